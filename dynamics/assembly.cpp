@@ -1,0 +1,231 @@
+#include "dynamics/assembly.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "dynamics/chart.hpp"
+
+namespace borelli {
+
+namespace {
+
+// residuals are measured against the size of what a constraint ties (rows that are lengths) or one (angles,
+// couplings)
+constexpr double reached = 1e-13;   // nothing more to gain in double precision
+constexpr double satisfied = 1e-9;  // what counts as met: rounding in scenes far from their origin included
+constexpr double largest_turn =
+    0.3;  // of one Newton step, rad or scene sizes: beyond, linearisation means little
+
+// a part of the scene's size below which `satisfied` would ask for less than rounding: 1e-14 of the size
+constexpr double rounding_share = 1e-5;
+
+double residual(const System& system, const Workspace& w, int row) {
+  // far from the origin rounding alone is as large as `reached` of a small thing
+  const double scale = std::max(system.row_scale[row], rounding_share * system.length);
+  return std::abs(w.rows.h[row]) / scale;
+}
+
+/// The largest residual among the independent rows, and its row.
+std::pair<double, int> worst_independent(const System& system, const Workspace& w) {
+  std::pair<double, int> worst{0, -1};
+  for (int k = 0; k < w.solver.rank(); ++k) {
+    const int row = w.solver.order()[k];
+    if (const double r = residual(system, w, row); !(r <= worst.first)) worst = {r, row};
+  }
+  return worst;
+}
+
+/// The largest residual of all rows, and the sum of their squares.
+std::pair<double, double> total_residual(const System& system, const Workspace& w) {
+  double largest = 0, sum = 0;
+  for (int row = 0; row < system.rows; ++row) {
+    const double r = residual(system, w, row);
+    if (!(r <= largest)) largest = r;
+    sum += r * r;
+  }
+  return {largest, sum};
+}
+
+class Assembler {
+ public:
+  Assembler(const System& system, const Parameters& parameters, State& state, Workspace& workspace)
+      : system_(system), parameters_(parameters), state_(state), w_(workspace), trial_(state.q) {}
+
+  Result<Assembly> run() {
+    for (int iteration = 0; iteration < 200; ++iteration) {
+      if (const Fault fault = update(state_.q)) return tl::unexpected(describe(system_, fault, state_.t));
+      w_.solver.prepare(w_.rows.L, w_.factor, true);
+      if (total_residual(system_, w_).first <= reached || !improve()) break;
+    }
+    if (const Fault fault = update(state_.q)) return tl::unexpected(describe(system_, fault, state_.t));
+    w_.solver.prepare(w_.rows.L, w_.factor, true);
+    for (int k = system_.rows - 1; k >= 0; --k)  // dependent rows first: they contradict the others
+      if (const int row = w_.solver.order()[k]; !(residual(system_, w_, row) <= satisfied))
+        return tl::unexpected(unsatisfied(row));
+    if (auto done = assemble_velocities(); !done) return tl::unexpected(done.error());
+    Assembly assembly{.rank = w_.solver.rank(), .redundant = {}, .position = {}, .velocity = {}};
+    for (int k = w_.solver.rank(); k < system_.rows; ++k)
+      assembly.redundant.push_back(system_.row_names[w_.solver.order()[k]]);
+    return assembly;
+  }
+
+ private:
+  Fault update(const Eigen::VectorXd& q) {
+    return update_terms(system_, parameters_, state_.t, q.data(), state_.v.data(), w_);
+  }
+
+  /// One Gauss-Newton step, with the damping that serves best. False: the residual will not fall.
+  bool improve() {
+    const double before = total_residual(system_, w_).second;
+    w_.wanted = -w_.rows.h;
+    std::vector<Eigen::VectorXd> steps(1);
+    w_.solver.correct(w_.factor, w_.wanted, steps[0]);
+    for (double damping : {0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0})
+      w_.solver.compromise(w_.factor, w_.wanted, damping, steps.emplace_back());
+    double best = before;
+    Eigen::VectorXd reached_q;
+    for (const Eigen::VectorXd& step : steps) {
+      if (const double after = residual_after(step); after < best) {
+        best = after;
+        reached_q = trial_;
+      }
+      if (best < 0.1 * before) break;  // good enough
+    }
+    if (best < before) state_.q = reached_q;
+    return best < before;
+  }
+
+  /// Of all rows squared, having moved by the step, or by a part of it if it is long.
+  double residual_after(const Eigen::VectorXd& step) {
+    double largest = 0;
+    for (const CoordinateInfo& info : system_.coordinates)
+      for (int i = info.v_index; i < info.v_index + info.v_size; ++i)
+        largest = std::max(largest, std::abs(step[i]) / system_.velocity_scale[i]);
+    if (!std::isfinite(largest)) return std::numeric_limits<double>::infinity();
+    const Eigen::VectorXd move =
+        largest > largest_turn ? Eigen::VectorXd(step * (largest_turn / largest)) : step;
+    from_chart(system_, state_.q.data(), move.data(), trial_.data());
+    return update(trial_) ? std::numeric_limits<double>::infinity() : total_residual(system_, w_).second;
+  }
+
+  Result<void> assemble_velocities() {
+    w_.wanted = -w_.rows.rate;
+    w_.solver.correct(w_.factor, w_.wanted, w_.correction);
+    state_.v += w_.correction;
+    if (const Fault fault = update(state_.q)) return tl::unexpected(describe(system_, fault, state_.t));
+    const double speed = std::max(state_.v.size() ? state_.v.cwiseAbs().maxCoeff() : 0, 1.0);
+    for (int row = 0; row < system_.rows; ++row) {
+      const double left = std::abs(w_.rows.rate[row]) / system_.row_scale[row];
+      if (left <= satisfied * speed) continue;
+      return failure(fmt::format("constraint '{}'", system_.row_names[row]),
+                     fmt::format("its rate cannot be made zero at the start: {:.6g} per second remains{}",
+                                 w_.rows.rate[row], company(row)));
+    }
+    w_.solver.prepare(w_.rows.L, w_.factor, true);
+    return {};
+  }
+
+  Error unsatisfied(int row) const {
+    const std::string where = fmt::format("constraint '{}'", system_.row_names[row]);
+    const std::string left = fmt::format("a residual of {:.6g} remains", w_.rows.h[row]);
+    if (w_.solver.is_empty(row))
+      return {where,
+              fmt::format("no free coordinate moves it at the position reached, and {}; check its points and "
+                          "the initial positions",
+                          left)};
+    const std::string with = company(row);
+    if (!with.empty()) return {where, fmt::format("cannot hold at the start: {}{}", left, with)};
+    return {where,
+            fmt::format("cannot be reached from the initial positions: {}; check its points, or start closer",
+                        left)};
+  }
+
+  /// Of a dependent row: the rows that it depends on.
+  std::string company(int row) const {
+    const std::vector<std::string> names = w_.solver.rows_behind(row);
+    return names.empty()
+               ? ""
+               : fmt::format("; it contradicts '{}', which it depends on", fmt::join(names, "', '"));
+  }
+
+  const System& system_;
+  const Parameters& parameters_;
+  State& state_;
+  Workspace& w_;
+  Eigen::VectorXd trial_;
+};
+
+}  // namespace
+
+namespace {
+
+/// The coordinate most changed between two states: of positions, or of velocities.
+Assembly::Move largest_move(const System& system, const State& before, const State& after, bool positions) {
+  Assembly::Move most;
+  for (const CoordinateInfo& info : system.coordinates) {
+    double size;
+    if (!positions) {
+      size = (after.v - before.v).segment(info.v_index, info.v_size).norm();
+    } else if (info.q_size == 4) {  // the angle between two orientations, by the chord of their quaternions
+      const Quaternion a = before.q.segment<4>(info.q_index), b = after.q.segment<4>(info.q_index);
+      size = 4 * std::asin(std::min(1.0, 0.5 * std::min((a - b).norm(), (a + b).norm())));
+    } else {
+      size = std::abs(after.q[info.q_index] - before.q[info.q_index]);
+    }
+    const double relative = size / system.velocity_scale[info.v_index];
+    if (relative > most.relative) most = {size, relative, info.angle, info.name};
+  }
+  return most;
+}
+
+}  // namespace
+
+Result<Assembly> assemble(const System& system, const Parameters& parameters, State& state,
+                          Workspace& workspace) {
+  for (const CoordinateInfo& info : system.coordinates)
+    if (info.q_size == 4) state.q.segment<4>(info.q_index).normalize();
+  if (system.rows == 0) return Assembly{};
+  const State before = state;
+  auto assembly = Assembler(system, parameters, state, workspace).run();
+  if (!assembly) return assembly;
+  assembly->position = largest_move(system, before, state, true);
+  assembly->velocity = largest_move(system, before, state, false);
+  return assembly;
+}
+
+Result<Assembly> assemble(const System& system, State& state) {
+  Workspace workspace(system);
+  try {
+    return assemble(system, system.parameters, state, workspace);
+  } catch (const std::exception& thrown) {  // from a user's function
+    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
+  }
+}
+
+Projection project(const System& system, const Parameters& parameters, State& state, Workspace& w) {
+  Projection out;
+  double before = std::numeric_limits<double>::infinity();
+  for (int iteration = 0;; ++iteration) {
+    out.fault = update_terms(system, parameters, state.t, state.q.data(), state.v.data(), w);
+    if (out.fault) return out;
+    if (iteration == 0) out.energy_before = w.terms.group_kinetic + w.terms.group_potential;
+    w.solver.prepare(w.rows.L, w.factor, true);
+    const auto [worst, row] = worst_independent(system, w);
+    // quadratic convergence ends either at rounding or, far from the origin, where it no longer gets better
+    if (worst <= reached || (worst <= satisfied && worst > 0.5 * before)) break;
+    if (iteration == 20 || !std::isfinite(worst)) {
+      out.unreached = row;
+      return out;
+    }
+    before = worst;
+    w.wanted = -w.rows.h;
+    w.solver.correct(w.factor, w.wanted, w.correction);
+    from_chart(system, state.q.data(), w.correction.data(), state.q.data());
+  }
+  w.wanted = -w.rows.rate;
+  w.solver.correct(w.factor, w.wanted, w.correction);
+  state.v += w.correction;
+  return out;
+}
+
+}  // namespace borelli

@@ -1,0 +1,41 @@
+// Puts positions and velocities on the constraints: the initial state before a run (assembly), and every
+// accepted step after it (projection). Corrections are the least ones, measured by the mass matrix
+// (Gauss-Newton).
+#pragma once
+
+#include "dynamics/equations.hpp"
+
+namespace borelli {
+
+/// What was found out about the constraint rows at the assembled state.
+struct Assembly {
+  int rank = 0;
+  std::vector<std::string> redundant;  ///< rows that depend on the others and are satisfied with them
+
+  /// What assembly changed of the state, at the coordinate most changed.
+  struct Move {
+    double size = 0;         ///< m or rad, or these per second
+    double relative = 0;     ///< the same against the scene's size or 1 rad
+    bool angle = false;      ///< rad
+    std::string coordinate;  ///< its name; empty: nothing changed
+  };
+  Move position = {}, velocity = {};
+};
+
+/// Moves `state` on to the constraints, from where it is, and makes its velocities agree with them. Fails
+/// with the names of rows that contradict others or cannot be reached.
+Result<Assembly> assemble(const System& system, const Parameters& parameters, State& state,
+                          Workspace& workspace);
+
+/// The same with a workspace of its own, for one-off use.
+Result<Assembly> assemble(const System& system, State& state);
+
+/// The state after an accepted step is put back on the constraints: positions, then velocities.
+struct Projection {
+  Eigen::VectorXd energy_before;  ///< kinetic + potential of each independent group at the state given, J
+  Fault fault;
+  int unreached = -1;  ///< the row that would not come back; -1: all did
+};
+Projection project(const System& system, const Parameters& parameters, State& state, Workspace& workspace);
+
+}  // namespace borelli

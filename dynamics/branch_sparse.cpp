@@ -1,0 +1,68 @@
+#include "dynamics/branch_sparse.hpp"
+
+namespace borelli {
+
+namespace {
+
+struct Branch {
+  const int* ancestors;
+  int count;
+};
+
+Branch branch_of(const System& system, int k) {
+  const int first = system.first_ancestor[k];
+  return {system.ancestors.data() + first, system.first_ancestor[k + 1] - first};
+}
+
+}  // namespace
+
+int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
+  const int n = system.nv;
+  for (int k = 0; k < n; ++k) {
+    const Branch branch = branch_of(system, k);
+    for (int a = 0; a < branch.count; ++a) F(k, branch.ancestors[a]) = A(k, branch.ancestors[a]);
+    F(k, k) = A(k, k);
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    const Branch branch = branch_of(system, k);
+    double* row = F.row(k).data();
+    // what elimination leaves of the entry; below this it is its rounding error
+    if (!(row[k] > 1e-14 * A(k, k))) return k;
+    const double pivot = std::sqrt(row[k]);
+    row[k] = pivot;
+    for (int a = 0; a < branch.count; ++a) row[branch.ancestors[a]] /= pivot;
+    const bool dense =
+        branch.count > 0 && branch.ancestors[branch.count - 1] - branch.ancestors[0] + 1 == branch.count;
+    for (int a = 0; a < branch.count; ++a) {
+      const int i = branch.ancestors[a];
+      double* other = F.row(i).data();
+      const double c = row[i];
+      if (dense)
+        for (int j = branch.ancestors[0]; j <= i; ++j) other[j] -= c * row[j];
+      else
+        for (int b = 0; b <= a; ++b) other[branch.ancestors[b]] -= c * row[branch.ancestors[b]];
+    }
+  }
+  return -1;
+}
+
+void solve_transposed(const System& system, const Rows& F, double* x) {
+  for (int k = system.nv - 1; k >= 0; --k) {
+    const Branch branch = branch_of(system, k);
+    const double* row = F.row(k).data();
+    x[k] /= row[k];
+    for (int a = 0; a < branch.count; ++a) x[branch.ancestors[a]] -= row[branch.ancestors[a]] * x[k];
+  }
+}
+
+void solve_lower(const System& system, const Rows& F, double* x) {
+  for (int k = 0; k < system.nv; ++k) {
+    const Branch branch = branch_of(system, k);
+    const double* row = F.row(k).data();
+    double sum = x[k];
+    for (int a = 0; a < branch.count; ++a) sum -= row[branch.ancestors[a]] * x[branch.ancestors[a]];
+    x[k] = sum / row[k];
+  }
+}
+
+}  // namespace borelli

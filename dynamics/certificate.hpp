@@ -1,0 +1,63 @@
+// What a simulation says about its own worth. Part of every trajectory.
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace borelli {
+
+/// A quantity that the scene conserves (a component of momentum), and how well the run kept it.
+struct Conserved {
+  std::string name;  ///< what and of which solids, e.g. "angular momentum about the axis of 's1'"
+  double drift = 0;  ///< largest change since the start, in the quantity's units
+  double scale = 0;  ///< what the drift is measured against
+  double time = 0;   ///< s, when it was largest
+};
+
+/// The worst residual of one constraint over the run.
+struct ConstraintResidual {
+  std::string constraint;
+  double position = 0;  ///< |h|, the row's unit
+  double velocity = 0;  ///< |dh/dt|
+  double position_time = 0, velocity_time = 0;
+};
+
+struct Certificate {
+  bool trusted = false;
+  std::string reason;                                             ///< why not; empty when trusted
+  double reason_time = std::numeric_limits<double>::quiet_NaN();  ///< s, when that was first so
+
+  /// Energy balance: kinetic + potential - work done on the system, against its start. The work is that of
+  /// forces and torques, dampers, driven coordinates, moving constraints, Baumgarte and projection.
+  double energy_drift = 0;       ///< largest, J
+  double energy_drift_time = 0;  ///< s
+  double energy_turnover = 0;   ///< J: what passed between kinetic, potential and work; the drift's yardstick
+  double energy_threshold = 0;  ///< the largest drift / turnover that is trusted
+
+  double work_efforts = 0;      ///< J at the end: forces, torques, dampers
+  double work_drives = 0;       ///< J at the end: driven coordinates
+  double work_constraints = 0;  ///< J at the end: constraints that move in time
+  double work_baumgarte = 0;    ///< J at the end: restoring accelerations
+  double work_projection = 0;   ///< J at the end: projections; their sizes are summed in the next
+  double work_projection_size = 0;
+
+  /// What putting the initial state on the constraints changed: the coordinate most moved (lengths against
+  /// the scene's size, angles against 1 rad), by how much (m or rad, m/s or rad/s), and its name; empty:
+  /// none.
+  double assembly_position = 0, assembly_velocity = 0;
+  std::string assembly_position_coordinate, assembly_velocity_coordinate;
+
+  std::vector<Conserved> conserved;
+  std::vector<ConstraintResidual> residuals;     ///< one per constraint
+  int constraint_rows = 0, constraint_rank = 0;  ///< at the start
+  std::vector<std::string> redundant;  ///< rows that depend on others; the multipliers are the least ones
+
+  long steps_accepted = 0, steps_rejected = 0;
+  long evaluations = 0;                              ///< of the equations, those of projections included
+  double smallest_step = 0, smallest_step_time = 0;  ///< s
+
+  std::vector<std::string> notes;  ///< e.g. a coordinate that left its range, and when
+};
+
+}  // namespace borelli

@@ -1,0 +1,240 @@
+#include "dynamics/certifier.hpp"
+
+#include <fmt/format.h>
+
+namespace borelli {
+
+Certifier::Certifier(const System& system, const Parameters& parameters, double threshold,
+                     const Assembly& assembly)
+    : system_(system),
+      parameters_(parameters),
+      group_energies_(system.groups),
+      largest_speeds_(system.groups, 1),
+      momenta_(conserved_momenta(system, parameters)),
+      start_momenta_(momenta_.size()),
+      momentum_rounding_(momenta_.size(), 0),
+      range_noted_(system.ranges.size(), false) {
+  certificate_.energy_threshold = threshold;
+  certificate_.constraint_rows = system.rows;
+  certificate_.constraint_rank = assembly.rank;
+  certificate_.redundant = assembly.redundant;
+  note_assembly(assembly);
+  for (const std::string& name : system.constraint_names) {
+    certificate_.residuals.emplace_back();
+    certificate_.residuals.back().constraint = name;
+  }
+  for (const ConservedMomentum& momentum : momenta_) {
+    certificate_.conserved.emplace_back();
+    certificate_.conserved.back().name = momentum.name;
+  }
+}
+
+void Certifier::observe(const State& state, const Workspace& workspace, const Work& work) {
+  observe_energy(state.t, workspace, work);
+  observe_momenta(state.t, workspace);
+  observe_residuals(state.t, state, workspace);
+  observe_ranges(state);
+  observe_rank(state.t, workspace);
+  started_ = true;
+  last_time_ = state.t;
+}
+
+void EnergyBalance::observe(double t, double kinetic, double potential, double work) {
+  if (!started_) {
+    started_ = true;
+    start_ = kinetic + potential;
+    potential_low_ = potential_high_ = potential;
+  }
+  largest_kinetic_ = std::max(largest_kinetic_, kinetic);
+  potential_low_ = std::min(potential_low_, potential);
+  potential_high_ = std::max(potential_high_, potential);
+  work_low_ = std::min(work_low_, work);
+  work_high_ = std::max(work_high_, work);
+  rounding = std::max(rounding, 1e-12 * std::max({kinetic, std::abs(potential), std::abs(work)}));
+  const double now = std::abs(kinetic + potential - work - start_);
+  if (now <= drift) return;
+  drift = now;
+  drift_time = t;
+  // kept coarsely: enough to say later when a threshold was first passed
+  if (drift_steps_.empty() || now > 1.01 * drift_steps_.back().second) drift_steps_.emplace_back(t, now);
+}
+
+double EnergyBalance::turnover() const {
+  return std::max({largest_kinetic_, potential_high_ - potential_low_, work_high_ - work_low_});
+}
+
+double EnergyBalance::since(double limit) const {
+  for (const auto& [t, past] : drift_steps_)
+    if (past > limit) return t;
+  return drift_time;
+}
+
+void Certifier::observe_energy(double t, const Workspace& workspace, const Work& work) {
+  const LagrangeTerms& terms = workspace.terms;
+  energy_.observe(t, terms.kinetic, terms.potential, work.total());
+  for (int g = 0; g < system_.groups; ++g)
+    group_energies_[g].observe(t, terms.group_kinetic[g], terms.group_potential[g],
+                               work.groups[g] + work.group_projection[g]);
+}
+
+/// Each independent group by its own turnover, lest a heavier one hide it; the worst is named.
+void Certifier::judge_energy(const Work& work) {
+  const double limit = certificate_.energy_threshold;
+  const auto of = [&](int g) {
+    return system_.groups > 1 ? fmt::format(" of '{}' and what it is tied to", system_.group_name(g)) : "";
+  };
+  int worst = -1, moved = -1;
+  double worst_excess = 1, moved_excess = 1;
+  for (int g = 0; g < system_.groups; ++g) {
+    const EnergyBalance& energy = group_energies_[g];
+    const double turnover = limit * energy.turnover(), allowed = std::max(turnover, energy.rounding);
+    if (energy.drift > worst_excess * allowed) {
+      worst = g;
+      worst_excess = energy.drift / allowed;
+    }
+    if (work.group_projection_size[g] > moved_excess * turnover) {
+      moved = g;
+      moved_excess = work.group_projection_size[g] / turnover;
+    }
+  }
+  if (worst >= 0) {
+    const EnergyBalance& energy = group_energies_[worst];
+    const double turnover = energy.turnover();
+    distrust(energy.since(std::max(limit * turnover, energy.rounding)),
+             fmt::format("the energy balance{} is off by {:.3g} J, {:.2g} of the {:.3g} J turned over (limit "
+                         "{:.2g})",
+                         of(worst), energy.drift, energy.drift / turnover, turnover, limit));
+  }
+  if (moved >= 0) {
+    const double size = work.group_projection_size[moved], turnover = group_energies_[moved].turnover();
+    distrust(0, fmt::format("projections on the constraints{} moved {:.3g} J in all, {:.2g} of the {:.3g} J "
+                            "turned over (limit {:.2g})",
+                            of(moved), size, size / turnover, turnover, limit));
+  }
+}
+
+void Certifier::observe_momenta(double t, const Workspace& workspace) {
+  for (std::size_t i = 0; i < momenta_.size(); ++i) {
+    const MomentumValue now = momentum_value(momenta_[i], parameters_, workspace.kinematics);
+    if (!started_) start_momenta_[i] = now.value;
+    Conserved& conserved = certificate_.conserved[i];
+    conserved.scale = std::max(conserved.scale, now.scale);
+    momentum_rounding_[i] = std::max(momentum_rounding_[i], now.rounding);
+    const double drift = (now.value - start_momenta_[i]).norm();
+    if (drift <= conserved.drift) continue;
+    conserved.drift = drift;
+    conserved.time = t;
+  }
+}
+
+void Certifier::observe_residuals(double t, const State& state, const Workspace& workspace) {
+  for (int i = 0; i < system_.nv; ++i) {
+    double& speed = largest_speeds_[system_.velocity_groups[i]];
+    speed = std::max(speed, std::abs(state.v[i]));
+  }
+  for (int row = 0; row < system_.rows; ++row) {
+    ConstraintResidual& residual = certificate_.residuals[system_.row_constraint[row]];
+    if (const double h = std::abs(workspace.rows.h[row]); h > residual.position) {
+      residual.position = h;
+      residual.position_time = t;
+    }
+    if (const double rate = std::abs(workspace.rows.rate[row]); rate > residual.velocity) {
+      residual.velocity = rate;
+      residual.velocity_time = t;
+    }
+  }
+}
+
+void Certifier::observe_ranges(const State& state) {
+  for (std::size_t i = 0; i < system_.ranges.size(); ++i) {
+    if (range_noted_[i]) continue;
+    const CoordinateInfo& info = system_.coordinates[system_.ranges[i].coordinate];
+    const Range& range = system_.ranges[i].range;
+    const double q = state.q[info.q_index];
+    if (q >= range.lower && q <= range.upper) continue;
+    range_noted_[i] = true;
+    certificate_.notes.push_back(
+        fmt::format("coordinate '{}' left its range of {:.6g} to {:.6g} at t = {:.6g} s "
+                    "(ranges are not enforced)",
+                    info.name, range.lower, range.upper, state.t));
+  }
+}
+
+/// A rank that changes is a singular position: the freedom of the scene is another one there, and which way
+/// it goes on from it the equations do not say.
+void Certifier::observe_rank(double t, const Workspace& workspace) {
+  if (system_.rows == 0 || rank_noted_ || workspace.solver.rank() == certificate_.constraint_rank) return;
+  rank_noted_ = true;
+  const std::string text = fmt::format(
+      "the rank of the constraint rows changed from {} to {} at t = {:.6g} s: a singular position",
+      certificate_.constraint_rank, workspace.solver.rank(), t);
+  note(text);
+  distrust(t, text);
+}
+
+void Certifier::note_assembly(const Assembly& assembly) {
+  certificate_.assembly_position = assembly.position.size;
+  certificate_.assembly_position_coordinate = assembly.position.coordinate;
+  certificate_.assembly_velocity = assembly.velocity.size;
+  certificate_.assembly_velocity_coordinate = assembly.velocity.coordinate;
+  const auto tell = [&](const char* what, const char* per, const Assembly::Move& move) {
+    // below, it is a scene's own rounding
+    if (move.relative <= 1e-9) return;
+    note(
+        fmt::format("assembly on the constraints changed the initial {}, most that of coordinate '{}', by "
+                    "{:.6g} {}{}",
+                    what, move.coordinate, move.size, move.angle ? "rad" : "m", per));
+  };
+  tell("positions", "", assembly.position);
+  tell("velocities", "/s", assembly.velocity);
+}
+
+void Certifier::count_step(double t, double h, bool whole) {
+  ++certificate_.steps_accepted;
+  if (!whole && certificate_.smallest_step > 0) return;
+  if (certificate_.smallest_step > 0 && h >= certificate_.smallest_step) return;
+  certificate_.smallest_step = h;
+  certificate_.smallest_step_time = t;
+}
+
+void Certifier::distrust(double t, const std::string& reason) {
+  if (!certificate_.reason.empty()) return;
+  certificate_.reason = reason;
+  certificate_.reason_time = t;
+}
+
+Certificate Certifier::finish(const Work& work, long evaluations) {
+  Certificate& c = certificate_;
+  c.evaluations = evaluations;
+  c.work_efforts = work.efforts;
+  c.work_drives = work.drives;
+  c.work_constraints = work.constraints;
+  c.work_baumgarte = work.violation;
+  c.work_projection = work.projection;
+  c.work_projection_size = work.projection_size;
+  c.energy_drift = energy_.drift;
+  c.energy_drift_time = energy_.drift_time;
+  c.energy_turnover = energy_.turnover();
+  judge_energy(work);
+  const double limit = c.energy_threshold;
+  for (std::size_t i = 0; i < c.conserved.size(); ++i)
+    if (const Conserved& conserved = c.conserved[i];
+        conserved.drift > std::max(limit * conserved.scale, momentum_rounding_[i]))
+      distrust(conserved.time,
+               fmt::format("the {} is off by {:.3g}, {:.2g} of its size (limit {:.2g})", conserved.name,
+                           conserved.drift, conserved.drift / conserved.scale, limit));
+  for (std::size_t i = 0; i < c.residuals.size(); ++i) {
+    const ConstraintResidual& residual = c.residuals[i];
+    const double scale = system_.row_scale[system_.constraints[i].first_row];
+    if (residual.position > limit * scale)
+      distrust(residual.position_time, fmt::format("constraint '{}' is violated by {:.3g} (limit {:.2g})",
+                                                   residual.constraint, residual.position, limit * scale));
+    if (residual.velocity > limit * scale * largest_speeds_[system_.constraints[i].group])
+      distrust(residual.velocity_time, fmt::format("the rate of constraint '{}' is off by {:.3g} per second",
+                                                   residual.constraint, residual.velocity));
+  }
+  c.trusted = c.reason.empty();
+  return c;
+}
+
+}  // namespace borelli

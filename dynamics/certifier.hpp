@@ -1,0 +1,86 @@
+// Follows a simulation and writes its certificate: energy balance, momenta, constraint residuals, counts,
+// verdict.
+#pragma once
+
+#include "dynamics/assembly.hpp"
+#include "dynamics/momentum.hpp"
+
+namespace borelli {
+
+/// Work done on the system since the start, J; integrated with the motion, except projection's, which is its
+/// jump of energy.
+struct Work {
+  explicit Work(int group_count)
+      : groups(Eigen::VectorXd::Zero(group_count)), group_projection(groups), group_projection_size(groups) {}
+
+  double efforts = 0, drives = 0, constraints = 0, violation = 0;
+  double projection = 0, projection_size = 0;
+  double total() const { return efforts + drives + constraints + violation + projection; }
+
+  Eigen::VectorXd groups;  ///< on each independent group, but for projection's, which is in the next
+  Eigen::VectorXd group_projection, group_projection_size;
+};
+
+/// The energy of the scene or of an independent group of it, followed through a run.
+struct EnergyBalance {
+  double drift = 0, drift_time = 0;  ///< J, s: the largest
+  double rounding = 0;               ///< J: what of a drift may be rounding
+
+  void observe(double t, double kinetic, double potential, double work);
+  /// What passed between the forms of energy, J.
+  double turnover() const;
+  /// When the drift first passed a limit, s.
+  double since(double limit) const;
+
+ private:
+  bool started_ = false;
+  double start_ = 0;
+  double largest_kinetic_ = 0, potential_low_ = 0, potential_high_ = 0, work_low_ = 0, work_high_ = 0;
+  std::vector<std::pair<double, double>> drift_steps_;  ///< (time, drift), each larger than those before
+};
+
+class Certifier {
+ public:
+  /// `threshold`: the largest drift relative to what was turned over that is trusted.
+  Certifier(const System& system, const Parameters& parameters, double threshold, const Assembly& assembly);
+
+  /// Looks at a state whose equations are solved in `workspace`.
+  void observe(const State& state, const Workspace& workspace, const Work& work);
+  /// Counts an accepted step from time t; `whole`: not cut short to land on an output time.
+  void count_step(double t, double h, bool whole);
+  void count_rejection() { ++certificate_.steps_rejected; }
+  /// The run ends before its time, for that reason.
+  void stop(const std::string& reason, double t) { distrust(t, reason); }
+  /// Something that is worth knowing but no reason for distrust.
+  void note(const std::string& text) { certificate_.notes.push_back(text); }
+  /// A reason for distrust, true since t; the first one given is kept.
+  void distrust(double t, const std::string& reason);
+
+  /// The verdict, with the counts.
+  Certificate finish(const Work& work, long evaluations);
+
+ private:
+  void observe_energy(double t, const Workspace& workspace, const Work& work);
+  void judge_energy(const Work& work);
+  void observe_momenta(double t, const Workspace& workspace);
+  void observe_residuals(double t, const State& state, const Workspace& workspace);
+  void observe_ranges(const State& state);
+  void observe_rank(double t, const Workspace& workspace);
+  void note_assembly(const Assembly& assembly);
+
+  const System& system_;
+  const Parameters& parameters_;
+  Certificate certificate_;
+  bool started_ = false;
+  EnergyBalance energy_;
+  std::vector<EnergyBalance> group_energies_;  ///< of each independent group
+  std::vector<double> largest_speeds_;         ///< of each group, m/s or rad/s, at least 1
+  double last_time_ = 0;
+  std::vector<ConservedMomentum> momenta_;
+  std::vector<Eigen::Vector3d> start_momenta_;
+  std::vector<double> momentum_rounding_;
+  std::vector<char> range_noted_;
+  bool rank_noted_ = false;
+};
+
+}  // namespace borelli

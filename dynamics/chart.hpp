@@ -1,0 +1,17 @@
+// A local chart of the positions around a state, so that integrators and corrections see plain vectors of nv
+// numbers: q(x) adds x to lengths and angles and turns a ball by the rotation vector x about its own axes.
+// Quaternions stay unit by construction, and the rate of x is exact, so a method keeps its full order in
+// orientation too (Munthe-Kaas, Runge-Kutta methods on Lie groups, BIT 38, 1998).
+#pragma once
+
+#include "dynamics/system.hpp"
+
+namespace borelli {
+
+/// q <- the positions at chart coordinates x (nv) around q0 (both nq; q may be q0).
+void from_chart(const System& system, const double* q0, const double* x, double* q);
+
+/// rate <- dx/dt at x for the velocities v (all nv). Breaks down where a ball has turned by 2 pi from q0.
+void chart_rate(const System& system, const double* x, const double* v, double* rate);
+
+}  // namespace borelli

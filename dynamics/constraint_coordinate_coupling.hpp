@@ -1,0 +1,39 @@
+// Holonomic constraint: a linear tie between scalar coordinates (gear, rack and pinion), or a coordinate held
+// to a function of time.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "dynamics/site.hpp"
+#include "dynamics/time_function.hpp"
+
+namespace borelli {
+
+class ConstraintScan;
+
+/// sum_i ratios[i] q_i - value(t) = 0: one row, in the units of the coordinates times their ratios.
+struct CoordinateCoupling {
+  static constexpr std::string_view kind = "coordinate_coupling";
+  std::vector<CoordinateName> coordinates;
+  std::vector<double> ratios;  ///< as many as coordinates
+  TimeFunction value = constant(0);
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("coordinates", self.coordinates);
+    visit("ratios", self.ratios);
+    visit("value", self.value);
+  }
+
+  std::string complaint() const {
+    if (coordinates.empty()) return "couples no coordinates; name at least one";
+    return coordinates.size() == ratios.size() ? "" : "needs one ratio for each coordinate";
+  }
+
+  static constexpr int rows = 1;
+  static constexpr int length_rows = 0;  ///< the first ones, which are in m
+  void evaluate(ConstraintScan& scan) const;
+};
+
+}  // namespace borelli

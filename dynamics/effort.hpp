@@ -1,0 +1,23 @@
+// Efforts (the paper's strains): what acts on the solids beside their weight and what holds the joints. A new
+// kind is one new file pair beside effort_force.hpp, and its name in the list below.
+#pragma once
+
+#include <string>
+#include <variant>
+
+#include "dynamics/effort_coordinate_spring.hpp"
+#include "dynamics/effort_force.hpp"
+#include "dynamics/effort_point_spring.hpp"
+#include "dynamics/effort_torque.hpp"
+#include "dynamics/effort_torsion_spring.hpp"
+
+namespace borelli {
+
+using EffortKind = std::variant<Force, Torque, PointSpring, TorsionSpring, CoordinateSpring>;
+
+struct Effort {
+  std::string name;  ///< unique among the scene's efforts; errors name it
+  EffortKind kind;
+};
+
+}  // namespace borelli

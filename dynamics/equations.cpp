@@ -1,0 +1,115 @@
+#include "dynamics/equations.hpp"
+
+#include <fmt/format.h>
+
+#include "dynamics/branch_sparse.hpp"
+
+namespace borelli {
+
+Workspace::Workspace(const System& system)
+    : kinematics(system),
+      efforts(system),
+      terms(system),
+      factor(Rows::Zero(system.nv, system.nv)),
+      rows(system),
+      solver(system),
+      a(Eigen::VectorXd::Zero(system.nv)),
+      multipliers(Eigen::VectorXd::Zero(system.rows)),
+      drive_efforts(Eigen::VectorXd::Zero(system.driven_nv)),
+      group_power(Eigen::VectorXd::Zero(system.groups)),
+      wanted(multipliers),
+      correction(a) {}
+
+Error describe(const System& system, const Fault& fault, double t) {
+  switch (fault.kind) {
+    case Fault::Kind::singular_mass:
+      return {fmt::format("coordinate '{}'", system.velocity_name(fault.index)),
+              fmt::format(
+                  "the mass matrix is singular at t = {:.6g} s: moving this coordinate, with those before it "
+                  "free to follow, moves no mass; give what it carries an inertial, or lock it",
+                  t)};
+    case Fault::Kind::not_finite:
+      return {fmt::format("coordinate '{}'", system.velocity_name(fault.index)),
+              fmt::format("its acceleration at t = {:.6g} s is not a finite number", t)};
+    case Fault::Kind::degenerate_constraint:
+      return {fmt::format("constraint '{}'", system.row_names[fault.index]),
+              fmt::format("it has no direction at t = {:.6g} s: its two points meet", t)};
+    case Fault::Kind::none:
+      break;
+  }
+  return {"", "no fault"};
+}
+
+Fault update_terms(const System& system, const Parameters& parameters, double t, const double* q,
+                   const double* v, Workspace& w) {
+  ++w.evaluations;
+  update_kinematics(system, parameters, t, q, v, w.kinematics);
+  if (!system.efforts.empty()) scan_efforts(system, parameters, w.kinematics, w.efforts);
+  scan_solids(system, parameters, w.kinematics, w.efforts, w.terms);
+  const int singular = factor_mass_matrix(system, w.terms.A, w.factor);
+  if (singular >= 0) {
+    // a state that is not finite shows here first
+    const bool finite =
+        std::isfinite(w.terms.A(singular, singular)) && std::isfinite(w.factor(singular, singular));
+    return {finite ? Fault::Kind::singular_mass : Fault::Kind::not_finite, singular};
+  }
+  if (system.rows == 0) return {};
+  scan_constraints(system, parameters, w.kinematics, w.rows);
+  if (w.rows.degenerate >= 0) return {Fault::Kind::degenerate_constraint, w.rows.degenerate};
+  return {};
+}
+
+namespace {
+
+/// Adds to the accelerations what the constraints ask for.
+void add_constraints(const System& system, const RowHandling& handling, Workspace& w) {
+  w.solver.prepare(w.rows.L, w.factor, handling.decide_rank);
+  w.wanted.noalias() = -w.rows.E;
+  w.wanted.noalias() -= w.rows.L.leftCols(system.nv) * w.a;
+  if (handling.alpha != 0 || handling.beta != 0)
+    w.wanted -= 2 * handling.alpha * w.rows.rate + handling.beta * handling.beta * w.rows.h;
+  w.solver.correct(w.factor, w.wanted, w.correction);
+  w.solver.multipliers(w.multipliers);
+  w.a += w.correction;
+}
+
+/// What each drive exerts: its own row of the equations, with all accelerations known.
+void find_drive_efforts(const System& system, Workspace& w) {
+  const int n = system.nv;
+  for (int d = 0; d < system.driven_nv; ++d) {
+    double effort = w.terms.A.row(n + d).head(n).dot(w.a) + w.terms.B[n + d] - w.terms.Q[n + d];
+    for (int r = 0; r < system.rows; ++r) effort -= w.multipliers[r] * w.rows.L(r, n + d);
+    w.drive_efforts[d] = effort;
+  }
+}
+
+}  // namespace
+
+Fault accelerate(const System& system, const Parameters& parameters, double t, const double* q,
+                 const double* v, const RowHandling& handling, Workspace& w, const double* applied) {
+  if (const Fault fault = update_terms(system, parameters, t, q, v, w)) return fault;
+  const int n = system.nv;
+  if (applied)
+    for (int i = 0; i < n; ++i) w.terms.Q[i] += applied[i];
+  w.a = w.terms.Q.head(n) - w.terms.B.head(n);
+  solve_transposed(system, w.factor, w.a.data());
+  solve_lower(system, w.factor, w.a.data());
+  if (system.rows > 0) add_constraints(system, handling, w);
+  if (system.driven_nv > 0) find_drive_efforts(system, w);
+  for (int i = 0; i < n; ++i)
+    if (!std::isfinite(w.a[i])) return {Fault::Kind::not_finite, i};
+
+  w.power.efforts = w.efforts.power;
+  w.power.drives = w.drive_efforts.dot(w.kinematics.u.tail(system.driven_nv));
+  w.power.constraints = -w.multipliers.dot(w.rows.partial_rate);
+  w.power.violation = w.multipliers.dot(w.rows.rate);
+  w.group_power = w.efforts.group_power;
+  for (int d = 0; d < system.driven_nv; ++d)
+    w.group_power[system.velocity_groups[n + d]] += w.drive_efforts[d] * w.kinematics.u[n + d];
+  for (int r = 0; r < system.rows; ++r)
+    w.group_power[system.constraints[system.row_constraint[r]].group] +=
+        w.multipliers[r] * (w.rows.rate[r] - w.rows.partial_rate[r]);
+  return {};
+}
+
+}  // namespace borelli

@@ -1,0 +1,74 @@
+// The equations of motion at one state, solved: A(q) a + B(q, v) = Q(q, v, t) + L^T lambda, L a + E = 0.
+// Nothing here allocates: all scratch is in the Workspace.
+#pragma once
+
+#include "dynamics/constraint_solver.hpp"
+#include "dynamics/lagrange.hpp"
+#include "dynamics/scan.hpp"
+
+namespace borelli {
+
+/// Why the equations could not be solved.
+struct Fault {
+  enum class Kind {
+    none,
+    singular_mass,          ///< index: the free velocity that meets no inertia
+    not_finite,             ///< index: the free velocity whose acceleration is not a number
+    degenerate_constraint,  ///< index: the row
+  };
+  Kind kind = Kind::none;
+  int index = -1;
+  explicit operator bool() const { return kind != Kind::none; }
+};
+
+/// The fault as an error with the names of what it concerns; t in s.
+Error describe(const System& system, const Fault& fault, double t);
+
+/// What does work on the system beside what has a potential, W.
+struct Powers {
+  double efforts = 0;      ///< forces, torques, dampers
+  double drives = 0;       ///< driven coordinates
+  double constraints = 0;  ///< constraints that move in time
+  double violation = 0;    ///< multipliers on rows that are not at rest: Baumgarte's restoring, drift
+  double total() const { return efforts + drives + constraints + violation; }
+};
+
+/// Scratch and results for one System; one per thread.
+struct Workspace {
+  explicit Workspace(const System& system);
+  Kinematics kinematics;
+  EffortSums efforts;
+  LagrangeTerms terms;
+  Rows factor;  ///< of the mass matrix
+  ConstraintRows rows;
+  ConstraintSolver solver;
+
+  Eigen::VectorXd a;              ///< nv, accelerations
+  Eigen::VectorXd multipliers;    ///< rows
+  Eigen::VectorXd drive_efforts;  ///< driven_nv: what the drives exert
+  Powers power;
+  Eigen::VectorXd group_power;  ///< W, all of them together, on each independent group
+  long evaluations = 0;         ///< so far
+
+  Eigen::VectorXd wanted, correction;  ///< scratch: rows, nv
+};
+
+/// How constraint rows enter one evaluation.
+struct RowHandling {
+  bool decide_rank = true;  ///< else rank and order of rows stay as last decided (within a step)
+  double alpha = 0;         ///< Baumgarte: L a + E + 2 alpha dh/dt + beta^2 h = 0, 1/s
+  double beta = 0;
+};
+
+/// The terms at time t, positions q (nq), velocities v (nv): kinematics, efforts, A, B, Q, the factor of A,
+/// and the constraint rows. All that projection and assembly need.
+Fault update_terms(const System& system, const Parameters& parameters, double t, const double* q,
+                   const double* v, Workspace& workspace);
+
+/// update_terms, then accelerations, multipliers, efforts of the drives and powers. `applied` (nv or null) is
+/// added to Q.
+Fault accelerate(const System& system, const Parameters& parameters, double t, const double* q,
+                 const double* v, const RowHandling& handling, Workspace& workspace,
+                 const double* applied = nullptr);
+
+}  // namespace borelli

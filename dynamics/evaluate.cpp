@@ -1,0 +1,56 @@
+#include "dynamics/evaluate.hpp"
+
+#include <fmt/format.h>
+
+#include "dynamics/equations.hpp"
+
+namespace borelli {
+
+Result<void> check_state(const System& system, const State& state) {
+  if (state.q.size() != system.nq || state.v.size() != system.nv)
+    return bad_use("state", fmt::format("has {} positions and {} velocities; the scene has {} and {}",
+                                        state.q.size(), state.v.size(), system.nq, system.nv));
+  if (!std::isfinite(state.t)) return bad_use("state", "its time is not a finite number");
+  for (const CoordinateInfo& info : system.coordinates) {
+    const auto q = state.q.segment(info.q_index, info.q_size);
+    if (!q.allFinite() || !state.v.segment(info.v_index, info.v_size).allFinite())
+      return bad_use(fmt::format("coordinate '{}'", info.name),
+                     "its position or velocity is not a finite number");
+    if (info.q_size == 4 && std::abs(q.norm() - 1) > 1e-3)
+      return bad_use(fmt::format("coordinate '{}'", info.name),
+                     fmt::format("its quaternion has length {:.6g}; expected 1", q.norm()));
+  }
+  return {};
+}
+
+Result<Evaluation> evaluate(const System& system, const State& state, const Eigen::VectorXd& efforts) {
+  if (auto ok = check_state(system, state); !ok) return tl::unexpected(ok.error());
+  if (efforts.size() != 0 && efforts.size() != system.nv)
+    return bad_use("efforts", fmt::format("are {}; the scene has {} velocities", efforts.size(), system.nv));
+  Workspace w(system);
+  const double* applied = efforts.size() ? efforts.data() : nullptr;
+  try {
+    if (const Fault fault =
+            accelerate(system, system.parameters, state.t, state.q.data(), state.v.data(), {}, w, applied))
+      return tl::unexpected(describe(system, fault, state.t));
+  } catch (const std::exception& thrown) {
+    return failure(system.scene, fmt::format("a constraint's function threw: {}", thrown.what()));
+  }
+  const int n = system.nv;
+  Evaluation out;
+  for (int i = 0; i < n; ++i) out.coordinates.push_back(system.velocity_name(i));
+  out.mass_matrix = w.terms.A.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
+  out.bias = w.terms.B.head(n);
+  out.generalized_efforts = w.terms.Q.head(n);
+  out.acceleration = w.a;
+  out.rows = system.row_names;
+  out.constraint_jacobian = w.rows.L.leftCols(n);
+  out.constraint_bias = w.rows.E;
+  out.multipliers = w.multipliers;
+  out.drive_efforts = w.drive_efforts;
+  out.kinetic_energy = w.terms.kinetic;
+  out.potential_energy = w.terms.potential;
+  return out;
+}
+
+}  // namespace borelli

@@ -1,0 +1,53 @@
+// One-step methods for dy/dt = f(t, y). A new method is one new file beside explicit_runge_kutta.cpp that
+// makes an Integrator, and its line in the list of integrator.cpp.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "error/error.hpp"
+
+namespace borelli {
+
+/// What is integrated.
+class Flow {
+ public:
+  virtual ~Flow() = default;
+  virtual Eigen::Index size() const = 0;
+  /// dy <- f(t, y). False: f cannot be evaluated there.
+  virtual bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) = 0;
+  /// Per component, the size that an error is measured against (adaptive methods); infinity: not controlled.
+  virtual const Eigen::VectorXd& error_scale() const = 0;
+};
+
+/// What came of one attempted step.
+struct Attempt {
+  bool evaluated = true;  ///< false: f could not be evaluated on the way; `out` means nothing
+  bool accepted = true;   ///< false: the error is too large; try again with next_step
+  double next_step = 0;   ///< the step that the method proposes, s (a fixed method: the same)
+  int worst = -1;         ///< the component with the largest error, if the method estimates it
+};
+
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  virtual int order() const = 0;
+  virtual bool adaptive() const = 0;
+  /// One step of h from (t, y), where dy = f(t, y) is known: `out` is y at t + h. May keep memory between
+  /// steps.
+  virtual Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                          Eigen::VectorXd& out) = 0;
+  /// Forgets what it remembers of earlier steps: after an event or a projection.
+  virtual void reset() {}
+};
+
+/// The methods that a user may name.
+std::vector<std::string> integrator_names();
+
+/// The method of that name; `tolerance` is for adaptive ones: the largest error per step, relative to
+/// error_scale.
+Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, double tolerance);
+
+}  // namespace borelli

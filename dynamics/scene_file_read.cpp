@@ -1,0 +1,445 @@
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <system_error>
+
+#include "dynamics/integrator.hpp"
+#include "dynamics/scene_fields.hpp"
+#include "dynamics/scene_file.hpp"
+#include "dynamics/toml_table.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// ---- joints ----
+
+// The value under a switch's own key: an axis, `true`, or for a fixed one its position (the turn stands
+// beside it).
+template <class T>
+void read_switch_kind(TomlTable& table, const toml::node& node, T& kind) {
+  if constexpr (std::is_same_v<T, Fixed>) {
+    kind.X_AB.p = table.vector3(node, T::kind);
+    kind.X_AB.R = read_turn(table).as_matrix();
+  } else if constexpr (requires { kind.axis; }) {
+    kind.axis = unit_direction(table, node, T::kind);
+  } else {
+    if (!table.boolean(node, T::kind)) table.refuse(node, fmt::format("{} is false, expected true", T::kind));
+  }
+}
+
+template <std::size_t... i>
+SwitchKind read_switch_kind(TomlTable& table, std::index_sequence<i...>) {
+  const std::string_view key = table.one_of({std::variant_alternative_t<i, SwitchKind>::kind...});
+  SwitchKind out;
+  const auto attempt = [&]<class T>(T value) {
+    if (key != T::kind) return;
+    read_switch_kind(table, table.require(key), value);
+    out = value;
+  };
+  (attempt(std::variant_alternative_t<i, SwitchKind>{}), ...);
+  return out;
+}
+
+// `key` in SI or `key`_deg in degrees, `count` numbers (one stands alone, without a list); none: empty.
+std::vector<double> read_coordinate(TomlTable& table, std::string_view key, std::size_t count,
+                                    bool may_be_degrees) {
+  const toml::node* node = table.find(key);
+  const toml::node* in_degrees = may_be_degrees ? table.find(fmt::format("{}_deg", key)) : nullptr;
+  if (node && in_degrees)
+    table.refuse(*in_degrees, fmt::format("has {0} and {0}_deg, expected one of them", key));
+  if (!node && !in_degrees) return {};
+  const toml::node& given = node ? *node : *in_degrees;
+  std::vector<double> values =
+      count == 1 ? std::vector{table.number(given, key)} : table.numbers(given, key, count);
+  if (in_degrees)
+    for (double& v : values) v *= degree;
+  return values;
+}
+
+Motion read_motion(TomlTable& table, bool is_ball) {
+  const toml::node *locked = table.find("locked"), *driven = table.find("driven");
+  if (locked && driven) table.refuse(*driven, "is locked and driven, expected one of them");
+  if (locked && table.boolean(*locked, "locked")) return Locked{};
+  if (!driven) return Free{};
+  if (!is_ball) return Driven{{read_time_function(table, *driven, "driven")}};
+  const toml::array& parts = table.list(*driven, "driven");
+  if (parts.size() != 3)
+    table.refuse(
+        *driven,
+        fmt::format("driven is a list of {}, expected three functions of time, the components of the "
+                    "ball's rotation vector",
+                    parts.size()));
+  Driven out;
+  for (const toml::node& part : parts) out.functions.push_back(read_time_function(table, part, "driven"));
+  return out;
+}
+
+Switch read_switch(TomlTable& table) {
+  Switch out;
+  out.kind = read_switch_kind(table, std::make_index_sequence<std::variant_size_v<SwitchKind>>{});
+  if (std::holds_alternative<Fixed>(out.kind)) {
+    table.finish();
+    return out;
+  }
+  const auto [nq, nv, rotates] = std::visit(
+      [](const auto& kind) {
+        return std::array<int, 3>{kind.nq, kind.nv, kind.rotates};
+      },
+      out.kind);
+  const bool is_ball = nq != nv;
+  if (const toml::node* name = table.find("name")) out.coordinate = table.name(*name, "name");
+  if (is_ball) {
+    if (const toml::node* value = table.find("value")) out.q = unit_quaternion(table, *value, "value");
+  } else {
+    out.q = read_coordinate(table, "value", 1, rotates);
+    if (const auto limits = read_coordinate(table, "range", 2, rotates); !limits.empty()) {
+      out.range = Range{limits[0], limits[1]};
+      if (limits[0] > limits[1])
+        table.refuse(fmt::format("range begins at {} and ends at {}", limits[0], limits[1]));
+      const double start = out.q.empty() ? 0 : out.q[0];
+      if (start < limits[0] || start > limits[1])
+        table.refuse(fmt::format("starts at {}, outside its range of {} to {}{}", start, limits[0], limits[1],
+                                 rotates ? " (rad)" : " (m)"));
+    }
+  }
+  out.v = read_coordinate(table, "velocity", static_cast<std::size_t>(nv), rotates);
+  out.motion = read_motion(table, is_ball);
+  table.finish();
+  if (!out.v.empty() && !std::holds_alternative<Free>(out.motion))
+    table.refuse("has a velocity, which only a free coordinate may have");
+  if (!out.q.empty() && !is_ball && std::holds_alternative<Driven>(out.motion))
+    table.refuse("has a value, but a driven coordinate has the value of its function");
+  return out;
+}
+
+// ---- inertia and shapes ----
+
+// Diagonal [xx, yy, zz], [xx, yy, zz, xy, xz, yz], or three rows.
+Matrix3d read_tensor(const TomlTable& table, const toml::node& node) {
+  const toml::array& list = table.list(node, "tensor");
+  Matrix3d tensor = Matrix3d::Zero();
+  if (list.size() == 3 && list[0].is_array()) {
+    for (int i = 0; i < 3; ++i) tensor.row(i) = table.vector3(list[i], "a row of tensor").transpose();
+    return tensor;
+  }
+  const std::vector<double> e = table.numbers(node, "tensor");
+  if (e.size() != 3 && e.size() != 6)
+    table.refuse(
+        node,
+        fmt::format("tensor has {} numbers, expected [xx, yy, zz], [xx, yy, zz, xy, xz, yz] or three rows",
+                    e.size()));
+  tensor.diagonal() << e[0], e[1], e[2];
+  if (e.size() == 6) {
+    tensor(0, 1) = tensor(1, 0) = e[3];
+    tensor(0, 2) = tensor(2, 0) = e[4];
+    tensor(1, 2) = tensor(2, 1) = e[5];
+  }
+  return tensor;
+}
+
+Inertial read_inertial(TomlTable& table) {
+  Inertial out;
+  out.mass = table.number(table.require("mass"), "mass");
+  table.read("centre", out.centre);
+  const toml::node* tensor = table.find("tensor");
+  if (!tensor)
+    table.refuse(
+        table.require("mass"),
+        "mass has no tensor beside it; give the tensor about the gravity centre (a point mass: [0, 0, 0]), "
+        "or give mass or density within shape");
+  out.tensor = read_tensor(table, *tensor);
+  if (const auto fine = check_physical(out, table.what(), Extent::may_be_bar_or_point); !fine)
+    table.refuse(*tensor, fine.error().what);
+  return out;
+}
+
+Form read_form(TomlTable& table) {
+  const std::string kind = table.text(table.require("kind"), "kind");
+  const auto size = [&](std::string_view key) { return table.number(table.require(key), key); };
+  const auto sizes = [&](std::string_view key) { return table.vector3(table.require(key), key); };
+  if (kind == "box") return Box{sizes("size")};
+  if (kind == "sphere") return Sphere{size("radius")};
+  if (kind == "ellipsoid") return Ellipsoid{sizes("radii")};
+  if (kind == "cylinder") return Cylinder{size("radius"), size("length")};
+  if (kind == "cone") return Cone{size("radius"), size("length")};
+  if (kind == "capsule") return Capsule{size("radius"), size("length")};
+  if (kind != "mesh")
+    table.refuse(table.require("kind"),
+                 fmt::format("no shape is named \"{}\"; known: box, sphere, ellipsoid, cylinder, "
+                             "cone, capsule, mesh",
+                             kind));
+  ClosedMesh mesh;
+  for (const toml::node& p : table.list(table.require("vertices"), "vertices"))
+    mesh.vertices.push_back(table.vector3(p, "a vertex"));
+  for (const toml::node& t : table.list(table.require("triangles"), "triangles")) {
+    const std::vector<double> corners = table.numbers(t, "a triangle", 3);
+    std::array<int, 3> triangle{};
+    for (int k = 0; k < 3; ++k) {
+      if (!(corners[k] >= 0 && corners[k] < static_cast<double>(mesh.vertices.size())) ||
+          corners[k] != std::floor(corners[k]))
+        table.refuse(t, fmt::format("a triangle names vertex {}, but the vertices go from 0 to {}",
+                                    corners[k], static_cast<long>(mesh.vertices.size()) - 1));
+      triangle[k] = static_cast<int>(corners[k]);
+    }
+    mesh.triangles.push_back(triangle);
+  }
+  return mesh;
+}
+
+ShapeElement read_shape(TomlTable& table) {
+  ShapeElement out;
+  out.shape.form = read_form(table);
+  table.read("position", out.shape.position);
+  const Quaternion q = read_turn(table).as_quaternion();
+  out.shape.orientation = Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+  const toml::node *density = table.find("density"), *mass = table.find("mass");
+  if (density && mass) table.refuse(*mass, "has a density and a mass, expected one of them");
+  if (density) out.density = table.number(*density, "density");
+  if (mass) out.mass = table.number(*mass, "mass");
+  table.finish();
+  // sizes, density and closedness are the shape's own to judge; a shape that is only seen is tried with mass
+  // 1
+  const auto fine = density ? inertial_of_density(out.shape, *out.density)
+                            : inertial_of_mass(out.shape, out.mass.value_or(1));
+  if (!fine) table.refuse(fine.error().message());
+  return out;
+}
+
+// ---- solids ----
+
+Solid read_solid(TomlTable& table, std::size_t number) {
+  Solid out;
+  table.rename(fmt::format("solid {}", number));
+  out.name = table.name(table.require("name"), "name");
+  table.rename(fmt::format("solid '{}'", out.name));
+  if (out.name == world_name) table.refuse("the name 'world' stands for the fixed frame");
+  if (const toml::node* parent = table.find("parent")) out.parent = table.name(*parent, "parent");
+
+  std::size_t count = 0;
+  for (const toml::node* node : table.tables("joint")) {
+    TomlTable inner = table.table(*node, fmt::format("{}, switch {} of its joint", table.what(), ++count));
+    out.switches.push_back(read_switch(inner));
+  }
+  const toml::node *mass = table.find("mass"), *centre = table.find("centre"), *tensor = table.find("tensor");
+  if (mass) out.inertials.push_back(read_inertial(table));
+  if (!mass && (centre || tensor)) table.refuse(centre ? *centre : *tensor, "mass is missing");
+  count = 0;
+  for (const toml::node* node : table.tables("inertial")) {
+    if (mass) table.refuse(*node, "has mass and inertial, expected one of them");
+    TomlTable inner = table.table(*node, fmt::format("{}, inertial {}", table.what(), ++count));
+    out.inertials.push_back(read_inertial(inner));
+    inner.finish();
+  }
+  count = 0;
+  for (const toml::node* node : table.tables("shape")) {
+    TomlTable inner = table.table(*node, fmt::format("{}, shape {}", table.what(), ++count));
+    out.shapes.push_back(read_shape(inner));
+  }
+  table.finish();
+  return out;
+}
+
+SimulationSettings read_simulation(TomlTable& table) {
+  SimulationSettings s;
+  const auto positive = [&](std::string_view key, double& value) {
+    table.read(key, value);
+    if (!(value > 0))
+      table.refuse(table.require(key), fmt::format("{} is {}, expected a positive number", key, value));
+  };
+  const auto not_negative = [&](std::string_view key, double& value) {
+    table.read(key, value);
+    if (!(value >= 0))
+      table.refuse(table.require(key), fmt::format("{} is {}, expected 0 or more", key, value));
+  };
+  positive("end_time", s.end_time);
+  if (const toml::node* node = table.find("method")) {
+    s.method = table.text(*node, "method");
+    const std::vector<std::string> known = integrator_names();
+    if (std::find(known.begin(), known.end(), s.method) == known.end())
+      table.refuse(*node,
+                   fmt::format("method is \"{}\", expected one of {}", s.method, fmt::join(known, ", ")));
+  }
+  positive("step", s.step);
+  positive("tolerance", s.tolerance);
+  not_negative("output_interval", s.output_interval);
+  if (const toml::node* node = table.find("constraints")) {
+    const std::string text = table.text(*node, "constraints");
+    if (text != "projection" && text != "baumgarte")
+      table.refuse(*node,
+                   fmt::format("constraints is \"{}\", expected \"projection\" or \"baumgarte\"", text));
+    s.constraints = text == "baumgarte" ? ConstraintTreatment::baumgarte : ConstraintTreatment::projection;
+  }
+  not_negative("baumgarte_alpha", s.baumgarte_alpha);
+  not_negative("baumgarte_beta", s.baumgarte_beta);
+  not_negative("energy_threshold", s.energy_threshold);
+  table.finish();
+  return s;
+}
+
+// ---- names ----
+
+// Names of one sort (solids, coordinates ...), each to be used once.
+class Names {
+ public:
+  explicit Names(std::string sort) : sort_(std::move(sort)) {}
+
+  void add(const TomlTable& table, const std::string& name, const toml::node& node) {
+    const auto [it, is_new] = first_.emplace(name, &node);
+    if (!is_new)
+      table.refuse(node, fmt::format("there are two {}s named '{}'; the first is at {}", sort_, name,
+                                     table.where(*it->second)));
+  }
+  bool has(const std::string& name) const { return first_.contains(name); }
+  std::string list() const {
+    std::vector<std::string> names;
+    for (const auto& [name, node] : first_) names.push_back(name);
+    if (names.size() > 12) names.resize(12), names.emplace_back("...");
+    return fmt::format("{}", fmt::join(names, ", "));
+  }
+
+ private:
+  std::string sort_;
+  std::map<std::string, const toml::node*> first_;
+};
+
+// Following parents must lead to the world.
+void check_circles(const TomlTable& root, const Scene& scene, const std::vector<const toml::node*>& nodes) {
+  std::map<std::string, std::size_t> number;
+  for (std::size_t i = 0; i < scene.solids.size(); ++i) number[scene.solids[i].name] = i;
+  std::vector<int> seen(scene.solids.size(), -1);  // by which start each solid was passed
+  for (std::size_t start = 0; start < scene.solids.size(); ++start)
+    for (std::string name = scene.solids[start].name; name != world_name;) {
+      const std::size_t at = number.at(name);
+      if (seen[at] == static_cast<int>(start)) {
+        std::string circle = name;
+        for (std::string next = scene.solids[at].parent;; next = scene.solids[number.at(next)].parent) {
+          circle += " -> " + next;
+          if (next == name) break;
+        }
+        root.refuse(*nodes[at], fmt::format("the parents of '{}' run in a circle: {}", name, circle));
+      }
+      if (seen[at] >= 0) break;
+      seen[at] = static_cast<int>(start);
+      name = scene.solids[at].parent;
+    }
+}
+
+class SceneReader {
+ public:
+  SceneReader(const toml::table& root, const std::string& file) : root_(root, file, "") {}
+
+  Scene read() {
+    root_.read("name", scene_.name);
+    root_.read("description", scene_.description);
+    root_.read("gravity", scene_.gravity);
+    if (const toml::node* node = root_.find("simulation")) {
+      TomlTable table = root_.table(*node, "simulation");
+      scene_.simulation = read_simulation(table);
+    }
+    for (const toml::node* node : root_.tables("solid")) read_one_solid(*node);
+    scene_.efforts = read_actions<Effort>("effort");
+    scene_.constraints = read_actions<Constraint>("constraint");
+    root_.finish();
+    check_names();
+    return std::move(scene_);
+  }
+
+ private:
+  void read_one_solid(const toml::node& node) {
+    TomlTable table = root_.table(node, "solid");
+    scene_.solids.push_back(read_solid(table, scene_.solids.size() + 1));
+    const Solid& solid = scene_.solids.back();
+    solids_.add(root_, solid.name, table.require("name"));
+    solid_nodes_.push_back(&node);
+    if (const toml::node* parent = table.find("parent")) parents_.push_back({solid.parent, parent});
+    std::size_t i = 0;
+    for (const toml::node* joint : table.tables("joint")) {
+      const Switch& s = solid.switches[i];
+      const std::string coordinate = coordinate_name(solid, i++);
+      if (coordinate.empty()) continue;
+      const toml::node* name = joint->as_table()->get("name");
+      coordinates_.add(root_, coordinate, name ? *name : *joint);
+      is_angle_[coordinate] = std::visit([](const auto& kind) { return kind.rotates; }, s.kind);
+    }
+  }
+
+  template <class Action>
+  std::vector<Action> read_actions(const std::string& key) {
+    std::vector<Action> out;
+    Names names(key);
+    for (const toml::node* node : root_.tables(key)) {
+      TomlTable table = root_.table(*node, fmt::format("{} {}", key, out.size() + 1));
+      Action action;
+      const toml::node& name = table.require("name");
+      action.name = table.name(name, "name");
+      names.add(root_, action.name, name);
+      table.rename(fmt::format("{} '{}'", key, action.name));
+      const std::string kind = table.text(table.require("kind"), "kind");
+      action.kind = read_kind<decltype(action.kind)>(table, kind, &mentions_);
+      out.push_back(std::move(action));
+    }
+    return out;
+  }
+
+  void check_names() const {
+    for (const auto& [name, node, angle] : parents_)
+      if (name != world_name && !solids_.has(name))
+        root_.refuse(*node, fmt::format("no solid is named '{}', expected 'world' or one of: {}", name,
+                                        solids_.list()));
+    check_circles(root_, scene_, solid_nodes_);
+    for (const auto& [name, node, angle] : mentions_.solids)
+      if (name != world_name && !solids_.has(name))
+        root_.refuse(*node, fmt::format("no solid is named '{}', expected 'world' or one of: {}", name,
+                                        solids_.list()));
+    for (const auto& [name, node, must_be_angle] : mentions_.coordinates) {
+      if (!coordinates_.has(name))
+        root_.refuse(*node, fmt::format("no coordinate is named '{}', expected one of: {}", name,
+                                        coordinates_.list()));
+      if (must_be_angle && !is_angle_.at(name))
+        root_.refuse(*node, fmt::format("rest_deg needs a rotation, but '{}' is a translation", name));
+    }
+  }
+
+  TomlTable root_;
+  Scene scene_;
+  Mentions mentions_;
+  Names solids_{"solid"}, coordinates_{"coordinate"};
+  std::vector<Mention> parents_;
+  std::vector<const toml::node*> solid_nodes_;
+  std::map<std::string, bool> is_angle_;  // by coordinate
+};
+
+}  // namespace
+
+Result<Scene> parse_scene(std::string_view text, const std::string& file) {
+  try {
+    const toml::table root = toml::parse(text);
+    return SceneReader(root, file).read();
+  } catch (const TomlRefusal& refusal) {
+    return tl::unexpected(refusal.error);
+  } catch (const toml::parse_error& e) {
+    return bad_use(fmt::format("{}:{}", file, e.source().begin.line), std::string(e.description()));
+  }
+}
+
+Result<Scene> read_scene(const std::filesystem::path& path) {
+  std::error_code problem;
+  if (!std::filesystem::exists(path, problem)) return bad_use(path.string(), "no such file");
+  if (std::filesystem::is_directory(path, problem))
+    return bad_use(path.string(), "is a folder, expected a scene file");
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file) return failure(path.string(), "cannot be read");
+  return parse_scene(text, path.string());
+}
+
+}  // namespace borelli

@@ -1,0 +1,28 @@
+// How a scene is to be simulated.
+#pragma once
+
+#include <string>
+
+namespace borelli {
+
+/// How constraints are kept against the drift of integration.
+enum class ConstraintTreatment {
+  projection,  ///< position and velocity are put back after each accepted step (the default)
+  baumgarte    ///< L a + E + 2 alpha dh/dt + beta^2 h = 0: restoring accelerations, constant gains
+};
+
+struct SimulationSettings {
+  double end_time = 1;                  ///< s; the state's own time is the start
+  std::string method = "rk4_adaptive";  ///< euler, rk2, rk4, rk4_adaptive (see integrator_names())
+  double step = 0.01;                   ///< s; the fixed step, or the first one tried by an adaptive method
+  double tolerance = 1e-6;     ///< adaptive methods: largest error per step and coordinate (see README.md)
+  double output_interval = 0;  ///< s between rows of the trajectory; 0: every accepted step
+  ConstraintTreatment constraints = ConstraintTreatment::projection;
+  double baumgarte_alpha = 5;  ///< 1/s
+  double baumgarte_beta = 5;   ///< 1/s; alpha = beta is critical damping
+  /// The certificate's thresholds. Relative to the energy turned over (see Certificate); 0: chosen from the
+  /// method and tolerance.
+  double energy_threshold = 0;
+};
+
+}  // namespace borelli

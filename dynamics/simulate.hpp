@@ -1,0 +1,29 @@
+// Integrates a system through time: a trajectory with its certificate, or the reason why there is none.
+#pragma once
+
+#include <functional>
+
+#include "dynamics/system.hpp"
+
+namespace borelli {
+
+struct Observer {
+  /// Called after each accepted step with the time reached (s); false stops the run, whose trajectory so far
+  /// is then returned, untrusted.
+  std::function<bool(double t)> progress;
+};
+
+/// Runs from `state` (assembled on the constraints first) to settings.end_time. The trajectory holds the
+/// start, every multiple of the output interval, and the end; with interval 0, every accepted step. Steps end
+/// on output times: a fixed step is shortened so that a whole number of them fits.
+///
+/// Fails, with the time reached, where the motion cannot be continued: contradictory constraints, a singular
+/// mass matrix, numbers that are not finite or grow beyond bounds, a step that underflows. A run that comes
+/// through but is not to be relied upon says so in its certificate.
+Result<Trajectory> simulate(const System& system, const State& state, const SimulationSettings& settings,
+                            const Observer& observer = {});
+
+/// With the initial state and the settings of the scene.
+Result<Trajectory> simulate(const System& system);
+
+}  // namespace borelli

@@ -1,0 +1,31 @@
+// How efforts and constraints name what they act on. compile() resolves the names once.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+namespace borelli {
+
+/// The name of the fixed frame: the parent of root solids, and what springs and constraints may hold on to.
+inline constexpr const char* world_name = "world";
+
+/// A point fixed in a solid, in the solid's frame, m.
+struct SolidPoint {
+  std::string solid = world_name;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+};
+
+/// A whole solid (its axes).
+struct SolidName {
+  std::string solid = world_name;
+};
+
+/// A scalar coordinate, by name.
+struct CoordinateName {
+  std::string coordinate;
+};
+
+/// Whose axes a vector's components are along.
+enum class Axes { world, solid };
+
+}  // namespace borelli

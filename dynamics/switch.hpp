@@ -1,0 +1,54 @@
+// A switch (the paper's elementary reference frame switching): one fixed or one-parameter motion of a frame.
+// A joint is a sequence of switches.
+//
+// A new kind of switch is one new file beside switch_rotation.hpp, and its name in the list below. It gives
+// its name in files (`kind`), the number of its positions and velocities (`nq`, `nv`), whether a position is
+// an angle, its fields, and `advance`, which moves a frame on and says what unit velocity does to it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "dynamics/switch_ball.hpp"
+#include "dynamics/switch_fixed.hpp"
+#include "dynamics/switch_rotation.hpp"
+#include "dynamics/switch_translation.hpp"
+#include "dynamics/time_function.hpp"
+
+namespace borelli {
+
+using SwitchKind = std::variant<Fixed, Translation, Rotation, Ball>;
+
+/// The coordinate is an unknown of the motion.
+struct Free {};
+
+/// The coordinate is given as a function of time (the paper's coordinate 0): one function for a translation
+/// (m) or a rotation (rad); three for a ball, the components (rad) of the rotation vector that turns the
+/// initial orientation, in its own axes.
+struct Driven {
+  std::vector<TimeFunction> functions;
+};
+
+/// The coordinate stays at its initial value; compile() folds it away.
+struct Locked {};
+
+using Motion = std::variant<Free, Driven, Locked>;
+
+/// Where a free scalar coordinate is allowed to be, m or rad. A start outside is refused; a motion that
+/// leaves it is noted in the certificate (limits are not enforced yet).
+struct Range {
+  double lower = 0, upper = 0;
+};
+
+struct Switch {
+  SwitchKind kind = Fixed{};
+  std::string coordinate;  ///< its coordinate's name, unique in the scene; if empty, named after its solid
+  Motion motion = Free{};
+  std::vector<double> q;  ///< initial position (nq numbers); empty: zero, or the identity quaternion
+  std::vector<double> v;  ///< initial velocity (nv numbers); empty: zero. Free coordinates only.
+  std::optional<Range> range;
+};
+
+}  // namespace borelli

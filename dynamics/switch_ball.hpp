@@ -1,0 +1,30 @@
+// The ball switch (spherical): any rotation about a point, by a quaternion.
+#pragma once
+
+#include <string_view>
+
+#include "dynamics/pose.hpp"
+
+namespace borelli {
+
+/// X_AB = (R(q), 0). q is the unit quaternion (w, x, y, z) of R_AB; v is the angular velocity of B in A in
+/// B's axes (the body angular velocity), rad/s: dq/dt = q (0, v) / 2.
+struct Ball {
+  static constexpr std::string_view kind = "ball";
+  static constexpr int nq = 4, nv = 3;
+  static constexpr bool rotates = true;
+
+  template <class Self, class Visit>
+  static void fields(Self&, Visit&&) {}
+
+  /// Moves the frame X_WA on to X_WB. The unit twists are the turns about B's axes.
+  void advance(const double* q, Pose& X, Eigen::Vector3d* angular, Eigen::Vector3d* linear) const {
+    X.R = X.R * rotation_matrix(Quaternion(q[0], q[1], q[2], q[3]));
+    for (int i = 0; i < 3; ++i) {
+      angular[i] = X.R.col(i);
+      linear[i].setZero();
+    }
+  }
+};
+
+}  // namespace borelli

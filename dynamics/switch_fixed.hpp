@@ -1,0 +1,25 @@
+// The fixed switch: a constant placement, with no coordinate.
+#pragma once
+
+#include <string_view>
+
+#include "dynamics/pose.hpp"
+
+namespace borelli {
+
+/// X_AB is constant. compile() fuses it with its neighbours; it costs nothing at run time.
+struct Fixed {
+  static constexpr std::string_view kind = "fixed";
+  static constexpr int nq = 0, nv = 0;
+  static constexpr bool rotates = false;
+  Pose X_AB;
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("pose", self.X_AB);
+  }
+
+  void advance(const double*, Pose& X, Eigen::Vector3d*, Eigen::Vector3d*) const { X = X * X_AB; }
+};
+
+}  // namespace borelli

@@ -1,0 +1,30 @@
+// The rotation switch (revolute, hinge, pin): q radians about a fixed axis.
+#pragma once
+
+#include <string_view>
+
+#include "dynamics/pose.hpp"
+
+namespace borelli {
+
+/// X_AB = (rotation by q about axis, 0). q in rad, right-handed; v = dq/dt. The axis is the same in A and B.
+struct Rotation {
+  static constexpr std::string_view kind = "rotation";
+  static constexpr int nq = 1, nv = 1;
+  static constexpr bool rotates = true;  ///< q is an angle
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("axis", self.axis);
+  }
+
+  /// Moves the frame X_WA on to X_WB. The unit twist of the coordinate in W, at B's origin, which rests.
+  void advance(const double* q, Pose& X, Eigen::Vector3d* angular, Eigen::Vector3d* linear) const {
+    angular[0] = X.R * axis;
+    linear[0].setZero();
+    X.R = X.R * rotation_about(axis, q[0]);
+  }
+};
+
+}  // namespace borelli

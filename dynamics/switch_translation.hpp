@@ -1,0 +1,30 @@
+// The translation switch (prismatic, slider): q metres along a fixed axis.
+#pragma once
+
+#include <string_view>
+
+#include "dynamics/pose.hpp"
+
+namespace borelli {
+
+/// X_AB = (identity, q axis). q in m; v = dq/dt. The axis is the same in A and B.
+struct Translation {
+  static constexpr std::string_view kind = "translation";
+  static constexpr int nq = 1, nv = 1;
+  static constexpr bool rotates = false;  ///< q is a length
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("axis", self.axis);
+  }
+
+  /// Moves the frame X_WA on to X_WB. The unit twist of the coordinate in W, at B's origin: no rotation.
+  void advance(const double* q, Pose& X, Eigen::Vector3d* angular, Eigen::Vector3d* linear) const {
+    linear[0] = X.R * axis;
+    angular[0].setZero();
+    X.p += q[0] * linear[0];
+  }
+};
+
+}  // namespace borelli

@@ -1,0 +1,146 @@
+// A compiled scene. The structure is flat and immutable; the numbers in it (Parameters) stand apart, so that
+// a sweep or an optimisation changes them without compiling again.
+//
+// Moving switches are numbered in the order of the tree as `steps`; each has its coordinates, free or driven.
+// The engine's extended velocity u holds the free velocities v first, then the rates of the driven
+// coordinates: so the paper's coordinate 0, time, is carried as the driven coordinates whose rates it sets.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dynamics/scene.hpp"
+#include "dynamics/trajectory.hpp"
+#include "error/error.hpp"
+
+namespace borelli {
+
+/// Time, positions and velocities of the free coordinates.
+struct State {
+  double t = 0;
+  Eigen::VectorXd q;  ///< nq
+  Eigen::VectorXd v;  ///< nv
+};
+
+/// A constant placement, with what is neutral in it known beforehand.
+struct Placement {
+  enum class Form { identity, shift, general };
+  Pose X;
+  Form form = Form::identity;
+
+  Placement() = default;
+  explicit Placement(const Pose& pose);
+};
+
+/// A driven switch's functions and, for a ball, the orientation that they turn.
+struct Drive {
+  std::vector<TimeFunction> functions;
+  Quaternion initial = identity_quaternion();
+};
+
+/// The numbers of a compiled scene. Any of them may be changed in a copy, but not their count.
+struct Parameters {
+  Eigen::Vector3d gravity{0, 0, -9.81};  ///< m/s^2, world
+  std::vector<Placement> placements;     ///< per step: from the frame before it to its own first frame
+  std::vector<SwitchKind> kinds;         ///< per step: axes, made unit
+  std::vector<Drive> drives;             ///< per driven step
+  std::vector<Inertial> inertials;       ///< per body, in the body's frame
+  std::vector<Pose> solid_poses;         ///< X_BS per solid: where it sits in its body
+  std::vector<Effort> efforts;
+  std::vector<Constraint> constraints;
+};
+
+/// A moving switch.
+struct Step {
+  int q = 0, u = 0;    ///< where its positions and velocities begin in the extended arrays
+  int nq = 0, nv = 0;  ///< how many
+  int drive = -1;      ///< its number among the drives; -1: free
+  bool rotates = false;
+};
+
+/// Solids that move as one. Body 0 is the world, with all that is welded to it.
+struct Body {
+  int parent = 0;                            ///< a smaller number
+  int first_step = 0, step_count = 0;        ///< the switches from the parent to this body's frame B
+  int first_support = 0, support_count = 0;  ///< its coordinates (u indices) in System::support
+  std::vector<int> solids;                   ///< which solids of the scene are merged in it
+  bool massive = false;                      ///< has inertia
+  bool touched = false;                      ///< something acts on it: inertia, effort or constraint
+  int group = 0;                             ///< which independent group it belongs to (System::groups)
+};
+
+/// What an effort or constraint acts on: a solid in its body.
+struct Site {
+  int body = -1,
+      solid = -1;  ///< -1, -1: an optional site that is not given; solid -1 of body 0: the world itself
+};
+
+/// A scalar coordinate of an effort or constraint.
+struct CoordinateSite {
+  int q = -1, u = -1;  ///< in the extended arrays; -1: locked
+  double value = 0;    ///< where it is locked
+};
+
+/// The sites of one effort or constraint, in the order of its fields: ranges of System::sites and
+/// System::coordinate_sites; for a constraint also its rows.
+struct Action {
+  int first_site = 0, site_count = 0;
+  int first_coordinate = 0, coordinate_count = 0;
+  int first_row = 0, row_count = 0;
+  int group = 0;  ///< of the bodies and coordinates that it acts on
+};
+
+struct System {
+  std::string scene;                 ///< its name
+  int nq = 0, nv = 0;                ///< free positions and velocities
+  int driven_nq = 0, driven_nv = 0;  ///< driven ones
+  int rows = 0;                      ///< of all constraints
+  double length = 1;                 ///< m, the scene's size: what rounding is compared with
+  /// Independent groups: trees, joined where an effort or constraint acts on several. No energy passes
+  /// between them. At least one; the world, and what acts on it alone, count to the first.
+  int groups = 1;
+  std::vector<Step> steps;
+  std::vector<Body> bodies;
+  std::vector<int> support;
+  /// Per free coordinate, the free ones before it on its chain, root first, and where its list begins (nv + 1
+  /// offsets): the branches along which the mass matrix has entries.
+  std::vector<int> ancestors, first_ancestor;
+  std::vector<int> pattern;  ///< where the extended mass matrix is not always zero: row * size + column
+  std::vector<Site> sites;
+  std::vector<CoordinateSite> coordinate_sites;
+  std::vector<Action> efforts, constraints;
+
+  std::vector<std::string> solids;          ///< names, in the scene's order
+  std::vector<int> solid_bodies;            ///< the body of each
+  std::vector<CoordinateInfo> coordinates;  ///< free ones
+  std::vector<CoordinateInfo> driven;       ///< driven ones; indices count from their own start
+  std::vector<std::string> row_names;       ///< of constraint rows
+  std::vector<int> velocity_groups;         ///< the group of each extended velocity component
+  std::vector<double> velocity_scale;  ///< per free velocity component: what its coordinate is compared with
+                                       ///< (and its rate, per second): a length of what it moves, or 1 rad
+  std::vector<double> row_scale;  ///< what a row's residual is compared with: a length of what it ties, or 1
+  std::vector<int> row_constraint;  ///< the constraint of each row
+  std::vector<std::string> constraint_names;
+  struct LimitedCoordinate {
+    int coordinate;  ///< in `coordinates`
+    Range range;
+  };
+  std::vector<LimitedCoordinate> ranges;
+
+  State initial;                ///< as the scene gives it, not yet assembled
+  Parameters parameters;        ///< as the scene gives them
+  SimulationSettings settings;  ///< as the scene gives them
+
+  int size() const { return nv + driven_nv; }  ///< of the extended velocity
+  /// The name of a group: that of its first solid.
+  std::string group_name(int group) const;
+  /// The name of the coordinate that velocity component i (free) belongs to, with its axis for a ball.
+  std::string velocity_name(int i) const;
+};
+
+/// Checks a scene and lays it out flat: solids without motion of their own are merged into their parents,
+/// locked coordinates folded, each body's support computed. Fails with the name of the solid, coordinate,
+/// effort or constraint that is wrong.
+Result<System> compile(const Scene& scene);
+
+}  // namespace borelli

@@ -1,0 +1,45 @@
+// Published inertia of body segments, to stand beside measured ones.
+//
+//   deleva1996   de Leva P (1996) J Biomech 29:1223-1230: Zatsiorsky and Seluyanov's gamma-ray scans of
+//   living
+//                people, lying, with their endpoints moved to joint centres
+//   dumas2007    Dumas R, Cheze L, Verriest J-P (2007) J Biomech 40:543-553: McConville's and Young's body
+//   surfaces of
+//                standing people, of uniform density; with products of inertia
+// Two values compare only where endpoints and cuts are the same: moving the hip's cut alone takes a thigh
+// from 8 to 14 % of body mass.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace borelli {
+
+/// Of one sex's mean. Axes: X anterior, Y proximal (superior in the trunk), Z right; of a foot X runs from
+/// heel to toe and Y up. What a table does not give is NaN.
+struct PublishedSegment {
+  std::string table;        ///< "deleva1996" or "dumas2007"
+  std::string sex;          ///< "male" or "female"
+  std::string segment;      ///< as in parts.hpp without the side ("thigh"); also "trunk", "torso", "pelvis"
+  std::string from, to;     ///< endpoints, de Leva's names, e.g. "HJC" and "KJC"
+  std::string cuts;         ///< "joint", "zatsiorsky" or "mcconville", see the data files' headers
+  double mass_share = 0;    ///< of body mass
+  double centre_along = 0;  ///< gravity centre from the first endpoint towards the second, of their distance
+  Eigen::Vector3d radii;    ///< of gyration about X, Y and Z through the gravity centre, of the same distance
+  Eigen::Vector3d
+      products;  ///< xy, xz, yz: an entry of the inertia matrix is sign(r) m (r L)^2; NaN where not given
+  double length = 0;  ///< mean of the endpoints' distance along the long axis, m; NaN where not given
+};
+
+/// All rows of both tables, from inertia/data.
+const std::vector<PublishedSegment>& published_segments();
+
+/// The row of a table with these endpoints and cuts; nullptr where there is none, and nothing to compare
+/// with.
+const PublishedSegment* published_segment(std::string_view table, std::string_view sex,
+                                          std::string_view segment, std::string_view from,
+                                          std::string_view to, std::string_view cuts);
+
+}  // namespace borelli

@@ -1,0 +1,31 @@
+// Tables as comma-separated text (RFC 4180) with '#' lines as comments: the form of this folder's published
+// data and of the inertia table.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "error/error.hpp"
+
+namespace borelli {
+
+struct CsvTable {
+  std::vector<std::string> comments;  ///< lines that open with '#', without it and the blanks behind it
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> rows;  ///< as many fields each as columns
+
+  /// Field of a row by its column's name; empty where there is no such column.
+  const std::string& field(std::size_t row, std::string_view column) const;
+  /// The same as a number; NaN where it is empty or no number.
+  double number(std::size_t row, std::string_view column) const;
+};
+
+/// `where` names the text in errors. Errors: no header; a row with more or fewer fields than columns; an open
+/// quote.
+Result<CsvTable> parse_csv(std::string_view text, const std::string& where);
+
+/// A field as it stands in the text: quoted where it holds commas, quotes or line ends.
+std::string csv_field(std::string_view field);
+
+}  // namespace borelli

@@ -1,0 +1,95 @@
+// The inertia table: what each part of a body weighs, where, and how it resists turning, beside published
+// values.
+//
+// Frames: the patient's axes in metres (x Left, y Posterior, z Superior; the world), and each segment's
+// anatomical axes A, right-handed on both sides of the body: X anterior, Y proximal (superior in head and
+// trunk), Z to the right (Wu et al (2002) J Biomech 35:543, (2005) 38:981); a foot's X runs from heel to toe,
+// its Y up. So the products xz and yz of a left limb have the other sign than those of the right one. Tensors
+// are matrix entries, Ixy = -integral xy dm.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "inertia/anthropometry.hpp"
+#include "inertia/inertial.hpp"
+
+namespace borelli {
+
+enum class Completeness {
+  absent,  ///< not in the scan
+  cut,     ///< the scan holds a piece of it
+  whole
+};
+std::string_view name_of(Completeness completeness);
+
+/// How a segment lies, and what its length, its cuts and so its percentages refer to.
+struct SegmentFrame {
+  std::string segment;   ///< part without its side, e.g. "thigh"
+  std::string from, to;  ///< endpoints by de Leva's names, e.g. "HJC" and "KJC"; empty: length unknown
+  Eigen::Vector3d from_point = Eigen::Vector3d::Zero();  ///< m, patient axes
+  Eigen::Vector3d to_point = Eigen::Vector3d::Zero();
+  Eigen::Vector3d long_axis = Eigen::Vector3d::UnitZ();  ///< unit, patient axes, from the first endpoint on
+  Eigen::Matrix3d R_WA = Eigen::Matrix3d::Identity();    ///< columns: the anatomical axes, in the patient's
+  std::string axes;                                      ///< how the axes were found, in words
+  std::string cuts;  ///< as PublishedSegment::cuts, or other words where the cuts are no published ones'
+
+  /// The endpoints' distance along the long axis, m, as de Leva measures it; 0 where they are not known.
+  double length() const { return from.empty() ? 0 : long_axis.dot(to_point - from_point); }
+};
+
+struct InertiaRow {
+  std::string part;  ///< as in parts.hpp, e.g. "thigh_left"
+  Completeness completeness = Completeness::whole;
+  double volume = 0;  ///< m^3
+  Inertial inertial;  ///< patient axes
+  std::optional<SegmentFrame> frame;
+  std::vector<std::string> notes;  ///< in plain words
+  std::string flaw;                ///< why no body can have this tensor; empty where one can
+};
+
+/// What a table was made from.
+struct InertiaSource {
+  std::string volume;          ///< file
+  std::string quantity;        ///< what its values were taken for, and why
+  std::string density_curve;   ///< name; empty where the values are densities
+  std::string density_source;  ///< its publication
+  std::string sampling;        ///< "points" or "averages", see moments.hpp
+  std::string sex;             ///< "male", "female", or empty: not stated, and nothing to compare with
+  std::string pose;            ///< "supine", "standing" ...; empty: not stated
+  std::string cuts;            ///< convention of the cuts, e.g. "deleva1996"
+};
+
+struct InertiaTable {
+  InertiaSource source;
+  std::vector<InertiaRow> rows;
+  InertiaRow whole;  ///< all rows merged; part "body"; whole where every row is
+
+  /// Part of the mass of all rows, 0 to 1.
+  double share(const InertiaRow& row) const { return row.inertial.mass / whole.inertial.mass; }
+};
+
+/// Adds up the whole and looks at every tensor: an impossible one is flagged in `flaw`, not hidden.
+InertiaTable make_table(InertiaSource source, std::vector<InertiaRow> rows);
+
+/// A row's numbers that depend on its frame.
+struct AnatomicalNumbers {
+  Eigen::Matrix3d tensor;   ///< about the gravity centre, anatomical axes, kg m^2
+  double length = 0;        ///< m; 0: unknown, and the two below NaN
+  double centre_along = 0;  ///< from the first endpoint along the long axis, of the length
+  Eigen::Vector3d radii;    ///< of gyration about X, Y and Z, of the length
+};
+std::optional<AnatomicalNumbers> anatomical_numbers(const InertiaRow& row);
+
+/// A published row to stand beside a measured one.
+struct Comparison {
+  const PublishedSegment* published = nullptr;
+  bool mass = false;    ///< the mass's share compares too: the scan holds the whole body
+  std::string why_not;  ///< where nothing compares, the reason
+};
+Comparison compare(const InertiaTable& table, const InertiaRow& row, std::string_view published_table);
+
+}  // namespace borelli

@@ -1,0 +1,345 @@
+#include "inertia/table_file.hpp"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
+
+#include "inertia/csv.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view format_name = "borelli inertia table, 1";
+constexpr std::array<std::string_view, 2> published_tables{"deleva1996", "dumas2007"};
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+
+// ---- CSV: a row is its columns' names and fields, and the first row makes the header
+
+using Fields = std::vector<std::pair<std::string, std::string>>;
+
+void add(Fields& fields, std::string column, double value) {
+  fields.emplace_back(std::move(column), std::isnan(value) ? "" : fmt::format("{:.9g}", value));
+}
+
+void add(Fields& fields, std::string column, std::string_view text) {
+  fields.emplace_back(std::move(column), csv_field(text));
+}
+
+void add(Fields& fields, const std::array<std::string, 3>& columns, const Vector3d& v) {
+  for (int n = 0; n < 3; ++n) add(fields, columns[static_cast<std::size_t>(n)], v[n]);
+}
+
+void add_tensor(Fields& fields, const std::string& prefix, const Matrix3d& I) {
+  add(fields, prefix + "xx_kgm2", I(0, 0)), add(fields, prefix + "yy_kgm2", I(1, 1));
+  add(fields, prefix + "zz_kgm2", I(2, 2)), add(fields, prefix + "xy_kgm2", I(0, 1));
+  add(fields, prefix + "xz_kgm2", I(0, 2)), add(fields, prefix + "yz_kgm2", I(1, 2));
+}
+
+void add_published(Fields& fields, const InertiaTable& table, const InertiaRow& row, std::string_view name) {
+  const Comparison beside = compare(table, row, name);
+  const std::string prefix = std::string(name) + "_";
+  const auto* p = beside.published;
+  add(fields, prefix + "mass_pct", p && beside.mass ? 100 * p->mass_share : none);
+  add(fields, prefix + "centre_pct", p ? 100 * p->centre_along : none);
+  add(fields, {prefix + "rx_pct", prefix + "ry_pct", prefix + "rz_pct"},
+      p ? Vector3d(100 * p->radii) : Vector3d::Constant(none));
+  add(fields, prefix + "why_not", beside.why_not);
+}
+
+Fields csv_row(const InertiaTable& table, const InertiaRow& row) {
+  Fields fields;
+  const bool there = row.completeness != Completeness::absent;
+  const auto known = [&](double value) { return there ? value : none; };
+  add(fields, "part", row.part);
+  add(fields, "completeness", name_of(row.completeness));
+  add(fields, "pose", table.source.pose);
+  add(fields, "from", row.frame ? row.frame->from : "");
+  add(fields, "to", row.frame ? row.frame->to : "");
+  add(fields, "cuts", row.frame ? row.frame->cuts : "");
+  add(fields, "volume_m3", known(row.volume));
+  add(fields, "mass_kg", known(row.inertial.mass));
+  add(fields, "mass_pct", known(100 * table.share(row)));
+  const Vector3d nothing = Vector3d::Constant(none);
+  const Matrix3d no_tensor = Matrix3d::Constant(none);
+  add(fields, {"centre_x_m", "centre_y_m", "centre_z_m"}, there ? row.inertial.centre : nothing);
+  add_tensor(fields, "patient_I", there ? row.inertial.tensor : no_tensor);
+  const auto anatomical = anatomical_numbers(row);
+  add_tensor(fields, "anatomical_I", anatomical ? anatomical->tensor : no_tensor);
+  const PrincipalAxes principal =
+      there ? row.inertial.principal() : PrincipalAxes{nothing, Matrix3d::Constant(none)};
+  add(fields, {"principal_I1_kgm2", "principal_I2_kgm2", "principal_I3_kgm2"}, principal.moments);
+  for (int n = 0; n < 3; ++n) {
+    const std::string axis = fmt::format("axis{}_", n + 1);
+    add(fields, {axis + "x", axis + "y", axis + "z"}, principal.axes.col(n));
+  }
+  add(fields, "length_m", anatomical && anatomical->length > 0 ? anatomical->length : none);
+  add(fields, "centre_pct", anatomical ? 100 * anatomical->centre_along : none);
+  add(fields, {"rx_pct", "ry_pct", "rz_pct"}, anatomical ? Vector3d(100 * anatomical->radii) : nothing);
+  for (const auto name : published_tables) add_published(fields, table, row, name);
+  add(fields, "flaw", row.flaw);
+  add(fields, "axes", row.frame ? row.frame->axes : "");
+  add(fields, "notes", fmt::format("{}", fmt::join(row.notes, "; ")));
+  return fields;
+}
+
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
+  return text + "\n";
+}
+
+// ---- JSON
+
+Json vector_json(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+Json matrix_json(const Matrix3d& m) {
+  Json rows = Json::array();
+  for (int r = 0; r < 3; ++r) rows.push_back(vector_json(m.row(r)));
+  return rows;
+}
+
+Json frame_json(const SegmentFrame& frame) {
+  return {{"segment", frame.segment},
+          {"from", frame.from},
+          {"to", frame.to},
+          {"from_point_m", vector_json(frame.from_point)},
+          {"to_point_m", vector_json(frame.to_point)},
+          {"long_axis", vector_json(frame.long_axis)},
+          {"anatomical_axes_in_patient", matrix_json(frame.R_WA)},
+          {"axes", frame.axes},
+          {"cuts", frame.cuts}};
+}
+
+Json published_json(const InertiaTable& table, const InertiaRow& row, std::string_view name) {
+  const Comparison beside = compare(table, row, name);
+  if (!beside.published) return {{"why_not", beside.why_not}};
+  Json json{{"centre_pct", 100 * beside.published->centre_along},
+            {"radii_pct", vector_json(100 * beside.published->radii)}};
+  if (beside.mass) json["mass_pct"] = 100 * beside.published->mass_share;
+  return json;
+}
+
+Json derived_json(const InertiaTable& table, const InertiaRow& row) {
+  const PrincipalAxes principal = row.inertial.principal();
+  Json json{{"mass_pct", 100 * table.share(row)},
+            {"principal_moments_kgm2", vector_json(principal.moments)},
+            {"principal_axes_columns", matrix_json(principal.axes)}};
+  if (const auto anatomical = anatomical_numbers(row)) {
+    json["anatomical_tensor_kgm2"] = matrix_json(anatomical->tensor);
+    if (anatomical->length > 0) {
+      json["length_m"] = anatomical->length;
+      json["centre_pct"] = 100 * anatomical->centre_along;
+      json["radii_pct"] = vector_json(100 * anatomical->radii);
+    }
+  }
+  for (const auto name : published_tables) json[std::string(name)] = published_json(table, row, name);
+  return json;
+}
+
+Json row_json(const InertiaTable& table, const InertiaRow& row) {
+  Json json{{"part", row.part}, {"completeness", name_of(row.completeness)}, {"notes", row.notes}};
+  if (row.completeness != Completeness::absent) {
+    json["volume_m3"] = row.volume;
+    json["mass_kg"] = row.inertial.mass;
+    json["centre_m"] = vector_json(row.inertial.centre);
+    json["tensor_kgm2"] = matrix_json(row.inertial.tensor);
+    if (!row.flaw.empty()) json["flaw"] = row.flaw;
+  }
+  if (row.frame) json["frame"] = frame_json(*row.frame);
+  if (row.completeness != Completeness::absent) json["derived"] = derived_json(table, row);
+  return json;
+}
+
+constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 8> source_fields{
+    {{"volume", &InertiaSource::volume},
+     {"quantity", &InertiaSource::quantity},
+     {"density_curve", &InertiaSource::density_curve},
+     {"density_source", &InertiaSource::density_source},
+     {"sampling", &InertiaSource::sampling},
+     {"sex", &InertiaSource::sex},
+     {"pose", &InertiaSource::pose},
+     {"cuts", &InertiaSource::cuts}}};
+
+// ---- reading: what is wrong is thrown as a sentence and caught at the border, in table_from_json
+
+struct Damaged {
+  std::string what;
+};
+
+const Json& member(const Json& json, const char* key, const std::string& owner) {
+  if (!json.is_object() || !json.contains(key)) throw Damaged{fmt::format("{} has no \"{}\"", owner, key)};
+  return json[key];
+}
+
+std::string text(const Json& json, const char* key, const std::string& owner) {
+  const Json& value = member(json, key, owner);
+  if (!value.is_string()) throw Damaged{fmt::format("\"{}\" of {} must be text", key, owner)};
+  return value.get<std::string>();
+}
+
+double number(const Json& value, const char* key, const std::string& owner) {
+  if (!value.is_number() || !std::isfinite(value.get<double>()))
+    throw Damaged{fmt::format("\"{}\" of {} must be a finite number", key, owner)};
+  return value.get<double>();
+}
+
+Vector3d vector(const Json& value, const char* key, const std::string& owner) {
+  if (!value.is_array() || value.size() != 3)
+    throw Damaged{fmt::format("\"{}\" of {} must hold three numbers", key, owner)};
+  return {number(value[0], key, owner), number(value[1], key, owner), number(value[2], key, owner)};
+}
+
+Matrix3d matrix(const Json& value, const char* key, const std::string& owner) {
+  if (!value.is_array() || value.size() != 3)
+    throw Damaged{fmt::format("\"{}\" of {} must hold three rows of three numbers", key, owner)};
+  Matrix3d m;
+  for (int r = 0; r < 3; ++r) m.row(r) = vector(value[static_cast<std::size_t>(r)], key, owner);
+  return m;
+}
+
+SegmentFrame frame_from(const Json& json, const std::string& owner) {
+  const auto vector_of = [&](const char* key) { return vector(member(json, key, owner), key, owner); };
+  const char* axes = "anatomical_axes_in_patient";
+  SegmentFrame frame{text(json, "segment", owner),
+                     text(json, "from", owner),
+                     text(json, "to", owner),
+                     vector_of("from_point_m"),
+                     vector_of("to_point_m"),
+                     vector_of("long_axis"),
+                     matrix(member(json, axes, owner), axes, owner),
+                     text(json, "axes", owner),
+                     text(json, "cuts", owner)};
+  if (!(frame.R_WA * frame.R_WA.transpose()).isIdentity(1e-6) || frame.R_WA.determinant() < 0)
+    throw Damaged{fmt::format("\"{}\" of {} must be orthonormal and right-handed", axes, owner)};
+  return frame;
+}
+
+InertiaRow row_from(const Json& json, std::size_t number_of_row) {
+  InertiaRow row;
+  row.part = text(json, "part", fmt::format("row {}", number_of_row));
+  const std::string name = text(json, "completeness", row.part);
+  bool known = false;
+  for (const auto c : {Completeness::absent, Completeness::cut, Completeness::whole})
+    if (name == name_of(c)) row.completeness = c, known = true;
+  if (!known) throw Damaged{fmt::format("{} is \"{}\", expected absent, cut or whole", row.part, name)};
+  if (row.completeness != Completeness::absent) {
+    row.volume = number(member(json, "volume_m3", row.part), "volume_m3", row.part);
+    row.inertial.mass = number(member(json, "mass_kg", row.part), "mass_kg", row.part);
+    row.inertial.centre = vector(member(json, "centre_m", row.part), "centre_m", row.part);
+    row.inertial.tensor = matrix(member(json, "tensor_kgm2", row.part), "tensor_kgm2", row.part);
+  }
+  if (json.contains("frame")) row.frame = frame_from(json["frame"], "the frame of " + row.part);
+  if (json.contains("notes"))
+    for (const Json& note : json["notes"]) {
+      if (!note.is_string()) throw Damaged{fmt::format("\"notes\" of {} must hold texts", row.part)};
+      row.notes.push_back(note.get<std::string>());
+    }
+  return row;
+}
+
+InertiaTable table_from(const Json& json) {
+  if (const std::string format = text(json, "format", "the file"); format != format_name)
+    throw Damaged{fmt::format("its format is \"{}\", expected \"{}\"", format, format_name)};
+  InertiaSource source;
+  const Json& from = member(json, "source", "the file");
+  for (const auto& [key, field] : source_fields) source.*field = text(from, key, "\"source\"");
+  const Json& parts = member(json, "parts", "the file");
+  if (!parts.is_array()) throw Damaged{"\"parts\" must be a list"};
+  std::vector<InertiaRow> rows;
+  for (const Json& part : parts) rows.push_back(row_from(part, rows.size() + 1));
+  return make_table(std::move(source), std::move(rows));
+}
+
+}  // namespace
+
+std::string to_csv(const InertiaTable& table) {
+  std::string out;
+  out += fmt::format("# {}\n", format_name);
+  for (const auto& [key, field] : source_fields)
+    if (!(table.source.*field).empty()) out += one_line(fmt::format("# {}: {}", key, table.source.*field));
+  out +=
+      "# centre and patient_I in patient axes: x left, y posterior, z superior; I about the gravity centre, "
+      "as matrix "
+      "entries (Ixy = -integral xy dm)\n"
+      "# anatomical axes: X anterior, Y proximal, Z right; rx, ry, rz: radii of gyration about them, percent "
+      "of "
+      "length\n"
+      "# mass_pct: percent of the mass of all parts here; centre_pct: from endpoint `from` towards `to`, "
+      "percent of "
+      "length\n";
+  std::vector<const InertiaRow*> rows;
+  for (const InertiaRow& row : table.rows) rows.push_back(&row);
+  rows.push_back(&table.whole);
+  for (const InertiaRow* row : rows) {
+    const Fields fields = csv_row(table, *row);
+    std::string header, line;
+    for (const auto& [column, field] : fields) {
+      header += (header.empty() ? "" : ",") + column;
+      line += (&field == &fields.front().second ? "" : ",") + field;
+    }
+    if (row == rows.front()) out += header + "\n";
+    out += line + "\n";
+  }
+  return out;
+}
+
+std::string to_json(const InertiaTable& table) {
+  Json source;
+  for (const auto& [key, field] : source_fields) source[key] = table.source.*field;
+  Json parts = Json::array();
+  for (const InertiaRow& row : table.rows) parts.push_back(row_json(table, row));
+  const Json json{
+      {"format", format_name},
+      {"frame",
+       "patient axes in metres: x left, y posterior, z superior; tensors about the gravity centre, as "
+       "matrix entries, Ixy = -integral xy dm"},
+      {"source", source},
+      {"body", row_json(table, table.whole)},
+      {"parts", parts}};
+  return json.dump(1) + "\n";
+}
+
+Result<InertiaTable> table_from_json(const std::string& bytes, const std::string& where) {
+  try {
+    return table_from(Json::parse(bytes));
+  } catch (const Json::exception& e) {
+    return failure(where, fmt::format("is not a JSON file: {}", e.what()));
+  } catch (const Damaged& damaged) {
+    return failure(where, "is no whole inertia table: " + damaged.what);
+  }
+}
+
+Result<void> write_table(const std::filesystem::path& path, const InertiaTable& table) {
+  const std::string extension = path.extension().string();
+  if (extension != ".csv" && extension != ".json")
+    return bad_use(path.string(), "an inertia table is written as .csv or .json");
+  std::ofstream file(path, std::ios::binary);
+  file << (extension == ".csv" ? to_csv(table) : to_json(table));
+  file.close();
+  if (!file)
+    return failure(path.string(), "cannot be written: no such folder, no right to, or the disk is full");
+  return {};
+}
+
+Result<InertiaTable> read_table(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return bad_use(path.string(), "there is no such file, or it may not be read");
+  std::ostringstream bytes;
+  bytes << file.rdbuf();
+  return table_from_json(bytes.str(), path.string());
+}
+
+}  // namespace borelli

@@ -1,0 +1,89 @@
+#include "pipeline/certificate_report.hpp"
+
+#include <fmt/core.h>
+
+#include <cmath>
+#include <utility>
+
+namespace borelli {
+
+std::string text_of(const Certificate& c) {
+  std::string out = c.trusted ? "trusted\n" : fmt::format("UNTRUSTED: {}\n", c.reason);
+  const auto line = [&](const std::string& text) { out += text + '\n'; };
+  const double share = c.energy_turnover > 0 ? c.energy_drift / c.energy_turnover : 0;
+  line(fmt::format(
+      "energy: drifts by at most {:.3g} J (at {:.6g} s), {:.2g} of the {:.4g} J turned over; trusted up to "
+      "{:.2g}",
+      c.energy_drift, c.energy_drift_time, share, c.energy_turnover, c.energy_threshold));
+  const std::pair<const char*, double> works[] = {{"forces and dampers", c.work_efforts},
+                                                  {"driven coordinates", c.work_drives},
+                                                  {"moving constraints", c.work_constraints},
+                                                  {"constraints that are off", c.work_baumgarte},
+                                                  {"projection", c.work_projection}};
+  for (const auto& [name, work] : works)
+    if (work != 0) line(fmt::format("work of {}: {:.6g} J", name, work));
+  for (const Conserved& m : c.conserved)
+    line(fmt::format("{}: drifts by at most {:.3g} of {:.4g} (at {:.6g} s)", m.name, m.drift, m.scale,
+                     m.time));
+  if (c.constraint_rows > 0)
+    line(fmt::format("constraints: {} rows of rank {}", c.constraint_rows, c.constraint_rank));
+  if (!c.assembly_position_coordinate.empty())
+    line(fmt::format("assembly: moved the initial positions by at most {:.4g} m or rad ('{}')",
+                     c.assembly_position, c.assembly_position_coordinate));
+  if (!c.assembly_velocity_coordinate.empty())
+    line(fmt::format("assembly: changed the initial velocities by at most {:.4g} m/s or rad/s ('{}')",
+                     c.assembly_velocity, c.assembly_velocity_coordinate));
+  for (const ConstraintResidual& r : c.residuals)
+    line(fmt::format(
+        "constraint '{}': off by at most {:.3g} (at {:.6g} s), its velocity by {:.3g} (at {:.6g} s)",
+        r.constraint, r.position, r.position_time, r.velocity, r.velocity_time));
+  for (const std::string& row : c.redundant) line("redundant: " + row);
+  line(fmt::format("steps: {} accepted, {} rejected, {} evaluations; the smallest was {:.3g} s (at {:.6g} s)",
+                   c.steps_accepted, c.steps_rejected, c.evaluations, c.smallest_step, c.smallest_step_time));
+  for (const std::string& note : c.notes) line("note: " + note);
+  return out;
+}
+
+nlohmann::json json_of(const Certificate& c) {
+  nlohmann::json out{{"trusted", c.trusted},
+                     {"reason", c.reason},
+                     {"reason_time", c.reason_time},
+                     {"energy_drift", c.energy_drift},
+                     {"energy_drift_time", c.energy_drift_time},
+                     {"energy_turnover", c.energy_turnover},
+                     {"energy_threshold", c.energy_threshold},
+                     {"work",
+                      {{"efforts", c.work_efforts},
+                       {"drives", c.work_drives},
+                       {"constraints", c.work_constraints},
+                       {"baumgarte", c.work_baumgarte},
+                       {"projection", c.work_projection},
+                       {"projection_size", c.work_projection_size}}},
+                     {"assembly",
+                      {{"position", c.assembly_position},
+                       {"position_coordinate", c.assembly_position_coordinate},
+                       {"velocity", c.assembly_velocity},
+                       {"velocity_coordinate", c.assembly_velocity_coordinate}}},
+                     {"conserved", nlohmann::json::array()},
+                     {"residuals", nlohmann::json::array()},
+                     {"constraint_rows", c.constraint_rows},
+                     {"constraint_rank", c.constraint_rank},
+                     {"redundant", c.redundant},
+                     {"steps_accepted", c.steps_accepted},
+                     {"steps_rejected", c.steps_rejected},
+                     {"evaluations", c.evaluations},
+                     {"smallest_step", c.smallest_step},
+                     {"smallest_step_time", c.smallest_step_time},
+                     {"notes", c.notes}};
+  for (const Conserved& m : c.conserved)
+    out["conserved"].push_back({{"name", m.name}, {"drift", m.drift}, {"scale", m.scale}, {"time", m.time}});
+  for (const ConstraintResidual& r : c.residuals)
+    out["residuals"].push_back({{"constraint", r.constraint},
+                                {"position", r.position},
+                                {"velocity", r.velocity},
+                                {"position_time", r.position_time},
+                                {"velocity_time", r.velocity_time}});
+  return out;
+}
+
+}  // namespace borelli

@@ -1,0 +1,304 @@
+#include "pipeline/decimate.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numeric>
+#include <optional>
+#include <queue>
+
+namespace borelli {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using Triangle = std::array<std::uint32_t, 3>;
+
+/// Sum over planes of weight * squared distance: x' A x + 2 b' x + c.
+struct Quadric {
+  Matrix3d A = Matrix3d::Zero();
+  Vector3d b = Vector3d::Zero();
+  double c = 0, weight = 0;
+
+  void add_plane(const Vector3d& normal, const Vector3d& point, double w) {
+    const double d = -normal.dot(point);
+    A += w * normal * normal.transpose();
+    b += w * d * normal;
+    c += w * d * d;
+    weight += w;
+  }
+  Quadric& operator+=(const Quadric& other) {
+    A += other.A, b += other.b, c += other.c, weight += other.weight;
+    return *this;
+  }
+  double error(const Vector3d& x) const { return std::max(0.0, x.dot(A * x) + 2 * b.dot(x) + c); }
+
+  // Where the error is least. Along a plane or a ridge that is not one point: a thousandth of the weight
+  // draws it to `near`.
+  Vector3d best(const Vector3d& near) const {
+    const double pull = 1e-3 * weight;
+    return (A + pull * Matrix3d::Identity()).ldlt().solve(pull * near - b);
+  }
+};
+
+struct Collapse {
+  double cost = 0;
+  std::uint32_t a = 0, b = 0;
+  std::uint32_t stamp = 0;  // of both ends when it was computed: later changes make it stale
+  Vector3d place;
+
+  bool operator<(const Collapse& other) const { return cost > other.cost; }  // least cost first
+};
+
+/// What a run leaves, and where each point that it was given went: to the result's point of that number.
+struct Fewer {
+  TriangleSurface surface;
+  std::vector<std::uint32_t> home;
+};
+
+class Decimation {
+ public:
+  // `locked` points stay. All distances are seen from a near origin, so that their squares keep their digits.
+  Decimation(const TriangleSurface& surface, double reach, const std::vector<bool>& locked)
+      : near_(surface.points.front()),
+        reach_(reach),
+        locked_(locked),
+        triangles_(surface.triangles),
+        triangles_of_(surface.points.size()),
+        quadrics_(surface.points.size()),
+        stamps_(surface.points.size(), 0),
+        into_(surface.points.size()) {
+    std::iota(into_.begin(), into_.end(), 0u);
+    for (const Vector3d& p : surface.points) points_.push_back(p - near_);
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      const auto [normal, area] = plane(triangles_[t]);
+      for (const std::uint32_t v : triangles_[t]) {
+        triangles_of_[v].push_back(t);
+        if (area > 0) quadrics_[v].add_plane(normal, points_[v], area);
+      }
+    }
+  }
+
+  Fewer run() {
+    for (const Triangle& t : triangles_)
+      for (std::size_t e = 0; e < 3; ++e)
+        if (t[e] < t[(e + 1) % 3]) consider(t[e], t[(e + 1) % 3]);
+    while (!queue_.empty()) {
+      const Collapse next = queue_.top();
+      queue_.pop();
+      if (gone(next.a) || gone(next.b) || stamps_[next.a] + stamps_[next.b] != next.stamp) continue;
+      if (keeps_topology(next) && keeps_facing(next)) apply(next);
+    }
+    return result();
+  }
+
+ private:
+  std::pair<Vector3d, double> plane(const Triangle& t) const {
+    const Vector3d twice = (points_[t[1]] - points_[t[0]]).cross(points_[t[2]] - points_[t[0]]);
+    const double length = twice.norm();
+    return {length > 0 ? Vector3d(twice / length) : Vector3d::Zero(), length / 2};
+  }
+
+  bool gone(std::uint32_t v) const { return triangles_of_[v].empty(); }
+
+  void consider(std::uint32_t a, std::uint32_t b) {
+    if (locked_[a] || locked_[b]) return;
+    Quadric sum = quadrics_[a];
+    sum += quadrics_[b];
+    if (!(sum.weight > 0)) return;
+    const Vector3d place = sum.best((points_[a] + points_[b]) / 2);
+    const double cost = sum.error(place);
+    if (cost > reach_ * reach_ * sum.weight) return;  // the planes' mean squared distance
+    queue_.push({cost, a, b, stamps_[a] + stamps_[b], place});
+  }
+
+  std::vector<std::uint32_t> neighbours(std::uint32_t v) const {
+    std::vector<std::uint32_t> ring;
+    for (const std::uint32_t t : triangles_of_[v])
+      for (const std::uint32_t w : triangles_[t])
+        if (w != v) ring.push_back(w);
+    std::ranges::sort(ring);
+    ring.erase(std::ranges::unique(ring).begin(), ring.end());
+    return ring;
+  }
+
+  // The ends' common neighbours are just the two across the edge, and what is left is more than a
+  // tetrahedron.
+  bool keeps_topology(const Collapse& c) const {
+    const auto around_a = neighbours(c.a), around_b = neighbours(c.b);
+    std::vector<std::uint32_t> common;
+    std::ranges::set_intersection(around_a, around_b, std::back_inserter(common));
+    return common.size() == 2 && around_a.size() + around_b.size() > 6;
+  }
+
+  // no triangle that stays turns by more than about 75 degrees, or becomes a needle
+  bool keeps_facing(const Collapse& c) const {
+    for (const auto& [moved, other] : {std::pair(c.a, c.b), std::pair(c.b, c.a)}) {
+      for (const std::uint32_t t : triangles_of_[moved]) {
+        const Triangle& corners = triangles_[t];
+        if (std::ranges::find(corners, other) != corners.end()) continue;
+        std::array<Vector3d, 3> p;
+        for (std::size_t i = 0; i < 3; ++i) p[i] = corners[i] == moved ? c.place : points_[corners[i]];
+        const Vector3d twice = (p[1] - p[0]).cross(p[2] - p[0]);
+        const double longest =
+            std::max({(p[1] - p[0]).squaredNorm(), (p[2] - p[1]).squaredNorm(), (p[0] - p[2]).squaredNorm()});
+        const auto [before, area] = plane(corners);
+        if (twice.norm() < 0.02 * longest || (area > 0 && twice.dot(before) < 0.25 * twice.norm()))
+          return false;
+      }
+    }
+    return true;
+  }
+
+  void apply(const Collapse& c) {
+    for (const std::uint32_t t : triangles_of_[c.b]) {
+      Triangle& corners = triangles_[t];
+      if (std::ranges::find(corners, c.a) != corners.end()) {  // one of the two beside the edge: it goes
+        for (const std::uint32_t v : corners)
+          if (v != c.b) std::erase(triangles_of_[v], t);
+        corners = {0, 0, 0};
+        continue;
+      }
+      std::ranges::replace(corners, c.b, c.a);
+      triangles_of_[c.a].push_back(t);
+    }
+    triangles_of_[c.b].clear();
+    into_[c.b] = c.a;
+    points_[c.a] = c.place;
+    quadrics_[c.a] += quadrics_[c.b];
+    ++stamps_[c.a];
+    for (const std::uint32_t v : neighbours(c.a)) consider(c.a, v);
+  }
+
+  Fewer result() const {
+    Fewer out;
+    std::vector<std::uint32_t> number(points_.size());
+    for (std::uint32_t v = 0; v < points_.size(); ++v) {
+      if (gone(v)) continue;
+      number[v] = static_cast<std::uint32_t>(out.surface.points.size());
+      out.surface.points.push_back(points_[v] + near_);
+    }
+    for (const Triangle& t : triangles_)
+      if (t[0] != t[1]) out.surface.triangles.push_back({number[t[0]], number[t[1]], number[t[2]]});
+    for (std::uint32_t v = 0; v < points_.size(); ++v) {
+      std::uint32_t last = v;
+      while (into_[last] != last) last = into_[last];
+      out.home.push_back(number[last]);
+    }
+    return out;
+  }
+
+  Vector3d near_;
+  double reach_;
+  const std::vector<bool>& locked_;
+  std::vector<Vector3d> points_;
+  std::vector<Triangle> triangles_;
+  std::vector<std::vector<std::uint32_t>> triangles_of_;  // by point; empty where the point is gone
+  std::vector<Quadric> quadrics_;
+  std::vector<std::uint32_t> stamps_;
+  std::vector<std::uint32_t> into_;  // the point that a point was collapsed into; itself where it stays
+  std::priority_queue<Collapse> queue_;
+};
+
+// Ericson (2005) "Real-Time Collision Detection", 5.1.5: by the region of the triangle's plane that holds p's
+// foot
+double distance(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp),
+               d6 = ac.dot(cp);
+  if (d1 <= 0 && d2 <= 0) return ap.norm();
+  if (d3 >= 0 && d4 <= d3) return bp.norm();
+  if (d6 >= 0 && d5 <= d6) return cp.norm();
+  const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - d1 / (d1 - d3) * ab).norm();
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).norm();
+  if (va <= 0 && d4 >= d3 && d5 >= d6) return (bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)).norm();
+  const double sum = va + vb + vc;
+  return sum > 0 ? (ap - vb / sum * ab - vc / sum * ac).norm() : std::min({ap.norm(), bp.norm(), cp.norm()});
+}
+
+// Which points of `surface`, whose homes on `fewer` are given, may lie farther than `tolerance` from it:
+// their nearest triangle is sought among those around the home, so what passes is near enough, and little
+// else is held back.
+std::vector<std::uint32_t> too_far(const TriangleSurface& surface, const TriangleSurface& fewer,
+                                   const std::vector<std::uint32_t>& home, double tolerance) {
+  std::vector<std::vector<std::uint32_t>> around(fewer.points.size());
+  for (std::uint32_t t = 0; t < fewer.triangles.size(); ++t)
+    for (const std::uint32_t v : fewer.triangles[t]) around[v].push_back(t);
+  const auto near_one = [&](const Vector3d& p, std::uint32_t v) {
+    return std::ranges::any_of(around[v], [&](std::uint32_t t) {
+      const Triangle& c = fewer.triangles[t];
+      return distance(p, fewer.points[c[0]], fewer.points[c[1]], fewer.points[c[2]]) <= tolerance;
+    });
+  };
+  std::vector<std::uint32_t> far;
+  for (std::uint32_t n = 0; n < surface.points.size(); ++n) {
+    const Vector3d& p = surface.points[n];
+    if (near_one(p, home[n])) continue;
+    const bool beyond = std::ranges::none_of(around[home[n]], [&](std::uint32_t t) {
+      return std::ranges::any_of(fewer.triangles[t], [&](std::uint32_t v) { return near_one(p, v); });
+    });
+    if (beyond) far.push_back(n);
+  }
+  return far;
+}
+
+std::vector<std::uint32_t> composed(const std::vector<std::uint32_t>& first,
+                                    const std::vector<std::uint32_t>& then) {
+  std::vector<std::uint32_t> out;
+  out.reserve(first.size());
+  for (const std::uint32_t v : first) out.push_back(then[v]);
+  return out;
+}
+
+// One step: `start` with fewer triangles, each point of `surface` within `tolerance` of them; homes of its
+// points on the result. Where a point would be farther, the points of `start` around its home are locked and
+// the step is done again. Nothing where that does not help.
+std::optional<Fewer> step_down(const TriangleSurface& surface, const Fewer& start, double reach,
+                               double tolerance) {
+  std::vector<bool> locked(start.surface.points.size(), false);
+  for (int attempt = 0; attempt < 4; ++attempt) {
+    Fewer fewer = Decimation(start.surface, reach, locked).run();
+    fewer.home = composed(start.home, fewer.home);
+    const auto far = too_far(surface, fewer.surface, fewer.home, tolerance);
+    if (far.empty()) return fewer;
+    for (const std::uint32_t n : far) locked[start.home[n]] = true;
+    const auto found = locked;
+    for (const Triangle& t : start.surface.triangles)  // and their neighbours
+      if (found[t[0]] || found[t[1]] || found[t[2]]) locked[t[0]] = locked[t[1]] = locked[t[2]] = true;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+TriangleSurface decimate(const TriangleSurface& surface, double tolerance) {
+  if (surface.triangles.empty() || !(tolerance > 0)) return surface;
+  Fewer best{surface, std::vector<std::uint32_t>(surface.points.size())};
+  std::iota(best.home.begin(), best.home.end(), 0u);
+  // A collapse knows its mean distance from planes, not the farthest point's; so it is let go further by
+  // steps, each measured. The first leaves little of the work to the others.
+  for (double reach = 0.15 * tolerance; reach < tolerance; reach *= 1.6) {
+    auto fewer = step_down(surface, best, reach, tolerance);
+    if (!fewer) break;
+    best = std::move(*fewer);
+  }
+  return best.surface;
+}
+
+bool is_closed(std::size_t points, const std::vector<Triangle>& triangles) {
+  std::vector<std::uint64_t> passes;  // directed edges: start * points + end
+  passes.reserve(triangles.size() * 3);
+  for (const Triangle& t : triangles)
+    for (std::size_t e = 0; e < 3; ++e)
+      passes.push_back(t[e] * static_cast<std::uint64_t>(points) + t[(e + 1) % 3]);
+  std::ranges::sort(passes);
+  if (std::ranges::adjacent_find(passes) != passes.end()) return false;  // twice in one sense
+  for (const std::uint64_t edge : passes) {
+    const std::uint64_t from = edge / points, to = edge % points;
+    if (from == to || !std::ranges::binary_search(passes, to * points + from)) return false;
+  }
+  return !triangles.empty();
+}
+
+}  // namespace borelli

@@ -1,0 +1,156 @@
+#include "pipeline/measure.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+
+#include <array>
+#include <cmath>
+
+#include "inertia/skin.hpp"
+#include "pipeline/segment_frames.hpp"
+
+namespace borelli {
+namespace {
+
+// the corners of both grids lie within a hundredth of a voxel of each other
+bool agree(const Grid& a, const Grid& b) {
+  if (a.size != b.size) return false;
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d index;
+    for (int n = 0; n < 3; ++n)
+      index[n] = (corner >> n & 1) ? static_cast<double>(a.size[static_cast<std::size_t>(n)] - 1) : 0;
+    if ((b.index(a.point(index)) - index).cwiseAbs().maxCoeff() > 0.01) return false;
+  }
+  return true;
+}
+
+Result<void> check(const GreyVolume& volume, const LabelMap& labels, const MeasureOptions& options) {
+  if (!options.sex.empty() && options.sex != "male" && options.sex != "female")
+    return bad_use("sex", fmt::format("'{}' is not known: male or female expected", options.sex));
+  if (!agree(volume.grid, labels.grid))
+    return bad_use(
+        "labels",
+        fmt::format("they must lie on the volume's grid of {} x {} x {} voxels, but have {} x {} x {}, "
+                    "or other axes or another origin",
+                    volume.grid.size[0], volume.grid.size[1], volume.grid.size[2], labels.grid.size[0],
+                    labels.grid.size[1], labels.grid.size[2]));
+  return {};
+}
+
+std::string in_words(Sampling sampling, double mixed, bool told) {
+  const std::string share =
+      told ? "as asked" : fmt::format("{:.0f} % of the voxels beside the skin are mixed", 100 * mixed);
+  return sampling == Sampling::points
+             ? fmt::format("points ({}): labelled voxels only, second moments as summed", share)
+             : fmt::format("averages ({}): the skin's mixed voxels counted, h^2/12 subtracted", share);
+}
+
+struct Weighed {
+  LabelMoments mass, volume;
+  Sampling sampling;
+  std::string sampling_in_words;
+};
+
+Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const DensityCurve& curve,
+                      const MeasureOptions& options) {
+  const auto weights = density_weights(volume.quantity, curve);
+  if (!weights) return tl::unexpected(weights.error());
+  const auto mixed = mixed_share(labels, volume, *weights);
+  if (!mixed) return tl::unexpected(mixed.error());
+  Weighed weighed;
+  weighed.sampling = options.sampling.value_or(sampling_by(*mixed));
+  weighed.sampling_in_words = in_words(weighed.sampling, *mixed, options.sampling.has_value());
+  weighed.volume = label_moments(labels, options.threads).value();
+  if (weighed.sampling == Sampling::points) {
+    weighed.mass = label_moments(labels, volume, *weights, options.threads).value();
+  } else {
+    const auto straight = density_weights(volume.quantity, curve, BelowAir::straight);
+    weighed.mass =
+        label_moments(grow_skin(labels, options.blur_reach), volume, *straight, options.threads).value();
+  }
+  return weighed;
+}
+
+Completeness judge(InertiaRow& row, double edge, const PartCompleteness& completeness) {
+  const auto told = completeness.find(row.part);
+  if (told != completeness.end() && told->second != Completeness::absent) return told->second;
+  if (edge >= 0.1) {
+    row.notes.push_back("reaches the scan's edge");
+    return Completeness::cut;
+  }
+  return Completeness::whole;
+}
+
+}  // namespace
+
+PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& findings) {
+  PartCompleteness completeness;
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    completeness[std::string(parts[label].name)] =
+        findings[label].coverage == Coverage::whole ? Completeness::whole
+        : findings[label].coverage == Coverage::cut ? Completeness::cut
+                                                    : Completeness::absent;
+  return completeness;
+}
+
+std::vector<double> edge_share(const LabelMap& labels, const LabelMoments& count) {
+  const Grid& grid = labels.grid;
+  std::vector<double> area(256), share(256);
+  const std::array<double, 3> face{grid.axes.col(1).cross(grid.axes.col(2)).norm(),
+                                   grid.axes.col(2).cross(grid.axes.col(0)).norm(),
+                                   grid.axes.col(0).cross(grid.axes.col(1)).norm()};
+  for (std::int64_t k = 0; k < grid.size[2]; ++k)
+    for (std::int64_t j = 0; j < grid.size[1]; ++j)
+      for (const std::int64_t i : {std::int64_t{0}, grid.size[0] - 1}) area[labels.at(i, j, k)] += face[0];
+  for (std::int64_t k = 0; k < grid.size[2]; ++k)
+    for (std::int64_t i = 0; i < grid.size[0]; ++i)
+      for (const std::int64_t j : {std::int64_t{0}, grid.size[1] - 1}) area[labels.at(i, j, k)] += face[1];
+  for (std::int64_t j = 0; j < grid.size[1]; ++j)
+    for (std::int64_t i = 0; i < grid.size[0]; ++i)
+      for (const std::int64_t k : {std::int64_t{0}, grid.size[2] - 1}) area[labels.at(i, j, k)] += face[2];
+  for (std::size_t label = 1; label < 256; ++label)
+    if (const auto n = static_cast<double>(count[label].voxels); n > 0)
+      share[label] = area[label] / std::pow(n * grid.voxel_volume(), 2. / 3);
+  return share;
+}
+
+Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
+                             const MeasureOptions& options, const PartCompleteness& completeness) {
+  if (auto checked = check(volume, labels, options); !checked) return tl::unexpected(checked.error());
+  labels.grid = volume.grid;
+  const auto curve = density_curve(options.density_curve);
+  if (!curve) return tl::unexpected(curve.error());
+  const auto weighed = weigh(volume, labels, *curve, options);
+  if (!weighed) return tl::unexpected(weighed.error());
+
+  const std::vector<double> edge = edge_share(labels, weighed->volume);
+  std::vector<InertiaRow> rows;
+  for (std::size_t label = 1; label < 256; ++label) {
+    const bool there = weighed->volume[label].voxels > 0;
+    if (label >= labels.names.size() && !there) continue;
+    InertiaRow row;
+    row.part = label < labels.names.size() && !labels.names[label].empty() ? labels.names[label]
+                                                                           : fmt::format("label {}", label);
+    row.completeness = there ? judge(row, edge[label], completeness) : Completeness::absent;
+    row.volume = borelli::volume(weighed->volume[label], labels.grid);
+    row.inertial = to_inertial(weighed->mass[label], labels.grid, weighed->sampling);
+    if (there) row.frame = segment_frame(row.part, landmarks, row.inertial, options.cuts);
+    if (row.frame)
+      for (auto& note : endpoint_notes(*row.frame, row.part, landmarks)) row.notes.push_back(note);
+    rows.push_back(std::move(row));
+  }
+
+  InertiaSource source;
+  const bool hu = volume.quantity == Quantity::hu;
+  source.quantity = hu ? "CT numbers" : "densities, kg/m^3";
+  source.density_curve = hu ? curve->name : "";
+  source.density_source = hu ? curve->source : "";
+  source.sampling = weighed->sampling_in_words;
+  source.sex = options.sex, source.pose = options.pose, source.cuts = options.cuts;
+  InertiaTable table = make_table(std::move(source), std::move(rows));
+  if (table.whole.completeness == Completeness::absent) return failure("labels", "no voxel is labelled");
+  return table;
+}
+
+}  // namespace borelli

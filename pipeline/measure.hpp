@@ -1,0 +1,49 @@
+// From a scan with labels and landmarks to the inertia table: density, skin, moments, frames.
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "inertia/density.hpp"
+#include "inertia/moments.hpp"
+#include "inertia/table.hpp"
+#include "segmentation/landmarks.hpp"
+#include "segmentation/segment.hpp"
+#include "segmentation/volume.hpp"
+
+namespace borelli {
+
+struct MeasureOptions {
+  std::string density_curve{default_density_curve};  ///< of CT numbers; densities need none
+  /// What the voxels are: averages, whose skin is grown, or points. Nothing: told by the skin's mixed voxels.
+  std::optional<Sampling> sampling;
+  double blur_reach = 2;            ///< mm, of grow_skin
+  std::string cuts = "deleva1996";  ///< convention by which the labels were cut
+  std::string sex;                  ///< "male", "female", or empty
+  std::string pose;                 ///< "supine", "standing" ..., or empty
+  int threads = 0;                  ///< 0: as many as the machine has
+};
+
+/// How much of each part a scan holds, by the part's name.
+using PartCompleteness = std::map<std::string, Completeness, std::less<>>;
+
+/// The same as our segmentation found it.
+PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& findings);
+
+/// A row for each name of the label map but "outside" (absent where it has no voxel), and the whole. The two
+/// grids must agree to a hundredth of a voxel; the volume's is used. `completeness` tells of parts by name;
+/// those that it does not tell of are judged by edge_share. Errors: volumes that hold neither CT numbers nor
+/// densities, another grid, an unknown curve or sex, no labelled voxel.
+Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
+                             const MeasureOptions& options = {}, const PartCompleteness& completeness = {});
+
+/// By label, the area on the volume's outer faces over the part's volume to the power 2/3: how much of it the
+/// scan's edge may have cut off. A part held whole just touches an edge, in less than a tenth; a limb cut
+/// across has about a half.
+/// `count`: the labels' voxels.
+std::vector<double> edge_share(const LabelMap& labels, const LabelMoments& count);
+
+}  // namespace borelli

@@ -1,0 +1,332 @@
+#include "pipeline/plot.hpp"
+
+#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+namespace borelli {
+namespace {
+
+constexpr double width = 720, left = 78, right = 22, plot_height = 300;
+constexpr double character = 6.3;  // mean advance of the 12 px sans-serif text, a little on the wide side
+
+constexpr std::array<std::string_view, 7> colours{"#0072B2", "#D55E00", "#000000", "#009E73",
+                                                  "#CC79A7", "#E69F00", "#56B4E9"};
+constexpr std::array<std::string_view, 7> dashes{"none", "8 3", "2 2", "10 3 2 3", "5 2", "12 4", "1 3"};
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (static_cast<unsigned char>(c) >= 0x20)
+      out += c;
+  }
+  return out;
+}
+
+std::string superscript(int exponent) {
+  constexpr std::array<std::string_view, 10> digits{"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string out = exponent < 0 ? "⁻" : "";
+  for (const char c : std::to_string(std::abs(exponent))) out += digits[c - '0'];
+  return out;
+}
+
+// 0.001 to 99999 as they are, the rest (and all powers of ten on a logarithmic axis) as 2×10⁻⁶.
+std::string tick_text(double value, bool logarithmic) {
+  const double size = std::abs(value);
+  if (size == 0) return "0";
+  if (value < 0) return "−" + tick_text(size, logarithmic);
+  if (logarithmic ? size >= 0.1 && size < 1e3 : size >= 1e-3 && size < 1e5)
+    return fmt::format("{:.6g}", value);
+  const int exponent = static_cast<int>(std::floor(std::log10(size) + 1e-12));
+  const double factor = value / std::pow(10, exponent);
+  if (std::abs(factor - 1) < 1e-9) return "10" + superscript(exponent);
+  return fmt::format("{:.3g}×10{}", factor, superscript(exponent));
+}
+
+// A round step (1, 2 or 5 times a power of ten) that parts a range into about `pieces`.
+double round_step(double range, int pieces) {
+  const double rough = range / pieces, power = std::pow(10, std::floor(std::log10(rough)));
+  const double factor = rough / power;
+  return power * (factor < 1.5 ? 1 : factor < 3.5 ? 2 : factor < 7.5 ? 5 : 10);
+}
+
+struct Scale {
+  double low = 0, high = 1;
+  bool logarithmic = false;
+  std::vector<double> ticks;
+
+  // position in [0, 1] along the axis; not finite where the value has none
+  double at(double v) const {
+    if (!logarithmic) return (v - low) / (high - low);
+    if (!(v > 0)) return std::numeric_limits<double>::quiet_NaN();
+    return std::log(v / low) / std::log(high / low);
+  }
+};
+
+void set_linear(Scale& scale, const Axis& axis, int pieces) {
+  if (scale.high == scale.low) {
+    const double half = scale.low == 0 ? 1 : 0.1 * std::abs(scale.low);
+    scale.low -= half, scale.high += half;
+  }
+  double step = round_step(scale.high - scale.low, pieces);
+  if (axis.whole_numbers) {  // a margin, so that the first and last marks stand free of the frame
+    step = std::max(1., std::round(step));
+    if (!axis.low) scale.low -= 0.3 * step;
+    if (!axis.high) scale.high += 0.3 * step;
+  } else {
+    if (!axis.low) scale.low = step * std::floor(scale.low / step + 1e-9);
+    if (!axis.high) scale.high = step * std::ceil(scale.high / step - 1e-9);
+  }
+  for (double t = std::ceil(scale.low / step - 1e-9); t * step <= scale.high + 1e-9 * step; ++t)
+    scale.ticks.push_back(t * step);
+}
+
+// 1, 2 or 5 times a power of ten: the nearest such number at or below (above) a value.
+double round_below(double value) {
+  const double power = std::pow(10, std::floor(std::log10(value) + 1e-9)), factor = value / power;
+  return power * (factor < 2 - 1e-9 ? 1 : factor < 5 - 1e-9 ? 2 : 5);
+}
+
+double round_above(double value) {
+  const double below = round_below(value);
+  return below >= value * (1 - 1e-9) ? below : round_below(below * 2.6);  // 1 -> 2, 2 -> 5, 5 -> 10
+}
+
+void set_logarithmic(Scale& scale, const Axis& axis) {
+  if (!axis.low) scale.low = round_below(scale.low);
+  if (!axis.high) scale.high = round_above(scale.high);
+  if (scale.low == scale.high) scale.low /= 10, scale.high *= 10;
+  const int first = static_cast<int>(std::floor(std::log10(scale.low) + 1e-9));
+  const int last = static_cast<int>(std::ceil(std::log10(scale.high) - 1e-9));
+  const int every = std::max(1, (last - first + 7) / 8);
+  const bool few = std::log10(scale.high / scale.low) < 2.5;
+  for (int e = first; e <= last; ++e) {
+    if ((e - first) % every != 0) continue;
+    for (const double factor : few ? std::vector<double>{1, 2, 5} : std::vector<double>{1}) {
+      const double tick = factor * std::pow(10, e);
+      if (tick >= scale.low * (1 - 1e-9) && tick <= scale.high * (1 + 1e-9)) scale.ticks.push_back(tick);
+    }
+  }
+}
+
+// The range of an axis: the data's, a share `margin` of it added at either end, widened to round numbers.
+Scale scale_of(const Axis& axis, const std::vector<Curve>& curves, std::vector<double> Curve::*values,
+               int pieces, double margin) {
+  Scale scale;
+  scale.logarithmic = axis.logarithmic;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Curve& curve : curves)
+    for (const double v : curve.*values)
+      if (std::isfinite(v) && (!axis.logarithmic || v > 0)) low = std::min(low, v), high = std::max(high, v);
+  if (!(low <= high)) low = axis.logarithmic ? 0.1 : 0, high = 1;
+  if (margin > 0 && axis.logarithmic) {
+    const double factor = std::pow(high / low, margin);
+    low /= factor, high *= factor;
+  } else if (margin > 0) {
+    const double more = margin * (high - low);
+    low -= more, high += more;
+  }
+  scale.low = axis.low.value_or(low), scale.high = axis.high.value_or(high);
+  if (axis.logarithmic)
+    set_logarithmic(scale, axis);
+  else
+    set_linear(scale, axis, pieces);
+  return scale;
+}
+
+struct Point {
+  double x, y;
+};
+
+// In each column of half a pixel only the first, lowest, highest and last point count: the eye sees no more.
+std::vector<Point> thinned(const std::vector<Point>& line) {
+  if (line.size() < 2000) return line;
+  std::vector<Point> out;
+  for (std::size_t i = 0; i < line.size();) {
+    std::size_t end = i, low = i, high = i;
+    while (end < line.size() && std::floor(2 * line[end].x) == std::floor(2 * line[i].x)) {
+      if (line[end].y < line[low].y) low = end;
+      if (line[end].y > line[high].y) high = end;
+      ++end;
+    }
+    std::array<std::size_t, 4> keep{i, std::min(low, high), std::max(low, high), end - 1};
+    for (std::size_t k = 0; k < 4; ++k)
+      if (k == 0 || keep[k] != keep[k - 1]) out.push_back(line[keep[k]]);
+    i = end;
+  }
+  return out;
+}
+
+// The pieces of a curve between values that cannot be drawn, in the drawing's pixels.
+std::vector<std::vector<Point>> pieces(const Curve& curve, const Scale& x, const Scale& y, double top) {
+  std::vector<std::vector<Point>> out(1);
+  for (std::size_t i = 0; i < std::min(curve.x.size(), curve.y.size()); ++i) {
+    const double u = x.at(curve.x[i]), v = y.at(curve.y[i]);
+    if (!std::isfinite(u) || !std::isfinite(v)) {
+      if (!out.back().empty()) out.emplace_back();
+      continue;
+    }
+    // far outside of the frame a coordinate is cut, or a diverging run would overflow the viewer's numbers
+    out.back().push_back({left + std::clamp(u, -10., 10.) * (width - left - right),
+                          top + (1 - std::clamp(v, -10., 10.)) * plot_height});
+  }
+  if (out.back().empty()) out.pop_back();
+  for (auto& piece : out) piece = thinned(piece);
+  return out;
+}
+
+void draw_axes(std::string& out, const Plot& plot, const Scale& x, const Scale& y, double top) {
+  const double bottom = top + plot_height, far = width - right;
+  for (const double tick : x.ticks) {
+    const double u = left + x.at(tick) * (far - left);
+    out += fmt::format("<path class='grid' d='M{:.2f} {:.2f}V{:.2f}'/>\n", u, top, bottom);
+    out += fmt::format("<path class='axis' d='M{:.2f} {:.2f}v5'/>\n", u, bottom);
+    out += fmt::format("<text x='{:.2f}' y='{:.2f}' text-anchor='middle'>{}</text>\n", u, bottom + 19,
+                       tick_text(tick, x.logarithmic));
+  }
+  for (const double tick : y.ticks) {
+    const double v = bottom - y.at(tick) * plot_height;
+    out += fmt::format("<path class='grid' d='M{:.2f} {:.2f}H{:.2f}'/>\n", left, v, far);
+    out += fmt::format("<path class='axis' d='M{:.2f} {:.2f}h-5'/>\n", left, v);
+    out += fmt::format("<text x='{:.2f}' y='{:.2f}' text-anchor='end'>{}</text>\n", left - 9, v + 4,
+                       tick_text(tick, y.logarithmic));
+  }
+  out += fmt::format("<rect class='frame' x='{}' y='{:.2f}' width='{}' height='{}'/>\n", left, top,
+                     far - left, plot_height);
+  out += fmt::format("<text x='{:.2f}' y='{:.2f}' text-anchor='middle'>{}</text>\n", (left + far) / 2,
+                     bottom + 41, escaped(plot.x.label));
+  out += fmt::format("<text transform='translate(18 {:.2f}) rotate(-90)' text-anchor='middle'>{}</text>\n",
+                     (top + bottom) / 2, escaped(plot.y.label));
+}
+
+void draw_curve(std::string& out, const Curve& curve, std::size_t number, const Scale& x, const Scale& y,
+                double top) {
+  const std::string_view colour = colours[number % colours.size()], dash = dashes[number % dashes.size()];
+  for (const auto& piece : pieces(curve, x, y, top)) {
+    out += fmt::format("<polyline class='curve' stroke='{}' stroke-dasharray='{}' points='", colour, dash);
+    for (const Point& p : piece) out += fmt::format("{:.2f},{:.2f} ", p.x, p.y);
+    out += "'/>\n";
+    if (!curve.marks) continue;
+    for (const Point& p : piece)
+      out += fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' fill='{}'/>\n", p.x, p.y, colour);
+  }
+}
+
+// Letters, not bytes, of a UTF-8 text.
+std::size_t letters(std::string_view text) {
+  return std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });
+}
+
+// Names beside samples of their lines, in rows above the frame. Returns the height of the rows.
+double draw_legend(std::string& out, const std::vector<Curve>& curves, double top) {
+  double u = left, v = top;
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const double wide = 34 + character * static_cast<double>(letters(curves[i].name)) + 18;
+    if (u + wide > width - right + 18 && u > left) u = left, v += 19;
+    out += fmt::format("<path class='curve' stroke='{}' stroke-dasharray='{}' d='M{:.2f} {:.2f}h28'/>\n",
+                       colours[i % colours.size()], dashes[i % dashes.size()], u, v - 4);
+    if (curves[i].marks)
+      out += fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' fill='{}'/>\n", u + 14, v - 4,
+                         colours[i % colours.size()]);
+    out += fmt::format("<text x='{:.2f}' y='{:.2f}'>{}</text>\n", u + 34, v, escaped(curves[i].name));
+    u += wide;
+  }
+  return curves.empty() ? 0 : v - top + 19;
+}
+
+// A sentence broken at blanks into lines of at most `most` letters.
+std::vector<std::string> wrapped(std::string_view sentence, std::size_t most) {
+  std::vector<std::string> lines;
+  std::string line;
+  for (std::size_t begin = 0; begin < sentence.size();) {
+    const std::size_t end = std::min(sentence.find(' ', begin), sentence.size());
+    const std::string_view word = sentence.substr(begin, end - begin);
+    if (!line.empty() && letters(line) + 1 + letters(word) > most) lines.push_back(std::exchange(line, {}));
+    if (!line.empty()) line += ' ';
+    line += word;
+    begin = end + 1;
+  }
+  if (!line.empty()) lines.push_back(line);
+  return lines;
+}
+
+bool share_x(const std::vector<Curve>& curves) {
+  return std::all_of(curves.begin(), curves.end(), [&](const Curve& c) { return c.x == curves.front().x; });
+}
+
+// A name that may hold a comma or a quotation mark, as RFC 4180 asks.
+std::string quoted(std::string_view name) {
+  if (name.find_first_of(",\"\n") == std::string_view::npos) return std::string(name);
+  std::string out = "\"";
+  for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + '"';
+}
+
+}  // namespace
+
+std::string svg(const Plot& plot) {
+  std::string body, legend;
+  const double top = 36 + draw_legend(legend, plot.curves, 48) + 4;
+  const Scale x = scale_of(plot.x, plot.curves, &Curve::x, 8, 0),
+              y = scale_of(plot.y, plot.curves, &Curve::y, 6, 0.03);
+  draw_axes(body, plot, x, y, top);
+  body += fmt::format("<clipPath id='frame'><rect x='{}' y='{:.2f}' width='{}' height='{}'/></clipPath>\n",
+                      left, top, width - left - right, plot_height);
+  body += "<g clip-path='url(#frame)'>\n";
+  for (std::size_t i = 0; i < plot.curves.size(); ++i) draw_curve(body, plot.curves[i], i, x, y, top);
+  body += "</g>\n";
+
+  double below = top + plot_height + 62;
+  for (const std::string& note : plot.notes)
+    for (const std::string& line : wrapped(note, 104)) {
+      body += fmt::format("<text class='note' x='{}' y='{:.2f}'>{}</text>\n", left, below, escaped(line));
+      below += 16;
+    }
+  const double height = std::ceil(below);
+  return fmt::format(
+             "<svg xmlns='http://www.w3.org/2000/svg' width='{0}' height='{1}' viewBox='0 0 {0} {1}' "
+             "font-family='Helvetica, Arial, \"DejaVu Sans\", sans-serif' font-size='12'>\n"
+             "<style>.grid{{stroke:#ddd;stroke-width:.7;fill:none}} .axis{{stroke:#000;fill:none}} "
+             ".frame{{stroke:#000;fill:none}} .curve{{fill:none;stroke-width:1.6;stroke-linejoin:round}} "
+             ".note{{font-size:11px;fill:#333}}</style>\n"
+             "<rect width='{0}' height='{1}' fill='#fff'/>\n"
+             "<text x='{2}' y='22' font-size='15' font-weight='bold'>{3}</text>\n",
+             width, height, left, escaped(plot.title)) +
+         legend + body + "</svg>\n";
+}
+
+std::string csv(const Plot& plot) {
+  std::string out = "# " + plot.title + '\n';
+  for (const std::string& note : plot.notes) out += "# " + note + '\n';
+  if (plot.curves.empty()) return out;
+  if (!share_x(plot.curves)) {
+    out += fmt::format("curve,{},{}\n", quoted(plot.x.label), quoted(plot.y.label));
+    for (const Curve& c : plot.curves)
+      for (std::size_t i = 0; i < c.x.size(); ++i)
+        out += fmt::format("{},{:.17g},{:.17g}\n", quoted(c.name), c.x[i], c.y[i]);
+    return out;
+  }
+  out += quoted(plot.x.label);
+  for (const Curve& c : plot.curves) out += ',' + quoted(c.name);
+  out += '\n';
+  for (std::size_t i = 0; i < plot.curves.front().x.size(); ++i) {
+    out += fmt::format("{:.17g}", plot.curves.front().x[i]);
+    for (const Curve& c : plot.curves) out += fmt::format(",{:.17g}", c.y[i]);
+    out += '\n';
+  }
+  return out;
+}
+
+}  // namespace borelli

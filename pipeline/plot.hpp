@@ -1,0 +1,40 @@
+// Line plots as SVG for a page or a paper, and the CSV of what they draw. Colours after Okabe & Ito (2008,
+// jfly.uni-koeln.de/color: told apart by the colour-blind), each with a dash of its own so that grey print
+// serves too.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace borelli {
+
+struct Axis {
+  std::string label;         ///< with its unit, e.g. "time (s)"
+  bool logarithmic = false;  ///< values that are not positive are left out
+  std::optional<double> low = {},
+                        high = {};  ///< the range drawn; where absent, the data's, widened to round numbers
+  bool whole_numbers = false;       ///< ticks at whole numbers only (counts)
+};
+
+struct Curve {
+  std::string name;
+  std::vector<double> x = {}, y = {};  ///< of equal length; a value that is not finite breaks the line
+  bool marks = false;                  ///< a dot at every point
+};
+
+struct Plot {
+  std::string title;
+  Axis x, y;
+  std::vector<Curve> curves;
+  std::vector<std::string> notes;  ///< sentences set small below the plot
+};
+
+/// The plot as a self-contained SVG document, 720 wide and as high as its notes need.
+std::string svg(const Plot& plot);
+
+/// Columns x, curve 1, curve 2 ... where all curves share their x; else curve, x, y in long form. Numbers
+/// with 17 significant digits; the notes stand above as lines that begin with '#'.
+std::string csv(const Plot& plot);
+
+}  // namespace borelli

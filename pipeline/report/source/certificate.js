@@ -1,0 +1,111 @@
+// What the simulation's certificate says, in words.
+import { h, seconds, significant } from './dom.js';
+
+/** One line for the page's top: {trusted, text}; null without a motion. */
+export function verdictOf(motion) {
+  if (!motion) return null;
+  const { trusted } = motion.certificate;
+  return { trusted, text: trusted ? 'trusted' : 'not trusted' };
+}
+
+export function makeCertificate(motion) {
+  const c = motion.certificate;
+  const sentences = [balanceOf(c), ...residualsOf(c), ...conservedOf(c), stepsOf(c)];
+  return h(
+    'div',
+    { class: `certificate ${c.trusted ? 'trusted' : 'untrusted'}` },
+    h('h3', {}, c.trusted ? 'This motion can be trusted' : 'This motion is not to be trusted'),
+    c.trusted
+      ? null
+      : h(
+          'p',
+          { class: 'reason' },
+          sentence(c.reason || 'The run gave no reason'),
+          Number.isFinite(c.reason_time) ? ` First so at ${seconds(c.reason_time)}.` : '',
+        ),
+    h(
+      'ul',
+      {},
+      sentences.filter(Boolean).map((text) => h('li', {}, text)),
+      (c.notes ?? []).map((note) => h('li', {}, sentence(note))),
+    ),
+  );
+}
+
+const sentence = (text) => text.charAt(0).toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? '' : '.');
+
+function balanceOf(c) {
+  if (!Number.isFinite(c.energy_drift)) return 'The energy balance is not known.';
+  const share = c.energy_turnover > 0 ? c.energy_drift / c.energy_turnover : null;
+  const against =
+    share === null
+      ? ''
+      : `, ${significant(share, 2)} of the ${significant(c.energy_turnover, 3)} J that changed form (up to ${significant(c.energy_threshold, 2)} is trusted)`;
+  return `Kinetic and potential energy less the work done stay constant within ${significant(c.energy_drift, 2)} J${against}; worst at ${seconds(c.energy_drift_time)}.`;
+}
+
+function residualsOf(c) {
+  if (c.constraint_rows === 0) return ['The scene has no constraints beyond its joints.'];
+  const rank = c.constraint_rank < c.constraint_rows ? `, of which ${c.constraint_rank} are independent` : '';
+  const redundant = c.redundant?.length
+    ? ` (redundant: ${c.redundant.join(', ')}; their efforts are the least ones)`
+    : '';
+  return [
+    `The constraints have ${c.constraint_rows} rows${rank}${redundant}; the table gives the worst that each was missed by.`,
+  ];
+}
+
+function conservedOf(c) {
+  return (c.conserved ?? []).map(
+    ({ name, drift, scale, time }) =>
+      `${sentence(name).slice(0, -1)} is conserved within ${significant(drift, 2)}${scale > 0 ? `, ${significant(drift / scale, 2)} of its scale` : ''}; worst at ${seconds(time)}.`,
+  );
+}
+
+function stepsOf(c) {
+  const rejected = c.steps_rejected > 0 ? ` and rejected ${c.steps_rejected}` : '';
+  return `The integrator took ${c.steps_accepted} steps${rejected}, with ${c.evaluations} evaluations of the equations; the smallest step was ${seconds(c.smallest_step)} at ${seconds(c.smallest_step_time)}.`;
+}
+
+/** The worst residual of each constraint; null where there are none. */
+export function residualTable(motion) {
+  const rows = motion.certificate.residuals ?? [];
+  if (rows.length === 0) return null;
+  return h(
+    'div',
+    { class: 'scroll' },
+    h(
+      'table',
+      { class: 'numbers' },
+      h('caption', {}, 'Worst residuals of the constraints, in the units of their rows'),
+      h(
+        'thead',
+        {},
+        h(
+          'tr',
+          {},
+          ['Constraint', 'position', 'at', 'velocity', 'at'].map((t, i) =>
+            h('th', { scope: 'col', class: i ? 'number' : '' }, t),
+          ),
+        ),
+      ),
+      h(
+        'tbody',
+        {},
+        rows.map((r) =>
+          h(
+            'tr',
+            {},
+            h('th', { scope: 'row' }, r.constraint),
+            [
+              significant(r.position, 2),
+              seconds(r.position_time),
+              significant(r.velocity, 2),
+              seconds(r.velocity_time),
+            ].map((t) => h('td', { class: 'number' }, t)),
+          ),
+        ),
+      ),
+    ),
+  );
+}

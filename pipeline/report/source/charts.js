@@ -1,0 +1,149 @@
+// The motion's energies and multipliers over time, by uPlot; a click moves the body to that moment.
+import uPlot from 'uplot';
+import 'uplot/dist/uPlot.min.css';
+import { css, darkScheme, h, onResize, seconds, significant } from './dom.js';
+
+// Okabe & Ito's colours, told apart by the colour-blind; each with a dash of its own for grey print.
+const okabeIto = ['#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00'];
+const stroke = (i) =>
+  okabeIto[darkScheme.matches && i % 6 === 0 ? 4 : darkScheme.matches && i % 6 === 4 ? 0 : i % 6]; // the dark blue not on black
+const dashes = [[], [9, 4], [3, 3], [9, 3, 2, 3], [14, 4], [2, 5]];
+
+/**
+ * A line chart: `curves` are {name, values, colour? (its number)}, over `times`; `unit` stands at the axis. `onTime` (if given)
+ * registers a listener for the player's time, `seek` is called with the time that was clicked.
+ */
+export function makeChart({ title, unit, times, curves, onTime, seek, height = 230 }) {
+  const holder = h('div', { class: 'chart-holder' });
+  const [prefix, factor] = unit.includes('(') ? prefixOf(curves) : ['', 1];
+  const drawn = curves.map((c) => c.values.map((v) => (v === null ? null : v * factor)));
+  const now = h('div', { class: 'now', 'aria-hidden': 'true' });
+  let plot = null;
+  let time = 0;
+  const mark = () => {
+    if (!plot) return;
+    const x = plot.valToPos(times[0] + time, 'x');
+    now.style.transform = `translateX(${x}px)`;
+    now.hidden = !(time > 0);
+  };
+  const draw = () => {
+    if (holder.clientWidth === 0) return;
+    plot?.destroy();
+    plot = new uPlot(
+      options(
+        holder.clientWidth,
+        height,
+        unit.includes('(') ? unit.replace('(', `(${prefix}`) : unit,
+        curves,
+      ),
+      [times, ...drawn],
+      holder,
+    );
+    plot.over.append(now);
+    plot.over.addEventListener('click', () => {
+      const { idx } = plot.cursor;
+      if (seek && idx !== null && idx !== undefined) seek(times[idx] - times[0]);
+    });
+    mark();
+  };
+  onTime?.((to) => {
+    time = to;
+    mark();
+  });
+  onResize(holder, draw);
+  darkScheme.addEventListener('change', draw);
+  const element = h('figure', { class: 'chart' }, h('figcaption', {}, title), holder);
+  return { element, draw };
+}
+
+function options(width, height, unit, curves) {
+  const ink = css('--ink-soft');
+  const axis = {
+    stroke: ink,
+    grid: { stroke: css('--grid-line'), width: 1 },
+    ticks: { stroke: css('--grid-line') },
+    font: `12px ${css('--sans')}`,
+    labelFont: `12px ${css('--sans')}`,
+  };
+  const shown = (value, digits) => (value === null || value === undefined ? '–' : significant(value, digits));
+  return {
+    width,
+    height,
+    cursor: { sync: { key: 'motion' }, points: { size: 7 } },
+    legend: { live: true },
+    scales: { x: { time: false } },
+    axes: [
+      { ...axis, label: 'time (s)', labelSize: 22, size: 34 },
+      { ...axis, label: unit, labelSize: 20, size: 62, values: (_, ticks) => ticks.map(tick) },
+    ],
+    series: [
+      { label: 'time', value: (_, v) => (v === null || v === undefined ? '–' : seconds(v)) },
+      ...curves.map(({ name, colour }, i) => ({
+        label: name,
+        stroke: stroke(colour ?? i),
+        width: 2,
+        dash: dashes[i % dashes.length],
+        pxAlign: 0,
+        points: { show: false },
+        value: (_, v) => shown(v, 5),
+      })),
+    ],
+  };
+}
+
+/** The SI prefix in which the curves' largest value has one to three digits before the point. */
+function prefixOf(curves) {
+  const largest = Math.max(...curves.map((c) => c.values.reduce((m, v) => Math.max(m, Math.abs(v ?? 0)), 0)));
+  const prefixes = [
+    ['k', 1e-3],
+    ['', 1],
+    ['m', 1e3],
+    ['µ', 1e6],
+    ['n', 1e9],
+    ['p', 1e12],
+    ['f', 1e15],
+  ];
+  if (largest === 0 || largest >= 1e4) return largest === 0 ? prefixes[1] : prefixes[0];
+  return prefixes.slice(1).find(([, factor]) => largest * factor >= 1) ?? prefixes.at(-1);
+}
+
+const tick = (value) => String(Number(value.toPrecision(6))).replace('-', '−');
+
+/** Charts of a motion {times, kinetic, potential, work, multipliers: [{name, values}]}. */
+export function motionCharts(motion, player) {
+  const { times, kinetic, potential, work } = motion;
+  const total = kinetic.map((k, i) => k + potential[i]);
+  const start = total[0];
+  const balance = total.map((e, i) => e - start - (work?.[i] ?? 0));
+  const anyWork = work?.some((w) => w !== 0);
+  const shared = { times, onTime: player?.onTime, seek: player?.seek };
+  const charts = [
+    makeChart({
+      ...shared,
+      title: 'Energy, from the start',
+      unit: 'energy (J)',
+      curves: [
+        { name: 'kinetic', values: kinetic.map((k) => k - kinetic[0]), colour: 0 },
+        { name: 'potential', values: potential.map((p) => p - potential[0]), colour: 1 },
+        { name: 'total', values: total.map((e) => e - start), colour: 2 },
+        ...(anyWork ? [{ name: 'work', values: work, colour: 3 }] : []),
+      ],
+    }),
+    makeChart({
+      ...shared,
+      title: anyWork
+        ? 'Energy not accounted for: total − start − work'
+        : 'Energy not accounted for: total − start',
+      unit: 'drift (J)',
+      curves: [{ name: 'drift', values: balance, colour: 5 }],
+    }),
+  ];
+  for (const { unit, rows } of multiplierGroups(motion.multipliers ?? [])) {
+    charts.push(
+      makeChart({ ...shared, title: 'What the constraints exert', unit, curves: rows.slice(0, 6) }),
+    );
+  }
+  return charts;
+}
+
+const multiplierGroups = (rows) => (rows.length > 0 ? [{ unit: 'N or N m', rows }] : []);

@@ -1,0 +1,206 @@
+// report.html's program: reads the data that report.cpp wrote into the page and builds the sections from it.
+import './style.css';
+import { makeCertificate, residualTable, verdictOf } from './certificate.js';
+import { makeFiles, makeSettings, makeTimings, totalSeconds, warningsOf } from './account.js';
+import { motionCharts } from './charts.js';
+import { readBlock, readReport } from './data.js';
+import { fixed, h, seconds, section, significant } from './dom.js';
+import { makeMassChart } from './masses.js';
+import { makePlayer } from './player.js';
+import { jointTable, makeCoronal, makeSlices } from './slices.js';
+import { isWhole, makeTables, rowsOf, sourcesOf } from './table.js';
+import { makeVolume } from './volume.js';
+
+const readings = {
+  hu: 'CT numbers (HU)',
+  density_kgm3: 'Mass density (kg/m³)',
+  labels: 'A map of labels',
+  mr: 'MR signal',
+};
+
+async function build() {
+  const report = readReport();
+  const [body, grey, labels] = await Promise.all(['body', 'grey', 'labels'].map(readBlock));
+  const rows = rowsOf(report);
+  const facts = new Map(rows.filter((r) => Number.isFinite(r.mass)).map((r) => [r.name, r]));
+  const page = document.getElementById('page');
+  const redraws = [];
+
+  page.replaceChildren(header(report, rows));
+  let player = null;
+  if (body) {
+    const holder = section('body', 'The moving body');
+    page.append(holder);
+    try {
+      player = await makePlayer(
+        body,
+        facts,
+        report.motion?.gravity_centre
+          ? { times: report.motion.times, points: report.motion.gravity_centre }
+          : null,
+      );
+      holder.append(player.element);
+      player.start();
+    } catch (problem) {
+      holder.append(
+        h(
+          'p',
+          { class: 'notice' },
+          `The moving body cannot be drawn here (${problem.message}). body.glb beside this report holds it for any 3D viewer.`,
+        ),
+      );
+    }
+  }
+  if (rows.length > 0) page.append(anatomy(report, rows, redraws));
+  if (report.volume && (grey || labels)) page.append(scan(report, grey, labels, redraws));
+  if (report.motion) page.append(motionSection(report.motion, player, redraws));
+  const last = account(report);
+  if (last) page.append(last);
+  redraws.forEach((redraw) => redraw());
+  return player;
+}
+
+function header(report, rows) {
+  const { subject, source, run, motion } = report;
+  const verdict = verdictOf(motion);
+  const whole = rows.reduce((sum, { mass }) => sum + (mass || 0), 0);
+  const found = rows.filter(({ completeness }) => completeness === 'whole').length;
+  const cut = rows.filter(({ completeness }) => completeness === 'cut').length;
+  const duration = motion?.times?.length > 1 ? motion.times.at(-1) - motion.times[0] : 0;
+  const fact = (value, unit, name) =>
+    h('div', {}, h('dt', {}, name), h('dd', {}, value, unit ? h('small', {}, ` ${unit}`) : null));
+  const warnings = warningsOf(report);
+  const facts = [
+    whole > 0 ? fact(significant(whole, 4), 'kg', isWhole(rows) ? 'body mass' : 'in the scan') : null,
+    rows.length > 0
+      ? fact(String(found), `of ${rows.length}${cut ? `, ${cut} cut` : ''}`, 'parts whole')
+      : null,
+    motion ? fact(significant(duration, 3), 's', 'of motion') : null,
+    verdict
+      ? h(
+          'div',
+          { class: verdict.trusted ? 'good' : 'bad' },
+          h('dt', {}, 'its certificate'),
+          h('dd', {}, verdict.text),
+        )
+      : null,
+    run?.stages?.length ? fact(...seconds(totalSeconds(run)).split(/[  ](?=\D+$)/), 'to compute') : null,
+  ].filter(Boolean);
+  return h(
+    'header',
+    {},
+    h('p', { class: 'wordmark' }, 'borelli'),
+    h('h1', {}, subject),
+    source ? h('p', { class: 'source' }, sourceText(report)) : null,
+    facts.length > 0 ? h('dl', { class: 'facts' }, facts) : null,
+    warnings.length > 0
+      ? h(
+          'aside',
+          { class: 'warnings', 'aria-label': 'Warnings' },
+          h('h2', {}, warnings.length === 1 ? 'One warning' : `${warnings.length} warnings`),
+          h(
+            'ul',
+            {},
+            warnings.map(({ stage, text }) =>
+              h('li', {}, stage ? h('span', { class: 'stage-name' }, `${stage}: `) : null, text),
+            ),
+          ),
+        )
+      : null,
+  );
+}
+
+function sourceText({ source, segmentation, run }) {
+  const size = source.size.join(' × ');
+  const spacing = source.spacing.map((s) => fixed(s, s < 1 ? 3 : 2).replace(/\.?0+$/, '')).join(' × ');
+  const reading = segmentation?.reading ?? run?.stages?.find((stage) => stage.reading)?.reading;
+  const what = reading?.replace(/\.$/, '') ?? readings[source.quantity] ?? source.quantity;
+  return `${size} voxels of ${spacing} mm. ${what}.`;
+}
+
+function anatomy(report, rows, redraws) {
+  const sources = sourcesOf(rows);
+  const chart = makeMassChart(rows, sources, isWhole(rows) ? 'the body’s mass' : 'the mass in the scan');
+  redraws.push(chart.draw);
+  return section('inertia', 'Parts and their inertia', chart.element, makeTables(report, rows, sources));
+}
+
+function scan(report, grey, labels, redraws) {
+  const volume = makeVolume({ ...report.source, ...report.volume }, grey, labels);
+  const shown = report.parts.filter(({ label }) => label !== undefined);
+  const slices = makeSlices(volume, shown);
+  const content = [slices.element];
+  redraws.push(slices.redraw);
+  if (report.joints?.length > 0) {
+    const coronal = makeCoronal(volume, shown, report.joints);
+    redraws.push(coronal.redraw);
+    content.push(
+      h('h3', {}, 'Joint centres'),
+      h(
+        'div',
+        { class: 'joints-view' },
+        h(
+          'figure',
+          {},
+          h('figcaption', {}, 'The scan summed from front to back, coloured by part'),
+          coronal.element,
+        ),
+        h('div', { class: 'scroll' }, jointTable(report.joints)),
+      ),
+    );
+  }
+  const step = fixed(volume.step, 1);
+  return section(
+    'scan',
+    'The scan',
+    h(
+      'p',
+      { class: 'quiet' },
+      `Shown at ${step} mm. Drag in a picture to move the other two. As radiologists look: the patient’s right is on the left.`,
+    ),
+    content,
+  );
+}
+
+function motionSection(motion, player, redraws) {
+  const charts = motion.kinetic && motion.potential ? motionCharts(motion, player) : [];
+  redraws.push(...charts.map(({ draw }) => draw));
+  const about = `${motion.solids} solids, ${motion.coordinates} degrees of freedom.`;
+  return section(
+    'motion',
+    'The motion and its certificate',
+    h('p', { class: 'quiet' }, about),
+    makeCertificate(motion),
+    h(
+      'div',
+      { class: 'charts' },
+      charts.map(({ element }) => element),
+    ),
+    residualTable(motion),
+  );
+}
+
+function account(report) {
+  const content = [makeTimings(report.run), makeFiles(report.files)].filter(Boolean);
+  const settings = makeSettings(report.run);
+  if (content.length === 0 && !settings) return null;
+  return section('run', 'The run', h('div', { class: 'account' }, content), settings);
+}
+
+// What a test or a reader's own script may use: `ready` resolves when all is drawn; seek(t) poses the body at t
+// seconds and draws it before it returns.
+window.borelli = {
+  ready: build().then((player) => {
+    window.borelli.duration = player?.duration ?? 0;
+    window.borelli.seek = (time) => player?.seek(time);
+    document.documentElement.dataset.ready = 'true';
+  }),
+  seek: () => {},
+  duration: 0,
+};
+window.borelli.ready.catch((problem) => {
+  console.error(problem);
+  document
+    .getElementById('page')
+    .append(h('p', { class: 'notice' }, `This report could not be drawn: ${problem.message}`));
+});

@@ -1,0 +1,514 @@
+#include "pipeline/run.hpp"
+
+#include <fmt/core.h>
+
+#include <fstream>
+
+#include "dynamics/scene_file.hpp"
+#include "dynamics/simulate.hpp"
+#include "inertia/table_file.hpp"
+#include "pipeline/certificate_report.hpp"
+#include "pipeline/display.hpp"
+#include "pipeline/glb.hpp"
+#include "pipeline/measure.hpp"
+#include "pipeline/mesh.hpp"
+#include "pipeline/mesh_file.hpp"
+#include "pipeline/render.hpp"
+#include "pipeline/report.hpp"
+
+#include "pipeline/segmentation_files.hpp"
+#include "pipeline/trajectory_file.hpp"
+#include "pipeline/whole_file.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/segment.hpp"
+#include "segmentation/write.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// A segmentation from the files that it was written to.
+Result<Segmentation> read_back(const fs::path& folder) {
+  Segmentation found;
+  auto labels = read_labels((folder / "labels.nii.gz").string());
+  if (!labels) return tl::unexpected(labels.error());
+  auto landmarks = read_landmarks((folder / "landmarks.json").string());
+  if (!landmarks) return tl::unexpected(landmarks.error());
+  auto findings = read_findings(folder / "segmentation.json");
+  if (!findings) return tl::unexpected(findings.error());
+  found.labels = std::move(*labels);
+  found.landmarks = std::move(*landmarks);
+  found.part = *findings;
+  return found;
+}
+
+// What the stages hand on. Each is read from its file when a stage asks for it and no stage before it in this
+// run made it.
+class RunData {
+ public:
+  explicit RunData(const RunSettings& settings) : settings_(settings) {}
+
+  Result<const ScannedVolume*> scan(const Progress& progress = {}) {
+    return once(scan_, [&] { return read_volume(settings_.volume, {settings_.quantity, progress}); });
+  }
+  Result<const Segmentation*> segmentation() {
+    return once(segmentation_, [&] { return read_back(settings_.folder / "segmentation"); });
+  }
+  Result<const InertiaTable*> table() {
+    return once(table_, [&] { return read_table(settings_.folder / "inertia/table.json"); });
+  }
+  Result<const Scene*> scene() {
+    return once(scene_, [&] { return read_scene(settings_.folder / "model/scene.toml"); });
+  }
+  Result<const Trajectory*> trajectory() {
+    return once(trajectory_, [&]() -> Result<Trajectory> {
+      auto stored = read_trajectory(settings_.folder / "motion/trajectory.h5");
+      if (!stored) return tl::unexpected(stored.error());
+      return std::move(stored->trajectory);
+    });
+  }
+  Result<const std::vector<Mesh>*> meshes() {
+    return once(meshes_, [&]() -> Result<std::vector<Mesh>> {
+      std::vector<Mesh> stored;
+      const auto parts_found = segmentation();
+      if (!parts_found) return tl::unexpected(parts_found.error());
+      for (const std::string& name : (*parts_found)->labels.names) {
+        const fs::path path = settings_.folder / "mesh" / (name + ".vtp");
+        if (!fs::exists(path)) continue;  // a part without voxels
+        auto mesh = read_vtp(path.string());
+        if (!mesh) return tl::unexpected(mesh.error());
+        stored.push_back(std::move(*mesh));
+      }
+      return stored;
+    });
+  }
+  void keep(Segmentation made) { segmentation_ = std::move(made); }
+  void keep(InertiaTable made) { table_ = std::move(made); }
+  void keep(Scene made) { scene_ = std::move(made); }
+  void keep(Trajectory made) { trajectory_ = std::move(made); }
+  void keep(std::vector<Mesh> made) { meshes_ = std::move(made); }
+
+ private:
+  template <class T, class Make>
+  static Result<const T*> once(std::optional<T>& held, Make make) {
+    if (!held) {
+      auto made = make();
+      if (!made) return tl::unexpected(made.error());
+      held = std::move(*made);
+    }
+    return &*held;
+  }
+
+  const RunSettings& settings_;
+  std::optional<ScannedVolume> scan_;
+  std::optional<Segmentation> segmentation_;
+  std::optional<InertiaTable> table_;
+  std::optional<Scene> scene_;
+  std::optional<Trajectory> trajectory_;
+  std::optional<std::vector<Mesh>> meshes_;
+};
+
+using Warnings = std::vector<std::string>;
+
+class Run {
+ public:
+  explicit Run(const RunSettings& settings) : settings_(settings), data_(settings) {}
+
+  Result<json> segment_scan(const Progress& progress);
+  Result<json> use_given_labels(const Progress& progress);
+  Result<json> integrate();
+  Result<json> build_scene();
+  Result<json> move(const Progress& progress);
+  Result<json> make_meshes(const Progress& progress);
+  Result<json> make_glb();
+  Result<json> draw_picture();
+  Result<json> write_page(const json& record);
+
+ private:
+  fs::path file(const std::string& name) const { return settings_.folder / name; }
+  Result<json> hand_on(const Segmentation& found, const ScannedVolume& scan);
+
+  const RunSettings& settings_;
+  RunData data_;
+};
+
+Result<json> Run::hand_on(const Segmentation& found, const ScannedVolume& scan) {
+  const json account = segmentation_account(found, settings_.volume, scan.reading);
+  if (auto written = write_segmentation(file("segmentation"), found, account); !written)
+    return tl::unexpected(written.error());
+  json parts_found = json::object();
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    parts_found[std::string(parts[label].name)] = name_of(found.part[label].coverage);
+  return json{{"warnings", found.warnings},
+              {"reading", scan.reading},
+              {"format", scan.format},
+              {"parts", parts_found}};
+}
+
+Result<json> Run::segment_scan(const Progress& progress) {
+  const auto scan = data_.scan([&](double share) { progress(0.2 * share); });
+  if (!scan) return tl::unexpected(scan.error());
+  SegmentOptions options{settings_.work_grid_mm, settings_.threads, {}, {}};
+  options.progress = [&](double share, std::string_view) { progress(0.2 + 0.7 * share); };
+  if (!settings_.landmarks.empty()) {
+    auto given = read_landmarks(settings_.landmarks);
+    if (!given) return tl::unexpected(given.error());
+    options.given = std::move(*given);
+  }
+  auto found = segment((*scan)->volume, options);
+  if (!found) return tl::unexpected(found.error());
+  found->warnings.insert(found->warnings.begin(), (*scan)->warnings.begin(), (*scan)->warnings.end());
+  auto answer = hand_on(*found, **scan);
+  data_.keep(std::move(*found));
+  return answer;
+}
+
+// A part that reaches the first or last voxel along an axis is cut there.
+bool touches_border(const LabelMap& labels, std::uint8_t label) {
+  const auto [ni, nj, nk] = labels.grid.size;
+  for (std::int64_t k = 0; k < nk; ++k)
+    for (std::int64_t j = 0; j < nj; ++j) {
+      const bool face = k == 0 || k == nk - 1 || j == 0 || j == nj - 1;
+      for (std::int64_t i = 0; i < ni; i += face ? 1 : std::max<std::int64_t>(ni - 1, 1))
+        if (labels.at(i, j, k) == label) return true;
+    }
+  return false;
+}
+
+Result<json> Run::use_given_labels(const Progress& progress) {
+  const auto scan = data_.scan([&](double share) { progress(0.5 * share); });
+  if (!scan) return tl::unexpected(scan.error());
+  auto labels = read_labels(settings_.labels, settings_.label_names);
+  if (!labels) return tl::unexpected(labels.error());
+  if (!(labels->grid == (*scan)->volume.grid))
+    return bad_use(settings_.labels,
+                   "lies on another grid than " + settings_.volume + "; resample one onto the other");
+  Segmentation found;
+  found.labels = std::move(*labels);
+  if (!settings_.landmarks.empty()) {
+    auto given = read_landmarks(settings_.landmarks);
+    if (!given) return tl::unexpected(given.error());
+    found.landmarks = std::move(*given);
+  } else {
+    found.warnings.push_back(
+        "no landmarks were given with the labels: joints are welded and segment frames unknown");
+  }
+  std::array<std::size_t, 256> voxels{};
+  for (const auto label : found.labels.voxels) ++voxels[label];
+  for (std::size_t label = 1; label < parts.size(); ++label) {
+    PartFinding& part = found.part[label];
+    if (found.labels.names.size() <= label || found.labels.names[label] != parts[label].name) continue;
+    part.volume = static_cast<double>(voxels[label]) * found.labels.grid.voxel_volume();
+    part.confidence = 1;
+    if (voxels[label] == 0) continue;
+    part.coverage =
+        touches_border(found.labels, static_cast<std::uint8_t>(label)) ? Coverage::cut : Coverage::whole;
+  }
+  auto answer = hand_on(found, **scan);
+  data_.keep(std::move(found));
+  return answer;
+}
+
+Result<json> Run::integrate() {
+  const auto scan = data_.scan();
+  if (!scan) return tl::unexpected(scan.error());
+  const auto segmentation = data_.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  MeasureOptions options;
+  if (!settings_.density_curve.empty()) options.density_curve = settings_.density_curve;
+  options.sex = settings_.sex;
+  options.pose = settings_.pose;
+  options.threads = settings_.threads;
+  auto table = measure((*scan)->volume, (*segmentation)->labels, (*segmentation)->landmarks, options,
+                       completeness_of((*segmentation)->part));
+  if (!table) return tl::unexpected(table.error());
+  table->source.volume = settings_.volume;
+  table->source.quantity = (*scan)->reading;
+  for (const char* name : {"inertia/table.csv", "inertia/table.json"})
+    if (auto written =
+            write_whole(file(name), [&](const fs::path& beside) { return write_table(beside, *table); });
+        !written)
+      return tl::unexpected(written.error());
+  Warnings warnings;
+  for (const InertiaRow& row : table->rows)
+    if (!row.flaw.empty()) warnings.push_back(row.part + ": " + row.flaw);
+  json answer{{"warnings", warnings},
+              {"mass_kg", table->whole.inertial.mass},
+              {"density_curve", table->source.density_curve},
+              {"sampling", table->source.sampling}};
+  data_.keep(std::move(*table));
+  return answer;
+}
+
+Result<json> Run::build_scene() {
+  const auto table = data_.table();
+  if (!table) return tl::unexpected(table.error());
+  const auto segmentation = data_.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  Warnings warnings;
+  const PartInertials present = movable_parts(**table, warnings);
+  SkeletonOptions options{settings_.subject, settings_.leap};
+  auto skeleton = build_skeleton(present, (*segmentation)->landmarks, options);
+  if (!skeleton) return tl::unexpected(skeleton.error());
+  skeleton->scene.simulation.method = settings_.method;
+  skeleton->scene.simulation.tolerance = settings_.tolerance;
+  const auto text = write_scene(skeleton->scene);
+  if (!text) return tl::unexpected(text.error());
+  if (auto written = write_whole(file("model/scene.toml"), *text); !written)
+    return tl::unexpected(written.error());
+  warnings.insert(warnings.end(), skeleton->warnings.begin(), skeleton->warnings.end());
+  data_.keep(std::move(skeleton->scene));
+  return json{{"warnings", warnings}};
+}
+
+Result<json> Run::move(const Progress& progress) {
+  const auto scene = data_.scene();
+  if (!scene) return tl::unexpected(scene.error());
+  const auto system = compile(**scene);
+  if (!system) return tl::unexpected(system.error());
+  const double end = (*scene)->simulation.end_time;
+  auto trajectory = simulate(*system, system->initial, system->settings, {[&](double t) {
+    progress(t / end);
+    return true;
+  }});
+  if (!trajectory) return tl::unexpected(trajectory.error());
+  const Certificate& certificate = trajectory->certificate;
+  if (!certificate.trusted && !settings_.untrusted_is_fine)
+    return failure((*scene)->name,
+                   fmt::format("the motion is not to be trusted: {} (--allow-untrusted goes on with it)",
+                               certificate.reason));
+  const auto text = write_scene(**scene);
+  if (!text) return tl::unexpected(text.error());
+  for (const char* name : {"motion/trajectory.h5", "motion/trajectory.csv"})
+    if (auto written = write_whole(
+            file(name), [&](const fs::path& beside) { return write_trajectory(*trajectory, *text, beside); });
+        !written)
+      return tl::unexpected(written.error());
+  Warnings warnings = certificate.notes;
+  if (!certificate.trusted) warnings.push_back("the motion is not to be trusted: " + certificate.reason);
+  json answer{{"warnings", warnings}, {"certificate", json_of(certificate)}};
+  data_.keep(std::move(*trajectory));
+  return answer;
+}
+
+Result<json> Run::make_meshes(const Progress& progress) {
+  const auto segmentation = data_.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  auto meshes =
+      part_meshes((*segmentation)->labels, {1e-3 * settings_.mesh_tolerance_mm, settings_.threads, progress});
+  if (!meshes) return tl::unexpected(meshes.error());
+  std::error_code ignored;
+  fs::remove_all(file("mesh"), ignored);  // of parts that an earlier run found and this one does not
+  const auto written = write_meshes(file("mesh"), *meshes);
+  if (!written) return tl::unexpected(written.error());
+  json counts = json::object();
+  for (const Mesh& mesh : *meshes) counts[mesh.name] = mesh.triangles.size();
+  json files = json::array();
+  for (const fs::path& path : *written) files.push_back(path.lexically_relative(settings_.folder).string());
+  data_.keep(std::move(*meshes));
+  return json{{"triangles", counts}, {"files", files}};
+}
+
+Result<json> Run::make_glb() {
+  const auto meshes = data_.meshes();
+  if (!meshes) return tl::unexpected(meshes.error());
+  const auto table = data_.table();
+  if (!table) return tl::unexpected(table.error());
+  const auto segmentation = data_.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  const auto trajectory = data_.trajectory();
+  if (!trajectory) return tl::unexpected(trajectory.error());
+  Warnings said_by_the_scene;
+  const ScanPoses X_WS = scan_poses(movable_parts(**table, said_by_the_scene), (*segmentation)->landmarks);
+  const auto bytes = glb(**meshes, X_WS, **trajectory, {settings_.subject});
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (auto written = write_whole(file("body.glb"), *bytes); !written) return tl::unexpected(written.error());
+  return json::object();
+}
+
+Result<json> Run::draw_picture() {
+  if (!display_answers()) {
+    std::error_code ignored;
+    fs::remove(file("body.png"), ignored);  // of an earlier run with other parts
+    return json{
+        {"warnings",
+         {"no picture (body.png): there is no X display; run the program as 'xvfb-run -a borelli ...'"}},
+        {"files", json::array()},
+        {"key", ""}};
+  }
+  const auto meshes = data_.meshes();
+  if (!meshes) return tl::unexpected(meshes.error());
+  const auto segmentation = data_.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  PictureOptions options;
+  for (const Part& part : parts)
+    if (const auto joint = (*segmentation)->landmarks.find(part.joint);
+        joint != (*segmentation)->landmarks.end())
+      options.joints.push_back(1e-3 * joint->second.point);
+  auto drawn = write_whole(file("body.png"), [&](const fs::path& beside) {
+    return draw_body(beside.string(), **meshes, options);
+  });
+  if (!drawn) return tl::unexpected(drawn.error());
+  return json::object();
+}
+
+Result<json> Run::write_page(const json& record) {
+  ReportInputs page;
+  page.subject = settings_.subject;
+  const auto scan = data_.scan();
+  if (!scan) return tl::unexpected(scan.error());
+  const auto segmentation = data_.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  const auto trajectory = data_.trajectory();
+  if (!trajectory) return tl::unexpected(trajectory.error());
+  const auto table = read_whole(file("inertia/table.json"));
+  if (!table) return tl::unexpected(table.error());
+  const auto account = read_whole(file("segmentation/segmentation.json"));
+  if (!account) return tl::unexpected(account.error());
+  const auto body = read_whole(file("body.glb"));
+  if (!body) return tl::unexpected(body.error());
+  page.grey = &(*scan)->volume;
+  page.labels = &(*segmentation)->labels;
+  page.landmarks = &(*segmentation)->landmarks;
+  page.table = json::parse(*table);
+  page.segmentation = json::parse(*account);
+  page.trajectory = *trajectory;
+  page.glb = *body;
+  page.run = record;
+  page.files = report_files(settings_.folder);
+  auto written =
+      write_whole(file("report.html"), [&](const fs::path& beside) { return write_report(page, beside); });
+  if (!written) return tl::unexpected(written.error());
+  return json::object();
+}
+
+// The files that a volume is made of: a text header (.mhd, .nhdr) names the one that holds its voxels.
+std::vector<std::string> files_of(const std::string& volume) {
+  std::vector<std::string> files{volume};
+  if (!volume.ends_with(".mhd") && !volume.ends_with(".nhdr")) return files;
+  std::ifstream header(volume);
+  for (std::string line; std::getline(header, line);) {
+    const auto mark = line.find_first_of("=:");
+    if (mark == std::string::npos) continue;
+    std::string key = line.substr(0, mark), value = line.substr(mark + 1);
+    for (std::string* text : {&key, &value}) {
+      text->erase(0, text->find_first_not_of(" \t"));
+      text->erase(text->find_last_not_of(" \t\r") + 1);
+    }
+    if (key != "ElementDataFile" && key != "data file" && key != "datafile") continue;
+    const fs::path data = fs::path(volume).parent_path() / value;
+    if (fs::is_regular_file(data)) files.push_back(data.string());
+  }
+  return files;
+}
+
+Result<json> inputs_of(const RunSettings& settings) {
+  json inputs = json::object();
+  std::string names = settings.label_names;
+  if (!settings.labels.empty() && names.empty() && fs::exists(names_file(settings.labels)))
+    names = names_file(settings.labels);
+  for (const auto& [role, path] : {std::pair<const char*, std::string>{"volume", settings.volume},
+                                   {"labels", settings.labels},
+                                   {"label_names", names},
+                                   {"landmarks", settings.landmarks}}) {
+    if (path.empty()) continue;
+    inputs[role] = json::array();
+    for (const std::string& file : files_of(path)) {
+      const auto digest = digest_of(file);
+      if (!digest) return tl::unexpected(digest.error());
+      inputs[role].push_back({{"file", fs::path(file).filename().string()}, {"sha256", *digest}});
+    }
+  }
+  return inputs;
+}
+
+json settings_of(const RunSettings& s) {
+  return {{"subject", s.subject},
+          {"volume", s.volume},
+          {"labels", s.labels},
+          {"label_names", s.label_names},
+          {"landmarks", s.landmarks},
+          {"quantity", s.quantity ? json(quantity_name(*s.quantity)) : json()},
+          {"sex", s.sex},
+          {"pose", s.pose},
+          {"density_curve", s.density_curve},
+          {"method", s.method},
+          {"work_grid_mm", s.work_grid_mm},
+          {"tolerance", s.tolerance},
+          {"mesh_tolerance_mm", s.mesh_tolerance_mm},
+          {"allow_untrusted", s.untrusted_is_fine},
+          {"leap",
+           {{"flight_time", s.leap.flight_time},
+            {"somersault_rate_deg", s.leap.somersault_rate_deg},
+            {"tuck", s.leap.tuck},
+            {"muscle_frequency", s.leap.muscle_frequency},
+            {"damping_ratio", s.leap.damping_ratio}}}};
+}
+
+// The settings of one stage, by name, so that a change of one reruns no more than what depends on it.
+json pick(const json& all, std::initializer_list<const char*> names) {
+  json some = json::object();
+  for (const char* name : names) some[name] = all.at(name);
+  return some;
+}
+
+std::vector<Stage> stages_of(Run& run, const RunSettings& settings) {
+  const json all = settings_of(settings);
+  const auto mute = [](auto method, Run& of) {
+    return [method, &of](const Progress&, const json&) { return (of.*method)(); };
+  };
+  const auto shown = [](auto method, Run& of) {
+    return [method, &of](const Progress& progress, const json&) { return (of.*method)(progress); };
+  };
+  std::vector<Stage> stages;
+  stages.push_back({"segmentation",
+                    {},
+                    pick(all, {"quantity", "work_grid_mm"}),
+                    {"segmentation/labels.nii.gz", "segmentation/labels.tsv", "segmentation/landmarks.json",
+                     "segmentation/segmentation.json"},
+                    shown(settings.labels.empty() ? &Run::segment_scan : &Run::use_given_labels, run)});
+  stages.push_back({"inertia",
+                    {"segmentation"},
+                    pick(all, {"sex", "pose", "density_curve"}),
+                    {"inertia/table.csv", "inertia/table.json"},
+                    mute(&Run::integrate, run)});
+  stages.push_back({"skeleton",
+                    {"inertia"},
+                    pick(all, {"subject", "leap", "method", "tolerance"}),
+                    {"model/scene.toml"},
+                    mute(&Run::build_scene, run)});
+  stages.push_back({"motion",
+                    {"skeleton"},
+                    pick(all, {"allow_untrusted"}),
+                    {"motion/trajectory.h5", "motion/trajectory.csv"},
+                    shown(&Run::move, run)});
+  stages.push_back(
+      {"mesh", {"segmentation"}, pick(all, {"mesh_tolerance_mm"}), {}, shown(&Run::make_meshes, run)});
+  stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(&Run::make_glb, run)});
+  stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(&Run::draw_picture, run)});
+  stages.push_back({"report",
+                    {"glb", "picture"},
+                    json::object(),
+                    {"report.html"},
+                    [&run](const Progress&, const json& record) { return run.write_page(record); }});
+  return stages;
+}
+
+}  // namespace
+
+Result<json> run(const RunSettings& settings, bool force, const StageObserver& observer) {
+  if (!settings.density_curve.empty())
+    if (const auto curve = density_curve(settings.density_curve); !curve)
+      return tl::unexpected(curve.error());
+  const auto inputs = inputs_of(settings);
+  if (!inputs) return tl::unexpected(inputs.error());
+  json head{
+      {"program", "borelli " BORELLI_VERSION}, {"inputs", *inputs}, {"settings", settings_of(settings)}};
+  Run work(settings);
+  return run_stages(settings.folder, head, stages_of(work, settings), force, observer);
+}
+
+}  // namespace borelli

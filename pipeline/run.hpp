@@ -1,0 +1,46 @@
+// The whole way: from a volume to labels, inertia table, scene, motion, meshes, pictures and report, in one
+// folder.
+//
+//   segmentation/labels.nii.gz, labels.tsv, landmarks.json, segmentation.json    inertia/table.csv,
+//   table.json model/scene.toml    motion/trajectory.h5, trajectory.csv    mesh/*.stl, *.vtp    body.glb
+//   body.png report.html    run.json
+// Each stage reads what the stages before it left, so that a run that was stopped goes on at the first
+// unfinished one.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "error/error.hpp"
+#include "pipeline/skeleton.hpp"
+#include "pipeline/stages.hpp"
+#include "segmentation/quantity.hpp"
+
+namespace borelli {
+
+struct RunSettings {
+  std::string volume;                    ///< file or DICOM folder
+  std::filesystem::path folder;          ///< of this subject's results
+  std::string subject;                   ///< its name in scene and report
+  std::optional<FileQuantity> quantity;  ///< what the voxels hold, where the file does not say
+  std::string labels;                    ///< a label map to use instead of segmenting; empty: segment
+  std::string label_names;               ///< its names (TSV), where not beside it
+  std::string landmarks;                 ///< landmarks placed by hand (JSON), which override what is found
+  std::string sex;                       ///< "male", "female", or empty: nothing to compare with
+  std::string pose;                      ///< "supine", "standing" ...: how the person lay or stood
+  std::string density_curve;             ///< empty: the default
+  std::string method = "rk4_adaptive";   ///< integrator
+  double work_grid_mm = 3;               ///< of the segmentation
+  double tolerance = 1e-6;               ///< of the integrator
+  double mesh_tolerance_mm = 1;
+  bool untrusted_is_fine = false;  ///< go on with a motion whose certificate says untrusted
+  Leap leap;
+  int threads = 0;
+};
+
+/// Runs what is not done yet and answers run.json. Without an X display there is no picture, which is a
+/// warning.
+Result<nlohmann::json> run(const RunSettings& settings, bool force, const StageObserver& observer = {});
+
+}  // namespace borelli

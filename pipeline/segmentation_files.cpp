@@ -1,0 +1,79 @@
+#include "pipeline/segmentation_files.hpp"
+
+#include "pipeline/whole_file.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/write.hpp"
+
+namespace borelli {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+json segmentation_account(const Segmentation& segmentation, const std::string& input,
+                          const std::string& reading) {
+  json all = json::object();
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    const PartFinding& finding = segmentation.part[n];
+    all[std::string(parts[n].name)] = {{"label", n},
+                                       {"coverage", name_of(finding.coverage)},
+                                       {"volume_mm3", finding.volume},
+                                       {"confidence", finding.confidence},
+                                       {"note", finding.note}};
+  }
+  return {{"input", input}, {"reading", reading}, {"parts", all}, {"warnings", segmentation.warnings}};
+}
+
+Result<void> write_segmentation(const fs::path& folder, const Segmentation& segmentation,
+                                const json& account) {
+  // the label map's own writer leaves two files: they are made in a folder of their own, then moved
+  std::error_code error;
+  const fs::path beside = folder / ".partial-labels";
+  fs::remove_all(beside, error);
+  fs::create_directories(beside, error);
+  if (error) return failure(folder.string(), "cannot be made: " + error.message());
+  const auto labels = write_labels((beside / "labels.nii.gz").string(), segmentation.labels);
+  if (!labels) {
+    fs::remove_all(beside, error);
+    return labels;
+  }
+  for (const char* name : {"labels.tsv", "labels.nii.gz"}) {
+    fs::rename(beside / name, folder / name, error);
+    if (error) return failure((folder / name).string(), "cannot be written: " + error.message());
+  }
+  fs::remove_all(beside, error);
+  const auto marks = write_whole(folder / "landmarks.json", [&](const fs::path& path) {
+    return write_landmarks(path.string(), segmentation.landmarks);
+  });
+  if (!marks) return marks;
+  return write_whole(folder / "segmentation.json", account.dump(1) + "\n");
+}
+
+Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path) {
+  const auto bytes = read_whole(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  std::array<PartFinding, parts.size()> findings{};
+  try {
+    const json account = json::parse(*bytes);
+    for (const auto& [name, entry] : account.at("parts").items()) {
+      const int label = part_label(name);
+      if (label == 0) return failure(path.string(), "names a part that is none: " + name);
+      PartFinding& finding = findings[static_cast<std::size_t>(label)];
+      const auto coverage = entry.at("coverage").get<std::string>();
+      bool known = false;
+      for (const Coverage c : {Coverage::absent, Coverage::cut, Coverage::whole})
+        if (coverage == name_of(c)) finding.coverage = c, known = true;
+      if (!known)
+        return failure(path.string(),
+                       name + ": coverage is \"" + coverage + "\": expected absent, cut or whole");
+      finding.volume = entry.value("volume_mm3", 0.0);
+      finding.confidence = entry.value("confidence", 0.0);
+      finding.note = entry.value("note", "");
+    }
+  } catch (const json::exception& e) {
+    return failure(path.string(), std::string("is not an account of a segmentation: ") + e.what());
+  }
+  return findings;
+}
+
+}  // namespace borelli

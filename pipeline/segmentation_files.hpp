@@ -1,0 +1,28 @@
+// What segmentation leaves in a run's folder, and how later stages read it.
+//
+//   labels.nii.gz, labels.tsv   part numbers on the scan's grid, and their names
+//   landmarks.json              joint centres and bony points (segmentation/landmarks_file.hpp)
+//   segmentation.json           per part its coverage, confidence and note; warnings; how the file was read
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "error/error.hpp"
+#include "segmentation/segment.hpp"
+
+namespace borelli {
+
+/// The account as written to segmentation.json. `reading`: what the voxels were taken for, and why.
+nlohmann::json segmentation_account(const Segmentation& segmentation, const std::string& input,
+                                    const std::string& reading);
+
+/// Writes the four files into `folder` (made where missing), each beside and renamed. Errors: as the writers.
+Result<void> write_segmentation(const std::filesystem::path& folder, const Segmentation& segmentation,
+                                const nlohmann::json& account);
+
+/// The parts' findings from segmentation.json. Errors: missing or damaged file, an unknown part or coverage.
+Result<std::array<PartFinding, parts.size()>> read_findings(const std::filesystem::path& path);
+
+}  // namespace borelli

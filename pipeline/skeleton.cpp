@@ -1,0 +1,270 @@
+#include "pipeline/skeleton.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <numbers>
+#include <set>
+
+#include "pipeline/joint_ranges.hpp"
+#include "segmentation/cuts.hpp"
+#include "segmentation/parts.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+constexpr double degree = std::numbers::pi / 180;
+
+// The tuck that the joints spring towards: the middle of the swing, so that an undamped joint turns by twice
+// as much. About the patient's left axis; flexion of a part that points downwards and goes forward is
+// negative there.
+struct TuckAngle {
+  std::string_view joint;
+  double about_left_deg;
+};
+constexpr std::array<TuckAngle, 7> tuck_angles{{{"spine_lower", 12},
+                                                {"spine_upper", 12},
+                                                {"neck", 12},
+                                                {"hip", -72},
+                                                {"knee", 90},
+                                                {"shoulder", -20},
+                                                {"elbow", -35}}};
+
+std::string without_side(std::string_view joint) {
+  for (const std::string_view side : {"_left", "_right"})
+    if (joint.ends_with(side)) joint.remove_suffix(side.size());
+  return std::string(joint);
+}
+
+double tuck_angle(const std::string& joint) {
+  for (const auto& angle : tuck_angles)
+    if (angle.joint == joint) return angle.about_left_deg * degree;
+  return 0;
+}
+
+std::optional<Vector3d> point_in_world(const Landmarks& landmarks, const std::string& name) {
+  const auto it = landmarks.find(name);
+  if (it == landmarks.end()) return std::nullopt;
+  return Vector3d(1e-3 * it->second.point);
+}
+
+// A part's origin: its joint where there is one (the lower trunk's: between the hips), else its gravity
+// centre.
+Vector3d part_origin(const Part& part, const PartInertials& present, const Landmarks& landmarks) {
+  const std::string name(part.parent.empty() ? "mid_hip" : part.joint);
+  if (const auto centre = point_in_world(landmarks, name)) return *centre;
+  return present.find(part.name)->second.centre;
+}
+
+class Builder {
+ public:
+  Builder(const PartInertials& present, const Landmarks& landmarks, const SkeletonOptions& options)
+      : present_(present), landmarks_(landmarks), options_(options), axes_(trunk_axes(landmarks)) {}
+
+  Result<Skeleton> build();
+
+ private:
+  std::optional<Vector3d> point(const std::string& name) const { return point_in_world(landmarks_, name); }
+  Vector3d origin(const Part& part) const { return part_origin(part, present_, landmarks_); }
+  bool is_root(const Part& part) const { return part.parent.empty() || !present_.contains(part.parent); }
+  Inertial subtree(const Part& part) const;
+  std::vector<Switch> free_in_space(const Part& part);
+  std::vector<Switch> hinge(const Part& part, const Vector3d& offset);
+  std::vector<Switch> joint(const Part& part);
+  void add_muscle(const Part& part, const Vector3d& axis, double rest, bool is_hinge);
+  std::optional<Vector3d> hinge_axis(const Part& part, double flexion_sign) const;
+  double flexion_in_scan(const Part& part, const Vector3d& axis) const;
+  void warn(std::string text) { result_.warnings.push_back(std::move(text)); }
+
+  const PartInertials& present_;
+  const Landmarks& landmarks_;
+  const SkeletonOptions& options_;
+  Eigen::Matrix3d axes_;  // columns: the trunk's left, back, up
+  Inertial whole_;
+  Skeleton result_;
+};
+
+Inertial Builder::subtree(const Part& part) const {
+  Inertial sum = present_.find(part.name)->second;
+  for (const Part& child : parts)
+    if (child.parent == part.name && present_.contains(child.name)) sum += subtree(child);
+  return sum;
+}
+
+// Three translations and a ball, let go with the leap's velocities: the whole body turns as one about its
+// gravity centre.
+std::vector<Switch> Builder::free_in_space(const Part& part) {
+  const Vector3d at = origin(part);
+  const Vector3d omega = options_.leap.somersault_rate_deg * degree * axes_.col(0);
+  const double rise = -result_.scene.gravity.z() * options_.leap.flight_time / 2;
+  const Vector3d velocity = Vector3d(0, 0, rise) + omega.cross(at - whole_.centre);
+  const std::string name(part.name);
+  std::vector<Switch> switches;
+  for (int i = 0; i < 3; ++i)
+    switches.push_back({.kind = Translation{Vector3d::Unit(i)},
+                        .coordinate = name + "_" + "xyz"[i],
+                        .q = {at[i]},
+                        .v = {velocity[i]}});
+  switches.push_back({.kind = Ball{}, .coordinate = name + "_turn", .v = {omega.x(), omega.y(), omega.z()}});
+  return switches;
+}
+
+// The line through the epicondyles, turned so that flexion is positive: `flexion_sign` along the patient's
+// left.
+std::optional<Vector3d> Builder::hinge_axis(const Part& part, double flexion_sign) const {
+  const std::string joint(part.joint);
+  const std::string kind = without_side(joint), side = joint.substr(kind.size());
+  const auto medial = point(kind + "_medial" + side), lateral = point(kind + "_lateral" + side);
+  if (!medial || !lateral || (*lateral - *medial).norm() < 1e-6) return std::nullopt;
+  Vector3d axis = (*lateral - *medial).normalized();
+  if (axis.dot(axes_.col(0)) * flexion_sign < 0) axis = -axis;
+  return axis;
+}
+
+// The angle between the long axes of the two segments about the hinge, in the scan's pose.
+double Builder::flexion_in_scan(const Part& part, const Vector3d& axis) const {
+  const std::string joint(part.joint);
+  const bool knee = joint.starts_with("knee");
+  const std::string side = joint.substr(joint.find('_'));
+  const auto before = point((knee ? "hip" : "shoulder") + side), here = point(joint),
+             after = point((knee ? "ankle" : "wrist") + side);
+  if (!before || !here || !after) return 0;
+  const auto flat = [&](const Vector3d& v) { return Vector3d(v - axis.dot(v) * axis); };
+  const Vector3d a = flat(*here - *before), b = flat(*after - *here);
+  return std::atan2(axis.dot(a.cross(b)), a.dot(b));
+}
+
+std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
+  const std::string name(part.joint), kind = without_side(name);
+  const double sign = kind == "knee" ? 1 : -1;
+  auto axis = hinge_axis(part, sign);
+  if (!axis) {
+    warn(fmt::format("{}: no epicondyles, so the hinge lies along the patient's left-right axis", name));
+    axis = Vector3d(sign * axes_.col(0));
+  }
+  // the part's frame has the patient's axes at the scan's pose, and the coordinate is the anatomical flexion:
+  // zero when straight
+  const double flexion = flexion_in_scan(part, *axis);
+  Range range = joint_ranges().at(kind + " flexion");
+  if (flexion < range.lower || flexion > range.upper) {
+    warn(fmt::format(
+        "{}: {:.1f} degrees in the scan, outside the usual {:.0f} to {:.0f}; its range is widened to that",
+        name, flexion / degree, range.lower / degree, range.upper / degree));
+    range = {std::min(range.lower, flexion), std::max(range.upper, flexion)};
+  }
+  add_muscle(part, *axis, flexion + options_.leap.tuck * sign * tuck_angle(kind), true);
+  Fixed straight{{rotation_about(*axis, -flexion), offset}};
+  return {{.kind = straight, .coordinate = ""},
+          {.kind = Rotation{*axis}, .coordinate = name, .q = {flexion}, .range = range}};
+}
+
+std::vector<Switch> Builder::joint(const Part& part) {
+  if (is_root(part)) {
+    if (!part.parent.empty())
+      warn(fmt::format("{}: its {} is missing, so it is free in space", part.name, part.parent));
+    return free_in_space(part);
+  }
+  const Part& parent = parts[static_cast<std::size_t>(part_label(part.parent))];
+  const Vector3d offset = origin(part) - origin(parent);
+  Switch to_joint{.kind = Fixed{{Eigen::Matrix3d::Identity(), offset}}, .coordinate = ""};
+  const std::string name(part.joint), kind = without_side(name);
+  if (!point(name)) {
+    warn(fmt::format("{}: no joint centre found, so {} is welded to {}", name, part.name, part.parent));
+    return {to_joint};
+  }
+  if (kind == "knee" || kind == "elbow") return hinge(part, offset);
+  add_muscle(part, axes_.col(0), options_.leap.tuck * tuck_angle(kind), false);
+  return {to_joint, {.kind = Ball{}, .coordinate = name}};
+}
+
+// A passive joint of a given natural frequency and damping ratio.
+void Builder::add_muscle(const Part& part, const Vector3d& axis, double rest, bool is_hinge) {
+  const Inertial far = subtree(part);
+  const double inertia = joint_inertia(far, whole_ - far, origin(part), axis);
+  const double omega = 2 * std::numbers::pi * options_.leap.muscle_frequency;
+  const double stiffness = omega * omega * inertia,
+               damping = 2 * options_.leap.damping_ratio * omega * inertia;
+  const std::string joint_name(part.joint), name = joint_name + "_muscle";
+  if (stiffness == 0 && damping == 0) return;
+  if (is_hinge)
+    result_.scene.efforts.push_back({name, CoordinateSpring{{joint_name}, stiffness, damping, rest}});
+  else
+    result_.scene.efforts.push_back({name, TorsionSpring{{std::string(part.name)},
+                                                         {std::string(part.parent)},
+                                                         stiffness,
+                                                         damping,
+                                                         Vector3d(rest * axis)}});
+}
+
+Result<Skeleton> Builder::build() {
+  Scene& scene = result_.scene;
+  scene.name = options_.name;
+  scene.description =
+      "A body made from a scan: the patient's left, back and up are x, y and z. It leaps, turns over "
+      "backwards and\n"
+      "comes down; there is no contact. Each passive joint springs towards a tuck.";
+  for (const auto& [name, inertial] : present_) {
+    if (part_label(name) == 0) return bad_use(name, "is no part of the body");
+    whole_ += inertial;
+  }
+  if (present_.empty()) return failure("skeleton", "no part was found, so there is nothing to move");
+
+  for (std::size_t label = 1; label < parts.size(); ++label) {
+    const Part& part = parts[label];
+    const auto it = present_.find(part.name);
+    if (it == present_.end()) continue;
+    Solid solid;
+    solid.name = std::string(part.name);
+    solid.parent = is_root(part) ? std::string(world_name) : std::string(part.parent);
+    solid.switches = joint(part);
+    solid.inertials = {it->second.expressed_in(Eigen::Matrix3d::Identity(), -origin(part))};
+    scene.solids.push_back(std::move(solid));
+  }
+  scene.simulation.end_time = options_.leap.flight_time;
+  scene.simulation.output_interval = 1.0 / 60;
+  return std::move(result_);
+}
+
+}  // namespace
+
+PartInertials movable_parts(const InertiaTable& table, std::vector<std::string>& warnings) {
+  PartInertials present;
+  for (const InertiaRow& row : table.rows) {
+    if (row.completeness == Completeness::absent || row.inertial.mass <= 0) continue;
+    if (part_label(row.part) == 0) {
+      warnings.push_back(row.part + " is no part of the skeleton's tree and does not move");
+      continue;
+    }
+    if (!row.flaw.empty()) {
+      warnings.push_back(row.part + " is left out of the scene: " + row.flaw);
+      continue;
+    }
+    if (row.completeness == Completeness::cut)
+      warnings.push_back(row.part + " is cut by the scan's edge; the scene moves the piece that is there");
+    present[row.part] = row.inertial;
+  }
+  return present;
+}
+
+std::map<std::string, Pose, std::less<>> scan_poses(const PartInertials& present,
+                                                    const Landmarks& landmarks) {
+  std::map<std::string, Pose, std::less<>> X_WS;
+  for (const Part& part : parts)
+    if (present.contains(part.name)) X_WS[std::string(part.name)].p = part_origin(part, present, landmarks);
+  return X_WS;
+}
+
+double joint_inertia(const Inertial& one_side, const Inertial& other_side, const Vector3d& joint,
+                     const Vector3d& axis) {
+  const double one = axis.dot(one_side.tensor_about(joint) * axis);
+  const double other = axis.dot(other_side.tensor_about(joint) * axis);
+  return one + other > 0 ? one * other / (one + other) : 0;
+}
+
+Result<Skeleton> build_skeleton(const PartInertials& present, const Landmarks& landmarks,
+                                const SkeletonOptions& options) {
+  return Builder(present, landmarks, options).build();
+}
+
+}  // namespace borelli

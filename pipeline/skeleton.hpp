@@ -1,0 +1,64 @@
+// From an inertia table and joint centres to a scene: the body as a tree of rigid parts that can move.
+//
+// The lower trunk is free in space; ball joints at spine, neck, shoulders, wrists, hips and ankles, hinges at
+// elbows and knees about the line of the epicondyles. A part's frame has its origin at the joint to its
+// parent (the lower trunk: between the hips) and, in the pose of the scan, the patient's axes; the world is
+// the patient frame in metres.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "dynamics/scene.hpp"
+#include "error/error.hpp"
+#include "inertia/inertial.hpp"
+#include "inertia/table.hpp"
+#include "segmentation/landmarks.hpp"
+
+namespace borelli {
+
+/// Inertial elements of each part in the world frame (patient axes, m), in the pose of the scan.
+using PartInertials = std::map<std::string, Inertial, std::less<>>;
+
+/// What the body does when it is let go: a leap from a trampoline with a tucked backward somersault, passive
+/// but for joints that spring towards a tuck. There is no contact: it ends when the gravity centre is back at
+/// its height.
+struct Leap {
+  double flight_time = 1.0;           ///< s; the gravity centre leaves upwards at g flight_time / 2
+  double somersault_rate_deg = -335;  ///< deg/s about the patient's left at take-off; negative: backwards
+  double tuck =
+      1;  ///< 1: hips and knees flex by about 110 degrees; 0: the joints spring towards the scan's pose
+  double muscle_frequency =
+      1;  ///< Hz, of the passive joints: their stiffness is (2 pi f)^2 I, see joint_inertia
+  double damping_ratio = 0.1;  ///< of the same joints
+};
+
+struct SkeletonOptions {
+  std::string name = "body";
+  Leap leap;
+};
+
+struct Skeleton {
+  Scene scene;
+  std::vector<std::string> warnings;  ///< joints that were welded for want of a centre, parts left free ...
+};
+
+/// Builds the scene of the parts that are there. A part whose parent is missing is free in space itself; one
+/// without a joint centre is welded to its parent; both with a warning. Fails where no part is there.
+Result<Skeleton> build_skeleton(const PartInertials& parts, const Landmarks& landmarks,
+                                const SkeletonOptions& options = {});
+
+/// The table's rows that a skeleton can be made of; `warnings` is told what is left out, and what is there in
+/// piece.
+PartInertials movable_parts(const InertiaTable& table, std::vector<std::string>& warnings);
+
+/// X_WS of every part's frame in the pose of the scan, where its mesh belongs.
+std::map<std::string, Pose, std::less<>> scan_poses(const PartInertials& parts, const Landmarks& landmarks);
+
+/// The moment of inertia that a joint's spring sees when it swings the two sides of the body against each
+/// other about an axis through it: I1 I2 / (I1 + I2), kg m^2.
+double joint_inertia(const Inertial& one_side, const Inertial& other_side, const Eigen::Vector3d& joint,
+                     const Eigen::Vector3d& axis);
+
+}  // namespace borelli

@@ -1,0 +1,55 @@
+// Runs a list of stages that leave files, skips those that are done already, and keeps the account in
+// run.json.
+//
+// A stage is done when run.json records it under the same key and its files are there with the sizes
+// recorded. The key is a digest of the stage's name, its settings, and the keys of the stages before it that
+// it needs, so that a change reruns exactly what depends on it.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "error/error.hpp"
+
+namespace borelli {
+
+/// Called with the part of a stage that is done, 0 to 1.
+using Progress = std::function<void(double fraction)>;
+
+struct Stage {
+  std::string name;
+  std::vector<std::string> needs;    ///< names of earlier stages whose results it uses
+  nlohmann::json settings;           ///< all that its result depends on besides
+  std::vector<std::string> outputs;  ///< files it leaves, relative to the run's folder
+  /// Given run.json as far as it stands; answers what run.json is to say of this stage ("warnings" ...).
+  /// A "files" in it takes the place of `outputs`; a "key" of "" has the stage done again by the next run.
+  std::function<Result<nlohmann::json>(const Progress&, const nlohmann::json& record)> work;
+};
+
+/// What the caller shows: the stage that begins, its progress, and how it ended.
+struct StageObserver {
+  std::function<void(const Stage&)> begins = [](const Stage&) {};
+  Progress progress = [](double) {};
+  std::function<void(const Stage&, double seconds)> ends = [](const Stage&, double) {};
+  std::function<void(const Stage&)> skipped = [](const Stage&) {};
+};
+
+/// SHA-256 of a file's bytes, or of all files of a folder (names and bytes, in the order of their names), in
+/// hex.
+Result<std::string> digest_of(const std::filesystem::path& path);
+
+/// SHA-256 of bytes, in hex.
+std::string digest_of_bytes(std::string_view bytes);
+
+/// Runs the stages in order inside `folder` (made where missing; two runs at once in one are refused); `head`
+/// opens run.json (versions, inputs, settings) and takes part in every key by its "inputs". Every stage's
+/// seconds, peak memory (MiB) and answer are recorded as soon as it ends. Answers run.json as it stands in
+/// the end.
+Result<nlohmann::json> run_stages(const std::filesystem::path& folder, const nlohmann::json& head,
+                                  const std::vector<Stage>& stages, bool force,
+                                  const StageObserver& observer = {});
+
+}  // namespace borelli

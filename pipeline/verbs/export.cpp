@@ -1,0 +1,111 @@
+// borelli export LABELS -o FOLDER: one mesh per body part, and a picture of them.
+#include <fmt/core.h>
+
+#include <filesystem>
+
+#include "pipeline/display.hpp"
+#include "pipeline/mesh_file.hpp"
+#include "pipeline/render.hpp"
+#include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/parts.hpp"
+#include "segmentation/read.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Wanted {
+  std::string labels, names, folder, landmarks;
+  bool stl = false, vtp = false, picture = false;
+  double tolerance_mm = 1;
+
+  bool nothing_named() const { return !stl && !vtp && !picture; }
+};
+
+// joint centres of a landmark file, in the world frame
+Result<std::vector<Eigen::Vector3d>> joints_of(const std::string& path) {
+  std::vector<Eigen::Vector3d> centres;
+  if (path.empty()) return centres;
+  const auto landmarks = read_landmarks(path);
+  if (!landmarks) return tl::unexpected(landmarks.error());
+  for (const Part& part : parts)
+    if (const auto joint = landmarks->find(part.joint); joint != landmarks->end())
+      centres.push_back(1e-3 * joint->second.point);
+  return centres;
+}
+
+json account(const std::vector<Mesh>& meshes, const std::vector<fs::path>& files) {
+  json answer;
+  for (const Mesh& mesh : meshes) {
+    answer["parts"].push_back({{"name", mesh.name},
+                               {"triangles", mesh.triangles.size()},
+                               {"volume_m3", enclosed_volume(mesh)},
+                               {"closed", is_closed(mesh)}});
+  }
+  for (const auto& file : files) answer["files"].push_back(file.string());
+  return answer;
+}
+
+Result<json> run(const Wanted& wanted, const Command& command) {
+  if (wanted.picture && !display_answers())  // said before the work, not after it
+    return bad_use("--picture", "needs an X display; run the program as 'xvfb-run -a borelli ...'");
+  const auto joints = joints_of(wanted.landmarks);
+  if (!joints) return tl::unexpected(joints.error());
+  const auto labels = read_labels(wanted.labels, wanted.names);
+  if (!labels) return tl::unexpected(labels.error());
+
+  ProgressBar bar(command.json);
+  bar.begin("meshes");
+  const auto meshes = part_meshes(
+      *labels, {1e-3 * wanted.tolerance_mm, command.threads, [&](double share) { bar.update(share); }});
+  if (!meshes) return tl::unexpected(meshes.error());
+  if (meshes->empty()) return failure(wanted.labels, "has no labelled voxel");
+  bar.end(fmt::format("{} parts", meshes->size()));
+
+  const bool all = wanted.nothing_named();
+  auto files = write_meshes(wanted.folder, *meshes, {wanted.stl || all, wanted.vtp || all});
+  if (!files) return tl::unexpected(files.error());
+  if (wanted.picture) {
+    const fs::path picture = fs::path(wanted.folder) / "body.png";
+    const auto drawn = write_whole(picture, [&](const fs::path& beside) {
+      return draw_body(beside.string(), *meshes, {.joints = *joints});
+    });
+    if (!drawn) return tl::unexpected(drawn.error());
+    files->push_back(picture);
+  }
+  if (!command.json) {
+    fmt::print("{:<18} {:>10} {:>10}\n", "part", "triangles", "litres");
+    for (const Mesh& mesh : *meshes)
+      fmt::print("{:<18} {:>10} {:>10.3f}\n", mesh.name, mesh.triangles.size(), 1e3 * enclosed_volume(mesh));
+    fmt::print("{} files are in {}\n", files->size(), wanted.folder);
+  }
+  return account(*meshes, *files);
+}
+
+}  // namespace
+
+void add_export(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand("export", "Write a mesh per body part, and a picture of them");
+  auto wanted = std::make_shared<Wanted>();
+  verb->add_option("labels", wanted->labels, "A label map: .nii.gz, .nrrd, .mha")->required();
+  verb->add_option("-o,--out", wanted->folder, "Folder for the files")->required();
+  verb->add_option("--names", wanted->names,
+                   "Names of the labels (TSV); by default the one beside the labels");
+  verb->add_flag("--stl", wanted->stl, "Meshes as STL (with no format named: STL and VTP)");
+  verb->add_flag("--vtp", wanted->vtp, "Meshes as VTP");
+  verb->add_flag("--picture", wanted->picture, "A picture, body.png");
+  verb->add_option("--landmarks", wanted->landmarks,
+                   "Landmarks (JSON), whose joint centres the picture shows");
+  verb->add_option("--tolerance", wanted->tolerance_mm, "How far fewer triangles may move the surface, mm")
+      ->check(CLI::Range(0.0, 50.0));
+  verb->callback([&command, wanted] {
+    command.work = [wanted](const Command& chosen) { return run(*wanted, chosen); };
+  });
+}
+
+}  // namespace borelli

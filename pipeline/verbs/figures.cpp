@@ -1,0 +1,52 @@
+// borelli figures -o DIR: the figures of the paper that the engine follows, drawn anew from our own runs.
+#include <fmt/core.h>
+
+#include <filesystem>
+
+#include "pipeline/paper_figures.hpp"
+#include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+
+namespace borelli {
+namespace {
+
+Result<nlohmann::json> work(const std::filesystem::path& folder, const Command& command) {
+  ProgressBar bar(command.json);
+  std::string last;
+  const auto figures = paper_figures({}, [&](const std::string& name) {
+    if (!last.empty()) bar.end("done");
+    bar.begin(last = name);
+  });
+  if (!figures) return tl::unexpected(figures.error());
+  bar.end("done");
+
+  nlohmann::json answer = nlohmann::json::array();
+  for (const PaperFigure& figure : *figures) {
+    const auto picture = folder / (figure.name + ".svg"), table = folder / (figure.name + ".csv");
+    if (const auto done = write_whole(picture, svg(figure.plot)); !done) return tl::unexpected(done.error());
+    if (const auto done = write_whole(table, csv(figure.plot)); !done) return tl::unexpected(done.error());
+    answer.push_back({{"title", figure.plot.title},
+                      {"svg", picture.string()},
+                      {"csv", table.string()},
+                      {"notes", figure.plot.notes}});
+    if (command.json) continue;
+    fmt::print("{}  {}\n", picture.string(), figure.plot.title);
+    for (const std::string& note : figure.plot.notes) fmt::print("    {}\n", note);
+  }
+  return answer;
+}
+
+}  // namespace
+
+void add_figures(CLI::App& program, Command& command) {
+  auto* verb =
+      program.add_subcommand("figures", "Draw the paper's figures 2, 3, 4, 6, 7, 8 and 10 from our own runs");
+  auto folder = std::make_shared<std::string>("figures");
+  verb->add_option("-o,--output", *folder, "Folder for the SVG pictures and the CSV of their data")
+      ->capture_default_str();
+  verb->callback(
+      [&command, folder] { command.work = [folder](const Command& c) { return work(*folder, c); }; });
+}
+
+}  // namespace borelli

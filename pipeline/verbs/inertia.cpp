@@ -1,0 +1,165 @@
+// borelli inertia: from a volume and its labels to the inertia table.
+#include <fmt/core.h>
+
+#include <cmath>
+
+#include "inertia/table_file.hpp"
+#include "pipeline/measure.hpp"
+#include "pipeline/segmentation_files.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/read.hpp"
+
+namespace borelli {
+namespace {
+
+struct InertiaSettings {
+  std::string volume, labels, names, landmarks, findings, quantity, sampling;
+  MeasureOptions measure;
+  std::vector<std::string> outputs;
+};
+
+Result<GreyVolume> read_grey(const InertiaSettings& settings, std::string& reading) {
+  ReadOptions options;
+  if (!settings.quantity.empty()) {
+    const auto quantity = parse_quantity(settings.quantity);
+    if (!quantity) return tl::unexpected(quantity.error());
+    options.quantity = *quantity;
+  }
+  auto scan = read_volume(settings.volume, options);
+  if (!scan) return tl::unexpected(scan.error());
+  reading = scan->reading;
+  return std::move(scan->volume);
+}
+
+Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int threads) {
+  std::string reading;
+  const auto grey = read_grey(settings, reading);
+  if (!grey) return tl::unexpected(grey.error());
+  auto labels = read_labels(settings.labels, settings.names);
+  if (!labels) return tl::unexpected(labels.error());
+  Landmarks landmarks;
+  if (!settings.landmarks.empty()) {
+    auto read = read_landmarks(settings.landmarks);
+    if (!read) return tl::unexpected(read.error());
+    landmarks = std::move(*read);
+  }
+  MeasureOptions options = settings.measure;
+  options.threads = threads;
+  if (settings.sampling == "points") options.sampling = Sampling::points;
+  if (settings.sampling == "averages") options.sampling = Sampling::averages;
+  PartCompleteness completeness;
+  if (!settings.findings.empty()) {
+    const auto findings = read_findings(settings.findings);
+    if (!findings) return tl::unexpected(findings.error());
+    completeness = completeness_of(*findings);
+  }
+  auto table = measure(*grey, std::move(*labels), landmarks, options, completeness);
+  if (!table) return tl::unexpected(table.error());
+  table->source.volume = settings.volume;
+  table->source.quantity = reading;
+  return table;
+}
+
+std::string percent(double share) { return std::isnan(share) ? "" : fmt::format("{:.2f}", 100 * share); }
+
+std::string radii(const Eigen::Vector3d& r) {
+  return fmt::format("{:.1f} {:.1f} {:.1f}", 100 * r[0], 100 * r[1], 100 * r[2]);
+}
+
+void print_row(const InertiaTable& table, const InertiaRow& row) {
+  if (row.completeness == Completeness::absent) {
+    fmt::print("{:<17} {:<7}\n", row.part, "absent");
+    return;
+  }
+  const auto numbers = anatomical_numbers(row);
+  const bool length = numbers && numbers->length > 0;
+  const Comparison deleva = compare(table, row, "deleva1996");
+  const auto* p = deleva.published;
+  fmt::print("{:<17} {:<7} {:>8.3f} {:>6} {:>6}  {:>9} {:>6} {:>6} {:>6}  {:<15} {:<15}\n", row.part,
+             name_of(row.completeness), row.inertial.mass, percent(table.share(row)),
+             p && deleva.mass ? percent(p->mass_share) : "",
+             length ? fmt::format("{}-{}", row.frame->from, row.frame->to) : "",
+             length ? fmt::format("{:.0f}", 1000 * numbers->length) : "",
+             length ? fmt::format("{:.1f}", 100 * numbers->centre_along) : "",
+             p ? fmt::format("{:.1f}", 100 * p->centre_along) : "", length ? radii(numbers->radii) : "",
+             p                          ? radii(p->radii)
+             : table.source.sex.empty() ? ""
+                                        : "not comparable");
+}
+
+void print_table(const InertiaTable& table) {
+  const InertiaSource& source = table.source;
+  fmt::print("{}: {}\n", source.volume, source.quantity);
+  if (!source.density_curve.empty())
+    fmt::print("Density curve: {} ({})\n", source.density_curve, source.density_source);
+  fmt::print("Voxels: {}\nCuts: {}; pose: {}; beside: de Leva (1996){}\n\n", source.sampling, source.cuts,
+             source.pose.empty() ? "not stated" : source.pose,
+             source.sex.empty() ? ", not shown without --sex" : ", " + source.sex);
+  fmt::print("{:<17} {:<7} {:>8} {:>6} {:>6}  {:>9} {:>6} {:>6} {:>6}  {:<15} {:<15}\n", "part", "",
+             "mass kg", "%", "deLeva", "endpoints", "mm", "centre", "deLeva", "radii X Y Z %", "de Leva");
+  for (const InertiaRow& row : table.rows) print_row(table, row);
+  print_row(table, table.whole);
+  for (const InertiaRow& row : table.rows) {
+    if (!row.flaw.empty()) fmt::print("\nWarning: {}: {}", row.part, row.flaw);
+    for (const auto& note : row.notes) fmt::print("\n{}: {}", row.part, note);
+  }
+  if (table.whole.completeness != Completeness::whole)
+    fmt::print("\nThe scan does not hold the whole body: percentages are of the mass that it holds.");
+  const Eigen::Vector3d& c = table.whole.inertial.centre;
+  fmt::print("\nGravity centre of the whole (m, left, back, up): {:.4f} {:.4f} {:.4f}\n", c[0], c[1], c[2]);
+}
+
+Result<nlohmann::json> work(const InertiaSettings& settings, const Command& command) {
+  for (const std::string& output : settings.outputs)
+    if (!output.ends_with(".csv") && !output.ends_with(".json"))
+      return bad_use(output, "the table is written as .csv or .json");
+  const auto table = make_table_from_files(settings, command.threads);
+  if (!table) return tl::unexpected(table.error());
+  for (const std::string& output : settings.outputs)
+    if (auto written = write_whole(output, [&](const auto& path) { return write_table(path, *table); });
+        !written)
+      return tl::unexpected(written.error());
+  if (!command.json) print_table(*table);
+  return nlohmann::json::parse(to_json(*table));
+}
+
+}  // namespace
+
+void add_inertia(CLI::App& program, Command& command) {
+  auto* verb =
+      program.add_subcommand("inertia", "Mass, gravity centre and inertia tensor of each labelled part");
+  auto settings = std::make_shared<InertiaSettings>();
+  verb->add_option("--volume", settings->volume, "CT or density volume: a DICOM folder or a file")
+      ->required();
+  verb->add_option("--labels", settings->labels, "Label map on the volume's grid")->required();
+  verb->add_option("--names", settings->names, "Names of its labels (TSV; default: beside it)");
+  verb->add_option("--landmarks", settings->landmarks,
+                   "Joint centres and bony points (JSON): lengths and axes");
+  verb->add_option("--findings", settings->findings,
+                   "segmentation.json of `borelli segment`: which parts are cut");
+  verb->add_option("--quantity", settings->quantity,
+                   "What the voxels hold: hu, density_kgm3 or density_gcm3");
+  verb->add_option("--density-curve", settings->measure.density_curve, "From CT numbers to density")
+      ->capture_default_str();
+  verb->add_option(
+          "--voxels", settings->sampling,
+          "What a voxel's value is: points (a drawn volume), averages (a scan), auto (told by the skin)")
+      ->check(CLI::IsMember({"auto", "points", "averages"}));
+  verb->add_option("--blur-reach", settings->measure.blur_reach,
+                   "How far the scanner's blur reaches beyond a voxel, mm")
+      ->check(CLI::Range(0., 100.))
+      ->capture_default_str();
+  verb->add_option("--cuts", settings->measure.cuts, "Convention by which the labels were cut")
+      ->capture_default_str();
+  verb->add_option("--sex", settings->measure.sex, "male or female: shows published values beside")
+      ->check(CLI::IsMember({"male", "female"}));
+  verb->add_option("--pose", settings->measure.pose, "How the person lay or stood, e.g. supine");
+  verb->add_option("-o,--output", settings->outputs, "Table to write, .csv or .json; may be given twice");
+  verb->callback([&command, settings] {
+    command.work = [settings](const Command& c) -> Result<nlohmann::json> { return work(*settings, c); };
+  });
+}
+
+}  // namespace borelli

@@ -1,0 +1,60 @@
+// borelli info FILE: what a volume, scene or trajectory holds.
+#include <fmt/core.h>
+
+#include <filesystem>
+
+#include "pipeline/trajectory_file.hpp"
+#include "pipeline/verbs/motion_info.hpp"
+#include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/verbs/volume_info.hpp"
+
+namespace borelli {
+
+namespace {
+
+Result<nlohmann::json> volume(const std::string& path, const std::string& quantity, const Command& command) {
+  ReadOptions options;
+  if (!quantity.empty()) {
+    const auto parsed = parse_quantity(quantity);
+    if (!parsed) return tl::unexpected(parsed.error());
+    options.quantity = *parsed;
+  }
+  ProgressBar bar(command.json);
+  bar.begin("read");
+  options.progress = [&](double share) { bar.update(share); };
+  auto info = volume_info(path, options);
+  if (!info) return info;
+  bar.end("done");
+  if (!command.json) fmt::print("{}", volume_info_text(*info));
+  return info;
+}
+
+// An answer that is printed by its own text for people.
+Result<nlohmann::json> said(Result<nlohmann::json> info, std::string (*text)(const nlohmann::json&),
+                            const Command& command) {
+  if (info && !command.json) fmt::print("{}", text(*info));
+  return info;
+}
+
+}  // namespace
+
+void add_info(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand("info", "Say what a volume, scene or trajectory holds");
+  auto path = std::make_shared<std::string>();
+  auto quantity = std::make_shared<std::string>();
+  verb->add_option("file", *path, "A volume, a DICOM folder, a scene or a trajectory")->required();
+  verb->add_option("--quantity", *quantity,
+                   "What a volume's voxels are: hu, density_kgm3, density_gcm3, labels, mr");
+  verb->callback([&command, path, quantity] {
+    command.work = [path, quantity](const Command& chosen) -> Result<nlohmann::json> {
+      if (!std::filesystem::exists(*path)) return bad_use(*path, "no such file or folder");
+      if (is_trajectory(*path)) return said(trajectory_info(*path), trajectory_info_text, chosen);
+      if (path->ends_with(".toml")) return said(scene_info(*path), scene_info_text, chosen);
+      if (may_be_volume(*path)) return volume(*path, *quantity, chosen);
+      return bad_use(*path, "is not a file that this program knows");
+    };
+  });
+}
+
+}  // namespace borelli

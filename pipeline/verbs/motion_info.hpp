@@ -1,0 +1,20 @@
+// What a scene or a trajectory holds, for `borelli info`: as JSON, and as lines for people.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "error/error.hpp"
+
+namespace borelli {
+
+/// Solids with parents, joints and masses; coordinates; efforts; constraints; settings. The scene is
+/// compiled, so what is wrong with it is told.
+Result<nlohmann::json> scene_info(const std::string& path);
+std::string scene_info_text(const nlohmann::json& info);
+
+/// Scene, times, coordinates, solids, energies at start and end, certificate.
+Result<nlohmann::json> trajectory_info(const std::string& path);
+std::string trajectory_info_text(const nlohmann::json& info);
+
+}  // namespace borelli

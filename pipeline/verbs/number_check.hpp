@@ -1,0 +1,17 @@
+// Numbers on the command line, refused in a sentence that a person understands.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace borelli {
+
+/// Finite and above 0.
+CLI::Validator positive_number();
+
+/// Finite and 0 or more.
+CLI::Validator number_not_negative();
+
+/// From `least` to `most`; unlike CLI::Range it refuses what is no number.
+CLI::Validator number_within(double least, double most);
+
+}  // namespace borelli

@@ -1,0 +1,216 @@
+// borelli phantom -o phantom.nii.gz: the sample body as a scan, with its exact inertia table.
+//
+// Beside NAME.nii.gz (or .nrrd, .mha) it leaves NAME_labels.* with its names, NAME_table.json and .csv (exact
+// mass, gravity centre and tensor of each segment) and NAME_landmarks.json (exact joint centres).
+#include <fmt/core.h>
+
+#include <array>
+#include <charconv>
+#include <filesystem>
+
+#include "inertia/table_file.hpp"
+#include "pipeline/segment_frames.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/write.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Asked {
+  std::string output, sex = "male";
+  std::vector<std::string> pose;
+  std::vector<double> spacing{3}, rotation_deg{0, 0, 0}, offset{0, 0, 0};
+  PhantomOptions body;
+  GridOptions grid;
+  ScanOptions scan;
+};
+
+// "knee_left_flexion=30"
+Result<std::pair<std::string, double>> angle_from(const std::string& text) {
+  const auto equals = text.find('=');
+  double value = 0;
+  if (equals != std::string::npos) {
+    const char* const end = text.data() + text.size();
+    const auto read = std::from_chars(text.data() + equals + 1, end, value);
+    if (read.ec == std::errc() && read.ptr == end) return std::pair{text.substr(0, equals), value};
+  }
+  return bad_use("--pose", fmt::format("'{}' is not of the form knee_left_flexion=30 (degrees)", text));
+}
+
+Result<void> settle(Asked& asked) {
+  asked.body.sex = asked.sex == "female" ? Sex::female : Sex::male;
+  for (const std::string& text : asked.pose) {
+    const auto angle = angle_from(text);
+    if (!angle) return tl::unexpected(angle.error());
+    if (!asked.body.pose_deg.insert(*angle).second)
+      return bad_use("--pose", fmt::format("{} is given twice", angle->first));
+  }
+  if (asked.spacing.size() == 1) asked.spacing.resize(3, asked.spacing[0]);
+  if (asked.spacing.size() != 3)
+    return bad_use("--spacing", "give one number, or one for each axis of the grid");
+  for (int c = 0; c < 3; ++c) {
+    const std::size_t u = static_cast<std::size_t>(c);
+    asked.grid.spacing[c] = asked.spacing[u];
+    asked.grid.rotation_deg[c] = asked.rotation_deg[u];
+    asked.grid.offset[c] = asked.offset[u];
+  }
+  return check_scan(asked.grid, asked.scan);
+}
+
+// NAME and .nii.gz of a path like folder/NAME.nii.gz
+Result<std::pair<fs::path, std::string>> split(const std::string& path) {
+  for (const char* ending : {".nii.gz", ".nii", ".nrrd", ".mha"})
+    if (path.ends_with(ending) && path.size() > std::string_view(ending).size())
+      return std::pair{fs::path(path.substr(0, path.size() - std::string_view(ending).size())),
+                       std::string(ending)};
+  return bad_use(path, "the phantom is written as .nii.gz, .nii, .nrrd or .mha");
+}
+
+InertiaTable exact_table(const Phantom& phantom, const Asked& asked) {
+  std::vector<InertiaRow> rows;
+  for (std::size_t label = 1; label < parts.size(); ++label) {
+    InertiaRow row;
+    row.part = parts[label].name;
+    row.volume = phantom.volume[label];
+    row.inertial = phantom.exact[label];
+    row.frame = segment_frame(row.part, phantom.landmarks, row.inertial);
+    rows.push_back(std::move(row));
+  }
+  InertiaSource source;
+  source.volume = asked.output;
+  source.quantity = "the phantom's solids, integrated exactly (no voxels)";
+  source.density_curve = asked.body.density_curve;
+  source.density_source = density_curve(asked.body.density_curve).value().source;
+  source.sex = asked.sex;
+  source.pose = asked.pose.empty() ? "standing" : "as asked";
+  source.cuts = "deleva1996";
+  return make_table(std::move(source), std::move(rows));
+}
+
+// The label map's writer leaves two files: both are made in a folder beside, then moved.
+Result<void> write_both(const fs::path& path, const LabelMap& labels) {
+  const fs::path beside = path.parent_path() / ("." + path.filename().string() + ".being-written");
+  std::error_code error;
+  fs::remove_all(beside, error);
+  fs::create_directories(beside, error);
+  if (error) return failure(beside.string(), "cannot be made: " + error.message());
+  auto written = write_labels((beside / path.filename()).string(), labels);
+  if (written)
+    for (const fs::directory_entry& file : fs::directory_iterator(beside)) {
+      fs::rename(file.path(), path.parent_path() / file.path().filename(), error);
+      if (error) written = failure(path.string(), "cannot be written: " + error.message());
+    }
+  fs::remove_all(beside, error);
+  return written;
+}
+
+struct Written {
+  std::string volume, labels, table, csv, landmarks;
+};
+
+Result<Written> write_all(const Asked& asked, const Phantom& phantom, const Scan& scan,
+                          const InertiaTable& table) {
+  const auto name = split(asked.output);
+  if (!name) return tl::unexpected(name.error());
+  const std::string stem = fs::absolute(name->first).string();
+  const Written files{stem + name->second, stem + "_labels" + name->second, stem + "_table.json",
+                      stem + "_table.csv", stem + "_landmarks.json"};
+  for (const std::string& path : {files.table, files.csv})
+    if (const auto done = write_whole(path, [&](const fs::path& p) { return write_table(p, table); }); !done)
+      return tl::unexpected(done.error());
+  if (const auto done = write_whole(
+          files.landmarks, [&](const fs::path& p) { return write_landmarks(p.string(), phantom.landmarks); });
+      !done)
+    return tl::unexpected(done.error());
+  if (const auto done = write_both(files.labels, scan.labels); !done) return tl::unexpected(done.error());
+  // the volume comes last: where it is, the rest is
+  if (const auto done =
+          write_whole(files.volume, [&](const fs::path& p) { return write_volume(p.string(), scan.grey); });
+      !done)
+    return tl::unexpected(done.error());
+  return files;
+}
+
+void print(const Phantom& phantom, const Grid& grid, const Written& files) {
+  fmt::print("A body of {:.2f} kg and {:.3f} m, of {} solids, on {} x {} x {} voxels\n", phantom.whole.mass,
+             phantom.landmarks.at("vertex").point.z() * 1e-3, phantom.solids.size(), grid.size[0],
+             grid.size[1], grid.size[2]);
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    fmt::print("{:<18} {:>8.4f} kg {:>6.2f} %\n", parts[label].name, phantom.exact[label].mass,
+               100 * phantom.exact[label].mass / phantom.whole.mass);
+  for (const std::string& path : {files.volume, files.labels, files.table, files.csv, files.landmarks})
+    fmt::print("{}\n", path);
+}
+
+Result<nlohmann::json> work(Asked asked, const Command& command) {
+  if (const auto settled = settle(asked); !settled) return tl::unexpected(settled.error());
+  if (const auto name = split(asked.output); !name) return tl::unexpected(name.error());
+  const auto phantom = build_phantom(asked.body);
+  if (!phantom) return tl::unexpected(phantom.error());
+  asked.scan.threads = command.threads;
+  const Grid grid = phantom_grid(*phantom, asked.grid, asked.scan.table);
+  const Scan scan = voxelise(*phantom, grid, asked.scan);
+  const InertiaTable table = exact_table(*phantom, asked);
+  const auto files = write_all(asked, *phantom, scan, table);
+  if (!files) return tl::unexpected(files.error());
+  if (!command.json) print(*phantom, grid, *files);
+  return nlohmann::json{{"volume", files->volume}, {"labels", files->labels},
+                        {"table", files->table},   {"landmarks", files->landmarks},
+                        {"size", grid.size},       {"mass_kg", phantom->whole.mass},
+                        {"girth", phantom->girth}};
+}
+
+}  // namespace
+
+void add_phantom(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand("phantom", "The sample body as a scan, with its exact inertia table");
+  auto asked = std::make_shared<Asked>();
+  verb->add_option("-o,--output", asked->output, "Volume to write: .nii.gz, .nii, .nrrd or .mha")->required();
+  verb->add_option("--sex", asked->sex, "male or female")
+      ->check(CLI::IsMember({"male", "female"}))
+      ->capture_default_str();
+  verb->add_option("--stature", asked->body.stature_m,
+                   "Sole to vertex, m (default: the mean of de Leva's sample)");
+  verb->add_option("--mass", asked->body.mass_kg,
+                   "kg (default: the mean of de Leva's sample, with stature cubed)");
+  verb->add_option("--pose", asked->pose,
+                   "Joint angle in degrees, e.g. knee_left_flexion=30; may be repeated");
+  verb->add_option("--density-curve", asked->body.density_curve, "Gives the tissues their densities")
+      ->capture_default_str();
+  verb->add_option("--spacing", asked->spacing, "Voxel edge, mm: one number, or three")
+      ->expected(1, 3)
+      ->check(CLI::Range(0.2, 50.0))
+      ->capture_default_str();
+  verb->add_option("--rotation-deg", asked->rotation_deg, "Turns the grid about patient x, then y, then z")
+      ->expected(3)
+      ->check(CLI::Range(-180.0, 180.0));
+  verb->add_option("--tilt-deg", asked->grid.tilt_deg, "Gantry tilt: shears the grid")
+      ->check(CLI::Range(-45.0, 45.0));
+  verb->add_option("--offset", asked->offset, "Shifts the grid, in voxels")
+      ->expected(3)
+      ->check(CLI::Range(-1.0, 1.0));
+  verb->add_option("--margin", asked->grid.margin, "Air about the body, mm")
+      ->check(CLI::Range(0.0, 500.0))
+      ->capture_default_str();
+  verb->add_flag("--table", asked->scan.table, "Lay the body on a curved table");
+  verb->add_flag("--partial-volume", asked->scan.partial_volume, "Voxels are means over their box");
+  verb->add_option("--blur", asked->scan.blur_mm, "Standard deviation of the scanner's blur, mm")
+      ->check(CLI::Range(0.0, 20.0));
+  verb->add_option("--noise", asked->scan.noise_hu, "Standard deviation of the noise, HU")
+      ->check(CLI::Range(0.0, 1000.0));
+  verb->add_option("--seed", asked->scan.seed, "Of the noise: the same seed gives the same bytes")
+      ->check([](const std::string& text) {  // -3 would wrap round to a large one
+        return text.starts_with('-') ? "'" + text + "' is no seed; give a whole number, 0 or more" : "";
+      })
+      ->capture_default_str();
+  verb->callback([&command, asked] {
+    command.work = [asked](const Command& chosen) -> Result<nlohmann::json> { return work(*asked, chosen); };
+  });
+}
+
+}  // namespace borelli

@@ -1,0 +1,117 @@
+// The `borelli` program: reads the command line, runs one verb, says in one sentence what went wrong.
+#include <fmt/core.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+
+#include "pipeline/verbs/settings.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+
+namespace {
+
+// what CLI11 found wrong, in a sentence that names the settings file and line where it came from there
+std::string bad_use_of(const CLI::ParseError& e, const borelli::TomlSettings& settings,
+                       const CLI::Option* settings_file) {
+  const std::string what = e.what();
+  if (settings_file->count() == 0) return what + " (see borelli --help)";
+  const std::string file = settings_file->results().front();
+  if (e.get_name() == "SettingsError") return fmt::format("{}, {}", file, what);
+  if (e.get_name() == "ConfigError") {
+    const std::string key = what.substr(what.find_last_of(' ') + 1);
+    return fmt::format("{}:{}: no verb has the setting {}", file, settings.line_of(key), key);
+  }
+  return fmt::format("{} (with settings from {})", what, file);
+}
+
+int run(int argc, char** argv) {
+  borelli::Command command;
+  CLI::App program{"From a CT or MR volume of a person to a body that moves", "borelli"};
+  program.set_version_flag("--version", "borelli " BORELLI_VERSION);
+  program.require_subcommand(1);
+  program.fallthrough();
+  program.add_flag("--json", command.json, "Answer as JSON on standard output");
+  program.add_option("--threads", command.threads, "Threads to use (0: all)")->check(CLI::Range(0, 1024));
+  program.add_flag("--force", command.force, "Do again what is there already");
+
+  const auto settings = std::make_shared<borelli::TomlSettings>();
+  auto* settings_file = program.set_config("--settings", "", "Settings: a TOML file, a table per verb");
+  program.config_formatter(settings);
+  program.allow_config_extras(CLI::config_extras_mode::error);
+
+  borelli::add_run(program, command);
+  borelli::add_phantom(program, command);
+  borelli::add_segment(program, command);
+  borelli::add_inertia(program, command);
+  borelli::add_skeleton(program, command);
+  borelli::add_simulate(program, command);
+  borelli::add_evaluate(program, command);
+  borelli::add_export(program, command);
+  borelli::add_report(program, command);
+  borelli::add_figures(program, command);
+  borelli::add_info(program, command);
+
+  for (auto* verb : program.get_subcommands({})) verb->allow_config_extras(CLI::config_extras_mode::error);
+
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return program.exit(e);  // --help, --version
+    if (program.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
+      fmt::print(stderr, "borelli: {}: no such verb (see borelli --help)\n", argv[1]);
+      return 2;
+    }
+    fmt::print(stderr, "borelli: {}\n", bad_use_of(e, *settings, settings_file));
+    return 2;
+  }
+
+  const auto answer = command.work(command);
+  if (!answer) {
+    fmt::print(stderr, "borelli: {}\n", answer.error().message());
+    return answer.error().kind == borelli::Error::Kind::use ? 2 : 1;
+  }
+  if (command.json) fmt::print("{}\n", answer->dump(2));
+  return 0;
+}
+
+// A user or a system that ends the program finds no partial file; the shell sees the signal that did it.
+extern "C" void end_by_signal(int signal) {
+  borelli::remove_partial_files();
+  raise(signal);  // SA_RESETHAND has put the default action back, which comes when this handler returns
+}
+
+void handle_signals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {
+    }, before{};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler == SIG_IGN) continue;  // nohup, or a shell's background job
+    action.sa_handler = end_by_signal;
+    action.sa_flags = static_cast<int>(SA_RESETHAND);
+    sigemptyset(&action.sa_mask);
+    sigaction(signal, &action, nullptr);
+  }
+  // a file larger than allowed (ulimit -f) is a write that fails, not the program's end
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  handle_signals();
+  int code = 1;
+  try {
+    code = run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "borelli: not enough memory for this\n");
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "borelli: {}\n", e.what());
+  }
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  if (code == 0) fmt::print(stderr, "borelli: standard output cannot be written: {}\n", std::strerror(errno));
+  return code == 0 ? 1 : code;
+}

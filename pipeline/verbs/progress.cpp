@@ -1,0 +1,51 @@
+#include "pipeline/verbs/progress.hpp"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace borelli {
+
+namespace {
+constexpr int bar_width = 30;
+}
+
+ProgressBar::ProgressBar(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
+
+ProgressBar::~ProgressBar() {
+  if (!quiet_ && terminal_ && !what_.empty()) fmt::print(stderr, "\n");  // left in the middle by an error
+}
+
+void ProgressBar::begin(const std::string& what) {
+  what_ = what;
+  if (quiet_) return;
+  if (terminal_)
+    draw(0);
+  else
+    fmt::print(stderr, "{} ...\n", what_);
+}
+
+void ProgressBar::update(double fraction) {
+  if (quiet_ || !terminal_ || what_.empty()) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (now - drawn_ < std::chrono::milliseconds(50)) return;
+  drawn_ = now;
+  draw(fraction);
+}
+
+void ProgressBar::draw(double fraction) {
+  const int full = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * bar_width);
+  fmt::print(
+      stderr, "\r\x1b[K{:<14} [{}{}] {:3.0f} %", what_, std::string(static_cast<std::size_t>(full), '#'),
+      std::string(static_cast<std::size_t>(bar_width - full), ' '), 100 * std::clamp(fraction, 0.0, 1.0));
+  std::fflush(stderr);
+}
+
+void ProgressBar::end(const std::string& outcome) {
+  if (!quiet_) fmt::print(stderr, "{}{:<14} {}\n", terminal_ ? "\r\x1b[K" : "", what_, outcome);
+  what_.clear();
+}
+
+}  // namespace borelli

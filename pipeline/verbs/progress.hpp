@@ -1,0 +1,28 @@
+// Shows long work on standard error: a bar on a terminal, plain lines otherwise.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+namespace borelli {
+
+class ProgressBar {
+ public:
+  /// `quiet`: show nothing (--json leaves standard error to errors).
+  explicit ProgressBar(bool quiet);
+  ~ProgressBar();
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  void begin(const std::string& what);
+  void update(double fraction);          ///< 0 to 1; drawn at most twenty times a second
+  void end(const std::string& outcome);  ///< e.g. "1.3 s"; the line stays
+
+ private:
+  void draw(double fraction);
+  bool quiet_, terminal_;
+  std::string what_;
+  std::chrono::steady_clock::time_point drawn_;
+};
+
+}  // namespace borelli

@@ -1,0 +1,138 @@
+// borelli report FOLDER: draws report.html anew from the files of a run's folder.
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "pipeline/report.hpp"
+#include "pipeline/trajectory_file.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/read.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Asked {
+  std::string folder, volume, quantity, subject;
+};
+
+/// What the folder holds. The report's inputs point into it.
+struct Found {
+  std::optional<ScannedVolume> scan;
+  std::optional<LabelMap> labels;
+  std::optional<Landmarks> landmarks;
+  std::optional<StoredTrajectory> motion;
+  std::string glb;
+  ReportInputs inputs;
+  std::vector<std::string> warnings;
+};
+
+/// Reads a file that may be absent; null where it is. Errors: damaged.
+Result<json> json_if_there(const fs::path& path) {
+  if (!fs::exists(path)) return json();
+  const auto bytes = read_whole(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  json value = json::parse(*bytes, nullptr, false);
+  if (!value.is_object()) return failure(path.string(), "is no JSON object: damaged, or cut short");
+  return value;
+}
+
+template <class Target, class Answer>
+Result<void> keep(Target& target, Answer&& answer) {
+  if (!answer) return tl::unexpected(answer.error());
+  target = std::move(*answer);
+  return {};
+}
+
+/// The scan that was segmented: the one asked for, else the one that the account names, where it still is.
+Result<void> find_scan(const Asked& asked, Found& found) {
+  std::string path = asked.volume;
+  if (path.empty() && found.inputs.segmentation.is_object())
+    path = found.inputs.segmentation.value("input", "");
+  if (path.empty()) return {};
+  if (asked.volume.empty() && !fs::exists(path)) {
+    found.warnings.push_back(fmt::format(
+        "the scan {} is no longer there: the report shows the parts alone (--volume names it)", path));
+    return {};
+  }
+  ReadOptions options;
+  if (!asked.quantity.empty()) {
+    const auto quantity = parse_quantity(asked.quantity);
+    if (!quantity) return tl::unexpected(quantity.error());
+    options.quantity = *quantity;
+  }
+  auto scan = read_volume(path, options);
+  if (!scan && asked.volume.empty()) {  // a report without grey values is better than none
+    found.warnings.push_back(fmt::format(
+        "the report shows the parts alone: {} (--volume and --quantity help)", scan.error().message()));
+    return {};
+  }
+  return keep(found.scan, std::move(scan));
+}
+
+Result<void> read_folder(const Asked& asked, Found& found) {
+  const fs::path folder = asked.folder;
+  const auto there = [&](const char* name) { return fs::exists(folder / name); };
+  auto& inputs = found.inputs;
+  Result<void> done = keep(inputs.segmentation, json_if_there(folder / "segmentation/segmentation.json"));
+  if (done) done = keep(inputs.table, json_if_there(folder / "inertia/table.json"));
+  if (done) done = keep(inputs.run, json_if_there(folder / "run.json"));
+  if (done && there("segmentation/labels.nii.gz"))
+    done = keep(found.labels, read_labels((folder / "segmentation/labels.nii.gz").string()));
+  if (done && there("segmentation/landmarks.json"))
+    done = keep(found.landmarks, read_landmarks((folder / "segmentation/landmarks.json").string()));
+  if (done && there("motion/trajectory.h5"))
+    done = keep(found.motion, read_trajectory(folder / "motion/trajectory.h5"));
+  if (done && there("body.glb")) done = keep(found.glb, read_whole(folder / "body.glb"));
+  if (done) done = find_scan(asked, found);
+  if (!done) return done;
+  if (found.scan) inputs.grey = &found.scan->volume;
+  if (found.labels) inputs.labels = &*found.labels;
+  if (found.landmarks) inputs.landmarks = &*found.landmarks;
+  if (found.motion) inputs.trajectory = &found.motion->trajectory;
+  inputs.glb = found.glb;
+  inputs.files = report_files(folder);
+  inputs.subject =
+      asked.subject.empty() ? fs::absolute(folder).lexically_normal().filename().string() : asked.subject;
+  if (inputs.subject.empty()) inputs.subject = fs::absolute(folder).parent_path().filename().string();
+  return {};
+}
+
+Result<json> run(const Asked& asked, const Command& command) {
+  const fs::path folder = asked.folder;
+  if (!fs::is_directory(folder)) return bad_use(asked.folder, "no such folder; expected that of a run");
+  Found found;
+  if (const auto read = read_folder(asked, found); !read) return tl::unexpected(read.error());
+  const auto& in = found.inputs;
+  if (!in.labels && !in.trajectory && in.table.is_null() && in.glb.empty())
+    return bad_use(asked.folder,
+                   "holds nothing of a run: no segmentation/labels.nii.gz, inertia/table.json, "
+                   "motion/trajectory.h5 or body.glb");
+  const auto path = folder / "report.html";
+  const auto written = write_whole(path, [&](const fs::path& beside) { return write_report(in, beside); });
+  if (!written) return tl::unexpected(written.error());
+  for (const auto& warning : found.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  if (!command.json) fmt::print("{}\n", path.string());
+  return json{{"report", path.string()}, {"bytes", fs::file_size(path)}, {"warnings", found.warnings}};
+}
+
+}  // namespace
+
+void add_report(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand("report", "Draw report.html anew from the files of a run's folder");
+  auto asked = std::make_shared<Asked>();
+  verb->add_option("folder", asked->folder, "The folder of a run")->required();
+  verb->add_option("--volume", asked->volume, "The scan, where it lies elsewhere than the run found it");
+  verb->add_option("--quantity", asked->quantity,
+                   "What its voxels hold: hu, density_kgm3, density_gcm3, labels, mr");
+  verb->add_option("--subject", asked->subject, "The report's title (by default the folder's name)");
+  verb->callback(
+      [&command, asked] { command.work = [asked](const Command& chosen) { return run(*asked, chosen); }; });
+}
+
+}  // namespace borelli

@@ -1,0 +1,158 @@
+// borelli run: the whole way from a volume to a moving body and its report.
+#include "pipeline/run.hpp"
+
+#include <fmt/core.h>
+
+#include <toml++/toml.h>
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <sstream>
+
+#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Asked {
+  RunSettings run;
+  std::string out, quantity;
+  std::string settings_text;  // as --settings takes them
+};
+
+// the subject's name where none is given: the file's without its endings, or the folder's
+std::string name_of_input(const std::string& path) {
+  fs::path name = fs::path(path).filename();
+  if (name.empty()) name = fs::path(path).parent_path().filename();
+  std::string text = name.string();
+  for (const char* ending : {".gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd"})
+    if (text.ends_with(ending) && text.size() > std::string(ending).size())
+      text.resize(text.size() - std::string(ending).size());
+  return text.empty() || text == "." || text == ".." ? "subject" : text;
+}
+
+// The chosen settings as --settings takes them; what is empty is left out.
+std::string settings_text(const CLI::App& verb) {
+  toml::table chosen;
+  for (const CLI::Option* option : verb.get_options()) {
+    const auto& names = option->get_lnames();
+    const std::string name = names.empty() ? option->get_name() : names.front();
+    if (name == "help") continue;
+    if (option->get_expected_max() == 0) {
+      if (option->count() > 0) chosen.insert(name, true);
+      continue;
+    }
+    const std::string value = option->count() > 0 ? option->results().front() : option->get_default_str();
+    double number = 0;
+    const auto read = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (value.empty()) continue;
+    if (read.ec == std::errc() && read.ptr == value.data() + value.size() && std::isfinite(number))
+      chosen.insert(name, number);
+    else
+      chosen.insert(name, value);
+  }
+  std::ostringstream text;
+  text << toml::table{{"run", chosen}} << '\n';
+  return text.str();
+}
+
+void print_outcome(const nlohmann::json& record, const fs::path& folder) {
+  for (const auto& warning : record.value("warnings", nlohmann::json::array()))
+    fmt::print("warning: {}\n", warning.get<std::string>());
+  for (const auto& stage : record["stages"])
+    for (const auto& warning : stage.value("warnings", nlohmann::json::array()))
+      fmt::print("warning: {}: {}\n", stage["stage"].get<std::string>(), warning.get<std::string>());
+  for (const auto& stage : record["stages"])
+    if (stage.contains("mass_kg")) fmt::print("mass {:.3f} kg; ", stage["mass_kg"].get<double>());
+  fmt::print("report: {}\n", (folder / "report.html").string());
+}
+
+Result<nlohmann::json> work(Asked asked, const Command& command) {
+  RunSettings& settings = asked.run;
+  if (!asked.quantity.empty()) {
+    const auto quantity = parse_quantity(asked.quantity);
+    if (!quantity) return tl::unexpected(quantity.error());
+    settings.quantity = *quantity;
+  }
+  if (settings.subject.empty()) settings.subject = name_of_input(settings.volume);
+  if (settings.subject.find('/') != std::string::npos || settings.subject.starts_with('.'))
+    return bad_use("--subject " + settings.subject, "names a folder; it may not hold '/' nor begin with '.'");
+  settings.folder = fs::path(asked.out) / settings.subject;
+  settings.threads = command.threads;
+  if (auto fine = check_writable(settings.folder / "run.json"); !fine) return tl::unexpected(fine.error());
+
+  ProgressBar bar(command.json);
+  StageObserver observer;
+  observer.begins = [&](const Stage& stage) { bar.begin(stage.name); };
+  observer.progress = [&](double share) { bar.update(share); };
+  observer.ends = [&](const Stage&, double seconds) { bar.end(fmt::format("{:.2f} s", seconds)); };
+  observer.skipped = [&](const Stage& stage) {
+    bar.begin(stage.name);
+    bar.end("done before");
+  };
+  if (auto written = write_whole(settings.folder / "settings.toml", asked.settings_text); !written)
+    return tl::unexpected(written.error());
+  const auto record = run(settings, command.force, observer);
+  if (!record) return record;
+  if (!command.json) print_outcome(*record, settings.folder);
+  return record;
+}
+
+}  // namespace
+
+void add_run(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand("run", "From a volume to a moving body and its report");
+  auto asked = std::make_shared<Asked>();
+  RunSettings& s = asked->run;
+  verb->add_option("volume", s.volume, "A DICOM folder or a volume file (.nii.gz, .nrrd, .mha)")->required();
+  verb->add_option("-o,--out", asked->out, "Folder; the results go to <out>/<subject>")->required();
+  verb->add_option("--subject", s.subject, "Name of the subject (default: the volume's)");
+  verb->add_option("--quantity", asked->quantity, "What the voxels hold: hu, density_kgm3, density_gcm3");
+  verb->add_option("--labels", s.labels, "A label map on the volume's grid, to use instead of segmenting");
+  verb->add_option("--label-names", s.label_names, "Its names (TSV; default: beside it)");
+  verb->add_option("--landmarks", s.landmarks,
+                   "Landmarks placed by hand (JSON): they override what is found");
+  verb->add_option("--sex", s.sex, "male or female: shows published values beside")
+      ->check(CLI::IsMember({"male", "female"}));
+  verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine");
+  verb->add_option("--density-curve", s.density_curve, "From CT numbers to density, by name");
+  verb->add_option("--work-grid", s.work_grid_mm, "Grid on which parts are looked for, mm")
+      ->check(number_within(1.0, 10.0))
+      ->capture_default_str();
+  verb->add_option("--method", s.method, "Integrator: euler, rk2, rk4, rk4_adaptive")->capture_default_str();
+  verb->add_option("--tolerance", s.tolerance, "Of the integrator, per step and coordinate")
+      ->check(positive_number())
+      ->capture_default_str();
+  verb->add_option("--mesh-tolerance", s.mesh_tolerance_mm, "How far a mesh may be simplified, mm")
+      ->check(number_not_negative())
+      ->capture_default_str();
+  verb->add_option("--flight-time", s.leap.flight_time, "Of the leap, s")
+      ->check(number_within(0.05, 10.0))
+      ->capture_default_str();
+  verb->add_option("--somersault-rate", s.leap.somersault_rate_deg, "At take-off, deg/s; negative: backwards")
+      ->check(number_within(-3600, 3600))
+      ->capture_default_str();
+  verb->add_option("--tuck", s.leap.tuck, "How far the joints spring towards a tuck, 0 to 1")
+      ->check(number_within(0.0, 1.0))
+      ->capture_default_str();
+  verb->add_option("--muscle-frequency", s.leap.muscle_frequency,
+                   "Natural frequency of the passive joints, Hz")
+      ->check(number_within(0.0, 20.0))
+      ->capture_default_str();
+  verb->add_option("--damping-ratio", s.leap.damping_ratio, "Of the passive joints")
+      ->check(number_within(0.0, 10.0))
+      ->capture_default_str();
+  verb->add_flag("--allow-untrusted", s.untrusted_is_fine,
+                 "Go on with a motion that its certificate does not trust");
+  verb->callback([&command, asked, verb] {
+    asked->settings_text = settings_text(*verb);
+    command.work = [asked](const Command& chosen) { return work(*asked, chosen); };
+  });
+}
+
+}  // namespace borelli

@@ -1,0 +1,79 @@
+// borelli segment VOLUME -o FOLDER: the parts of a body in a scan, as a label map with landmarks.
+#include <fmt/core.h>
+
+#include "pipeline/segmentation_files.hpp"
+#include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/read.hpp"
+
+namespace borelli {
+namespace {
+
+struct Asked {
+  std::string volume, folder, quantity, landmarks;
+  double step = 3;
+};
+
+void print(const Segmentation& found, const std::string& reading, const std::string& folder) {
+  fmt::print("{}\n", reading);
+  fmt::print("{:<18} {:<7} {:>10}  {}\n", "part", "in view", "litres", "confidence");
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    const PartFinding& part = found.part[n];
+    if (part.coverage == Coverage::absent)
+      fmt::print("{:<18} absent\n", parts[n].name);
+    else
+      fmt::print("{:<18} {:<7} {:>10.3f}  {:.2f}  {}\n", parts[n].name, name_of(part.coverage),
+                 part.volume * 1e-6, part.confidence, part.note);
+  }
+  fmt::print("labels.nii.gz, labels.tsv, landmarks.json and segmentation.json are in {}\n", folder);
+}
+
+Result<nlohmann::json> run(const Asked& asked, const Command& command) {
+  ReadOptions reading;
+  if (!asked.quantity.empty()) {
+    const auto quantity = parse_quantity(asked.quantity);
+    if (!quantity) return tl::unexpected(quantity.error());
+    reading.quantity = *quantity;
+  }
+  ProgressBar bar(command.json);
+  SegmentOptions options{
+      asked.step, command.threads, {}, [&](double share, std::string_view) { bar.update(share); }};
+  if (!asked.landmarks.empty()) {
+    auto given = read_landmarks(asked.landmarks);
+    if (!given) return tl::unexpected(given.error());
+    options.given = std::move(*given);
+  }
+  const auto scanned = read_volume(asked.volume, reading);
+  if (!scanned) return tl::unexpected(scanned.error());
+  bar.begin("finding the body's parts");
+  auto found = segment(scanned->volume, options);
+  bar.end(found ? "done" : "failed");
+  if (!found) return tl::unexpected(found.error());
+  found->warnings.insert(found->warnings.begin(), scanned->warnings.begin(), scanned->warnings.end());
+  const auto account = segmentation_account(*found, asked.volume, scanned->reading);
+  if (const auto written = write_segmentation(asked.folder, *found, account); !written)
+    return tl::unexpected(written.error());
+  if (!command.json) print(*found, scanned->reading, asked.folder);
+  for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
+  return account;
+}
+
+}  // namespace
+
+void add_segment(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand("segment", "Find a body's parts and joint centres in a scan");
+  auto asked = std::make_shared<Asked>();
+  verb->add_option("volume", asked->volume, "A DICOM folder or a volume file")->required();
+  verb->add_option("-o,--out", asked->folder, "Folder for labels, landmarks and account")->required();
+  verb->add_option("--quantity", asked->quantity,
+                   "What the voxels hold: hu, density_kgm3, density_gcm3, labels, mr");
+  verb->add_option("--landmarks", asked->landmarks,
+                   "Landmarks placed by hand (JSON): they replace those found");
+  verb->add_option("--step", asked->step, "Grid on which parts are looked for, mm")
+      ->check(CLI::Range(1.0, 10.0));
+  verb->callback(
+      [&command, asked] { command.work = [asked](const Command& chosen) { return run(*asked, chosen); }; });
+}
+
+}  // namespace borelli

@@ -1,0 +1,149 @@
+// borelli simulate SCENE: integrates a scene, prints its certificate, writes its trajectory.
+#include "dynamics/simulate.hpp"
+
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "dynamics/integrator.hpp"
+#include "dynamics/scene_file.hpp"
+#include "pipeline/certificate_report.hpp"
+#include "pipeline/file_order.hpp"
+#include "pipeline/trajectory_file.hpp"
+#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+
+namespace borelli {
+namespace {
+
+// What the command line says; what is not given there is the scene's.
+struct Options {
+  std::string scene, output;
+  std::optional<std::string> method, constraints;
+  std::optional<double> step, tolerance, end, output_interval, alpha, beta, energy_threshold;
+  bool allow_untrusted = false;
+};
+
+SimulationSettings settings_of(SimulationSettings s, const Options& o) {
+  s.method = o.method.value_or(s.method);
+  if (o.constraints)
+    s.constraints =
+        *o.constraints == "baumgarte" ? ConstraintTreatment::baumgarte : ConstraintTreatment::projection;
+  s.step = o.step.value_or(s.step);
+  s.tolerance = o.tolerance.value_or(s.tolerance);
+  s.end_time = o.end.value_or(s.end_time);
+  s.output_interval = o.output_interval.value_or(s.output_interval);
+  s.baumgarte_alpha = o.alpha.value_or(s.baumgarte_alpha);
+  s.baumgarte_beta = o.beta.value_or(s.baumgarte_beta);
+  s.energy_threshold = o.energy_threshold.value_or(s.energy_threshold);
+  return s;
+}
+
+// The scene's file stands before what its compilation or simulation finds wrong.
+tl::unexpected<Error> in_file(const std::string& file, Error error) {
+  error.where = error.where.empty() ? file : file + ", " + error.where;
+  return tl::unexpected(std::move(error));
+}
+
+nlohmann::json answer_of(const Options& o, const Scene& scene, const Trajectory& t, bool written) {
+  const FileOrder order = file_order(scene, t.coordinates);
+  nlohmann::json coordinates = nlohmann::json::array();
+  for (const CoordinateInfo& c : order.coordinates)
+    coordinates.push_back(
+        {{"name", c.name}, {"kind", c.kind}, {"q_index", c.q_index}, {"v_index", c.v_index}});
+  const auto last = [](const Rows& rows, const std::vector<Eigen::Index>& entries) {
+    return rows.rows() > 0 ? in_file_order(rows.bottomRows(1).transpose(), entries) : std::vector<double>();
+  };
+  return {
+      {"scene", o.scene},
+      {"output", written ? nlohmann::json(o.output) : nlohmann::json()},
+      {"rows", t.times.size()},
+      {"coordinates", coordinates},
+      {"end",
+       {{"t", t.times.empty() ? 0 : t.times.back()}, {"q", last(t.q, order.q)}, {"v", last(t.v, order.v)}}},
+      {"certificate", json_of(t.certificate)}};
+}
+
+Result<Trajectory> run(const Options& o, const Command& command, const Scene& scene) {
+  const auto system = compile(scene);
+  if (!system) return in_file(o.scene, system.error());
+  const SimulationSettings settings = settings_of(scene.simulation, o);
+  ProgressBar bar(command.json);
+  bar.begin("simulate");
+  Observer observer;
+  observer.progress = [&](double t) {
+    bar.update(t / settings.end_time);
+    return true;
+  };
+  auto trajectory = simulate(*system, system->initial, settings, observer);
+  if (!trajectory) return in_file(o.scene, trajectory.error());
+  bar.end(fmt::format("{} to {:g} s", settings.method, settings.end_time));
+  return trajectory;
+}
+
+Result<nlohmann::json> work(const Options& o, const Command& command) {
+  // a bad name for the output is told before the work, not after it
+  const std::string ending = std::filesystem::path(o.output).extension().string();
+  if (!o.output.empty() && ending != ".h5" && ending != ".hdf5" && ending != ".csv")
+    return bad_use(o.output, "ends in '" + ending + "', expected .h5, .hdf5 or .csv");
+  if (!o.output.empty()) {
+    if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
+  }
+  const auto scene = read_scene(o.scene);
+  if (!scene) return tl::unexpected(scene.error());
+  const auto trajectory = run(o, command, *scene);
+  if (!trajectory) return tl::unexpected(trajectory.error());
+
+  const Certificate& certificate = trajectory->certificate;
+  if (!command.json) fmt::print("{}", text_of(certificate));
+  if (!certificate.trusted && !o.allow_untrusted) {
+    if (command.json) fmt::print("{}\n", answer_of(o, *scene, *trajectory, false).dump(2));
+    return failure(o.scene, fmt::format("the run is not to be trusted: {}; {}--allow-untrusted accepts it",
+                                        certificate.reason, o.output.empty() ? "" : "nothing was written; "));
+  }
+  if (!o.output.empty()) {
+    auto settled = *scene;
+    settled.simulation = settings_of(scene->simulation, o);
+    const auto text = write_scene(settled);
+    if (!text) return tl::unexpected(text.error());
+    const auto done = write_whole(o.output, [&](const std::filesystem::path& path) {
+      return write_trajectory(*trajectory, *text, path);
+    });
+    if (!done) return tl::unexpected(done.error());
+    if (!command.json) fmt::print("{}: {} rows\n", o.output, trajectory->times.size());
+  }
+  return answer_of(o, *scene, *trajectory, !o.output.empty());
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& program, Command& command) {
+  auto* verb =
+      program.add_subcommand("simulate", "Integrate a scene; print its certificate, write its trajectory");
+  auto o = std::make_shared<Options>();
+  verb->add_option("scene", o->scene, "The scene's TOML file")->required();
+  verb->add_option("-o,--output", o->output, "Trajectory to write: .h5 (all of it) or .csv");
+  verb->add_option("--method", o->method, "Integrator")->check(CLI::IsMember(integrator_names()));
+  verb->add_option("--step", o->step, "Fixed step, or the first one tried, s")->check(positive_number());
+  verb->add_option("--tolerance", o->tolerance, "Adaptive methods: largest error per step")
+      ->check(positive_number());
+  verb->add_option("--end", o->end, "End time, s")->check(positive_number());
+  verb->add_option("--output-interval", o->output_interval, "Time between rows, s; 0: every accepted step")
+      ->check(number_not_negative());
+  verb->add_option("--constraints", o->constraints, "How constraints are kept")
+      ->check(CLI::IsMember({"projection", "baumgarte"}));
+  verb->add_option("--baumgarte-alpha", o->alpha, "Baumgarte's gain on velocity, 1/s")
+      ->check(number_not_negative());
+  verb->add_option("--baumgarte-beta", o->beta, "Baumgarte's gain on position, 1/s")
+      ->check(number_not_negative());
+  verb->add_option("--energy-threshold", o->energy_threshold,
+                   "Largest energy drift to trust, of the energy turned over")
+      ->check(number_not_negative());
+  verb->add_flag("--allow-untrusted", o->allow_untrusted, "Accept a run that its certificate does not trust");
+  verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
+}
+
+}  // namespace borelli

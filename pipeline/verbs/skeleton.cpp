@@ -1,0 +1,54 @@
+// borelli skeleton: from an inertia table and landmarks to a scene.
+#include "pipeline/skeleton.hpp"
+
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "dynamics/scene_file.hpp"
+#include "inertia/table_file.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+#include "segmentation/landmarks_file.hpp"
+
+namespace borelli {
+namespace {
+
+struct Asked {
+  std::string table, landmarks, out;
+  SkeletonOptions options;
+};
+
+Result<nlohmann::json> work(const Asked& asked, const Command& command) {
+  const auto table = read_table(asked.table);
+  if (!table) return tl::unexpected(table.error());
+  const auto landmarks = read_landmarks(asked.landmarks);
+  if (!landmarks) return tl::unexpected(landmarks.error());
+  std::vector<std::string> warnings;
+  const auto skeleton = build_skeleton(movable_parts(*table, warnings), *landmarks, asked.options);
+  if (!skeleton) return tl::unexpected(skeleton.error());
+  const auto text = write_scene(skeleton->scene);
+  if (!text) return tl::unexpected(text.error());
+  if (auto written = write_whole(asked.out, *text); !written) return tl::unexpected(written.error());
+  warnings.insert(warnings.end(), skeleton->warnings.begin(), skeleton->warnings.end());
+  for (const auto& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  if (!command.json) fmt::print("{}: {} solids\n", asked.out, skeleton->scene.solids.size());
+  return nlohmann::json{
+      {"scene", asked.out}, {"solids", skeleton->scene.solids.size()}, {"warnings", warnings}};
+}
+
+}  // namespace
+
+void add_skeleton(CLI::App& program, Command& command) {
+  auto* verb =
+      program.add_subcommand("skeleton", "From an inertia table and joint centres to a scene that moves");
+  auto asked = std::make_shared<Asked>();
+  verb->add_option("table", asked->table, "Inertia table (.json)")->required();
+  verb->add_option("--landmarks", asked->landmarks, "Joint centres and bony points (.json)")->required();
+  verb->add_option("-o,--out", asked->out, "Scene to write (.toml)")->required();
+  verb->add_option("--name", asked->options.name, "Name of the scene")->capture_default_str();
+  verb->callback(
+      [&command, asked] { command.work = [asked](const Command& chosen) { return work(*asked, chosen); }; });
+}
+
+}  // namespace borelli

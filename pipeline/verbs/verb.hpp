@@ -1,0 +1,35 @@
+// The verbs of the `borelli` program: each one file here, one function that adds it, one line in the list
+// below.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "error/error.hpp"
+
+namespace borelli {
+
+/// What every verb shares, and what the command line chose.
+struct Command {
+  bool json = false;   ///< print the answer as JSON (and nothing else) on standard output
+  int threads = 0;     ///< 0: as many as the machine has
+  bool force = false;  ///< do again what is there already
+  /// The chosen verb's work. Its answer is what --json prints; without --json a verb prints for people
+  /// itself.
+  std::function<Result<nlohmann::json>(const Command&)> work;
+};
+
+void add_run(CLI::App& program, Command& command);
+void add_phantom(CLI::App& program, Command& command);
+void add_segment(CLI::App& program, Command& command);
+void add_inertia(CLI::App& program, Command& command);
+void add_skeleton(CLI::App& program, Command& command);
+void add_simulate(CLI::App& program, Command& command);
+void add_evaluate(CLI::App& program, Command& command);
+void add_export(CLI::App& program, Command& command);
+void add_report(CLI::App& program, Command& command);
+void add_figures(CLI::App& program, Command& command);
+void add_info(CLI::App& program, Command& command);
+
+}  // namespace borelli

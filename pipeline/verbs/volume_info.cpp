@@ -1,0 +1,135 @@
+#include "pipeline/verbs/volume_info.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <filesystem>
+#include <numbers>
+
+#include "segmentation/image_file.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+using nlohmann::json;
+
+// "Left", or "Left, 12.5 degrees off": the patient's direction that an axis runs along
+std::string direction(const Vector3d& axis) {
+  static constexpr std::array<std::array<const char*, 2>, 3> names{
+      {{"Left", "Right"}, {"Posterior", "Anterior"}, {"Superior", "Inferior"}}};
+  Eigen::Index main = 0;
+  const double cosine = axis.normalized().cwiseAbs().maxCoeff(&main);
+  const std::string name = names[static_cast<std::size_t>(main)][axis[main] < 0];
+  const double off = std::acos(std::min(1.0, cosine)) * 180 / std::numbers::pi;
+  return off < 0.05 ? name : fmt::format("{}, {:.1f} degrees off", name, off);
+}
+
+json three(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+json grid_info(const Grid& grid) {
+  json info;
+  info["voxels"] = grid.size;
+  info["spacing_mm"] = three(grid.spacing());
+  for (int c = 0; c < 3; ++c) info["axes_run_to"].push_back(direction(grid.axes.col(c)));
+  info["origin_mm_lps"] = three(grid.origin);
+  info["sheared"] = shear(grid) > 1e-4;  // what float32 headers round is below
+  return info;
+}
+
+// voxels and volume of each label; of its names where a table of them is beside it
+Result<json> label_info(const std::string& path) {
+  const auto map = read_labels(path);
+  if (!map) return tl::unexpected(map.error());
+  std::array<std::size_t, 256> counts{};
+  for (const auto label : map->voxels) ++counts[label];
+  json labels = json::array();
+  for (std::size_t label = 1; label < map->names.size(); ++label) {
+    if (counts[label] == 0) continue;
+    labels.push_back({{"label", label},
+                      {"name", map->names[label]},
+                      {"voxels", counts[label]},
+                      {"volume_ml", static_cast<double>(counts[label]) * map->grid.voxel_volume() * 1e-3}});
+  }
+  return labels;
+}
+
+Result<json> without_quantity(const std::string& path, const Error& reason) {
+  const auto header = read_image_header(path);
+  if (!header) return tl::unexpected(reason);
+  json info = grid_info(header->grid);
+  info["kind"] = "volume", info["file"] = path;
+  info["format"] = fmt::format("{}, {}", header->format, scalar_name(header->scalar));
+  info["holds"] = nullptr;
+  info["notes"] = header->warnings;
+  info["notes"].push_back(reason.what);
+  return info;
+}
+
+}  // namespace
+
+bool may_be_volume(const std::string& path) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return true;
+  for (const char* ending : {".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".dcm"})
+    if (path.ends_with(ending)) return true;
+  return false;
+}
+
+Result<json> volume_info(const std::string& path, const ReadOptions& options) {
+  const auto scanned = read_volume(path, options);
+  if (!scanned) {
+    if (options.quantity || scanned.error().kind != Error::Kind::use) return tl::unexpected(scanned.error());
+    return without_quantity(path, scanned.error());
+  }
+  json info = grid_info(scanned->volume.grid);
+  info["kind"] = "volume", info["file"] = path;
+  info["format"] = scanned->format;
+  if (!scanned->modality.empty()) info["modality"] = scanned->modality;
+  if (!scanned->series_description.empty()) info["description"] = scanned->series_description;
+  info["quantity"] = quantity_name(scanned->volume.quantity);
+  info["holds"] = scanned->reading;
+  info["least"] = scanned->least, info["greatest"] = scanned->greatest;
+  info["notes"] = scanned->warnings;
+  if (scanned->volume.quantity == Quantity::labels) {
+    const auto labels = label_info(path);
+    if (labels) {
+      info["labels"] = *labels;
+    } else {
+      info["notes"].push_back(labels.error().message());
+    }
+  }
+  return info;
+}
+
+std::string volume_info_text(const json& info) {
+  std::string text = info["file"].get<std::string>() + "\n";
+  const auto line = [&](const std::string& name, const std::string& value) {
+    text += fmt::format("  {:<12}{}\n", name, value);
+  };
+  const auto numbers = [&](const char* key) {
+    const auto& v = info[key];
+    return fmt::format("{:.6g} x {:.6g} x {:.6g}", v[0].get<double>(), v[1].get<double>(),
+                       v[2].get<double>());
+  };
+  line("format", info["format"]);
+  if (info.contains("modality")) line("modality", info["modality"]);
+  if (info.contains("description")) line("description", info["description"]);
+  line("holds", info["holds"].is_null() ? "not clear (see below)" : info["holds"].get<std::string>());
+  line("voxels", numbers("voxels"));
+  line("spacing", numbers("spacing_mm") + " mm");
+  for (std::size_t c = 0; c < 3; ++c)
+    line(c ? "" : "axes", fmt::format("{} runs to {}", "ijk"[c], info["axes_run_to"][c].get<std::string>()));
+  if (info["sheared"]) line("", "they are not square to each other (sheared grid)");
+  if (info.contains("least"))
+    line("values", fmt::format("{} to {}", info["least"].get<double>(), info["greatest"].get<double>()));
+  for (const auto& note : info["notes"]) line("note", note);
+  if (info.contains("labels"))
+    for (const auto& label : info["labels"])
+      line("label " + label["label"].dump(),
+           fmt::format("{:<24}{:>10} voxels {:>12.1f} ml", label["name"].get<std::string>(),
+                       label["voxels"].get<std::size_t>(), label["volume_ml"].get<double>()));
+  return text;
+}
+
+}  // namespace borelli

@@ -1,0 +1,23 @@
+// What a volume file or a DICOM folder holds, for `borelli info`.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "segmentation/read.hpp"
+
+namespace borelli {
+
+/// Whether a path looks like a volume: a folder, or an ending of a volume's file.
+bool may_be_volume(const std::string& path);
+
+/// Format, grid (voxels, spacing in mm, directions, origin in mm, LPS), what the values are, their range,
+/// labels with their volumes in ml. Where only the quantity is unclear, the rest is told with the reason.
+/// Nothing that names the patient.
+Result<nlohmann::json> volume_info(const std::string& path, const ReadOptions& options);
+
+/// The same for people.
+std::string volume_info_text(const nlohmann::json& info);
+
+}  // namespace borelli

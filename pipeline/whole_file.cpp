@@ -1,0 +1,135 @@
+#include "pipeline/whole_file.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <system_error>
+
+namespace borelli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Partial files that are being written now. Plain bytes at a fixed place, so that a signal's handler may read
+// them: it must not lock or allocate.
+struct Slot {
+  std::atomic<bool> taken{false}, ready{false};
+  std::array<char, PATH_MAX> path{};
+};
+std::array<Slot, 16> slots;
+
+class Noted {
+ public:
+  explicit Noted(const std::string& path) {
+    if (path.size() >= PATH_MAX) return;
+    for (Slot& slot : slots) {
+      if (slot.taken.exchange(true)) continue;
+      std::memcpy(slot.path.data(), path.c_str(), path.size() + 1);
+      slot.ready = true;
+      slot_ = &slot;
+      return;
+    }
+  }
+  ~Noted() {
+    if (!slot_) return;
+    slot_->ready = false;
+    slot_->taken = false;
+  }
+  Noted(const Noted&) = delete;
+  Noted& operator=(const Noted&) = delete;
+
+ private:
+  Slot* slot_ = nullptr;
+};
+
+void replace_all(std::string& text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
+}
+
+fs::path folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+}  // namespace
+
+void remove_partial_files() noexcept {
+  for (const Slot& slot : slots)
+    if (slot.ready) unlink(slot.path.data());
+}
+
+Result<void> check_writable(const fs::path& path) {
+  std::error_code problem;
+  if (fs::is_directory(path, problem))
+    return bad_use(path.string(), "is a folder, expected the name of a file to write");
+  fs::path folder = folder_of(path);
+  while (!fs::exists(folder, problem) && folder != folder_of(folder)) folder = folder_of(folder);
+  if (!fs::is_directory(folder, problem))
+    return failure(path.string(), "cannot be written: " + folder.string() + " is not a folder");
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    return failure(path.string(),
+                   "cannot be written: the folder " + folder.string() + ": " + std::strerror(errno));
+  return {};
+}
+
+Result<void> write_whole(const fs::path& path, const std::function<Result<void>(const fs::path&)>& write) {
+  if (auto fine = check_writable(path); !fine) return fine;
+  std::error_code problem;
+  const fs::path folder = folder_of(path);
+  fs::create_directories(folder, problem);
+  if (problem) return failure(folder.string(), "cannot make this folder: " + problem.message());
+
+  // hidden, so that a person does not take it for a result; the extension stays, since writers choose by it
+  const fs::path beside = folder / (".partial-" + std::to_string(getpid()) + "-" + path.filename().string());
+  const Noted noted(beside.string());
+  auto done = write(beside);
+  if (done) {
+    fs::rename(beside, path, problem);
+    if (problem) done = failure(path.string(), "cannot put the file in place: " + problem.message());
+  }
+  if (done) return done;
+  fs::remove(beside, problem);
+  Error error = done.error();  // tells of the file that was asked for, not of the one beside it
+  for (std::string* text : {&error.where, &error.what}) replace_all(*text, beside.string(), path.string());
+  return tl::unexpected(std::move(error));
+}
+
+Result<void> write_whole(const fs::path& path, std::string_view bytes) {
+  return write_whole(path, [&](const fs::path& beside) { return write_bytes(beside, bytes); });
+}
+
+Result<void> write_bytes(const fs::path& path, std::string_view bytes) {
+  const auto complain = [&] {
+    return failure(path.string(), std::string("cannot be written: ") + std::strerror(errno));
+  };
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (!file) return complain();
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file) != bytes.size() || std::fflush(file) != 0) {
+    auto problem = complain();
+    std::fclose(file);
+    return problem;
+  }
+  if (std::fclose(file) != 0) return complain();
+  return {};
+}
+
+Result<std::string> read_whole(const fs::path& path) {
+  std::error_code problem;
+  if (!fs::exists(path, problem)) return bad_use(path.string(), "no such file");
+  if (fs::is_directory(path, problem)) return bad_use(path.string(), "is a folder, expected a file");
+  std::ifstream file(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  if (!file) return failure(path.string(), "cannot be read");
+  return bytes;
+}
+
+}  // namespace borelli

@@ -1,0 +1,34 @@
+// Files appear under their final name only when whole: written beside, then renamed.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string_view>
+
+#include "error/error.hpp"
+
+namespace borelli {
+
+/// Calls `write` with a temporary path in the same folder and with the same extension, then renames what it
+/// wrote to `path`. On an error nothing stays behind, and the error names `path`. Creates the folder where it
+/// is missing.
+Result<void> write_whole(const std::filesystem::path& path,
+                         const std::function<Result<void>(const std::filesystem::path&)>& write);
+
+/// The same for bytes in memory.
+Result<void> write_whole(const std::filesystem::path& path, std::string_view bytes);
+
+/// Bytes to exactly this path, for a writer that write_whole calls; what failed is told as the system does.
+Result<void> write_bytes(const std::filesystem::path& path, std::string_view bytes);
+
+/// Whether write_whole may succeed, asked before long work: `path` is no folder, and the folder it goes to,
+/// or the nearest one above that is there, may be written to.
+Result<void> check_writable(const std::filesystem::path& path);
+
+/// Removes the temporary files that write_whole is filling now. A signal's handler may call it.
+void remove_partial_files() noexcept;
+
+/// All bytes of a file.
+Result<std::string> read_whole(const std::filesystem::path& path);
+
+}  // namespace borelli

@@ -1,0 +1,229 @@
+#include "samples/phantom.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "samples/phantom_builder.hpp"
+
+namespace borelli {
+
+using Eigen::Matrix3d, Eigen::Matrix4d, Eigen::Vector3d;
+
+// CT numbers as they are usual at 120 kV. None lies where the curve schneider2000 falls (100 to 101 HU).
+namespace tissue {
+const PhantomTissue air{"air", -1000}, lung{"lung", -650}, fat{"fat", -100}, brain{"brain", 37},
+    blood{"blood", 42}, muscle{"muscle", 45}, liver{"liver", 58}, cartilage{"cartilage", 85},
+    spongiosa{"spongiosa", 300}, cortex{"cortex", 1400}, table{"table", -200};
+}
+
+int PhantomBuilder::add(std::string name, const EllipticStack& shape, const PhantomTissue& tissue, int part) {
+  solids.push_back({std::move(name), shape, tissue, curve.at(tissue.hu), part, -1});
+  moments.push_back(shape.moments());
+  return static_cast<int>(solids.size()) - 1;
+}
+
+std::vector<int> PhantomBuilder::nest(const std::string& name, const EllipticStack& shape,
+                                      const PhantomTissue& tissue, const std::vector<int>& hosts) {
+  std::vector<int> made;
+  for (const int host : hosts) {
+    const PhantomSolid& outer = solids[static_cast<std::size_t>(host)];
+    const auto& limits = outer.shape.cuts();
+    if (std::any_of(limits.begin(), limits.end(), [&](const HalfSpace& h) { return shape.side(h) > 0; }))
+      continue;
+    const EllipticStack cut = shape.cut(limits);
+    const Matrix4d integral = cut.moments();
+    if (!(integral(3, 3) > 1e-3)) continue;  // mm^3: its box reaches the host, it does not
+    const int part = outer.part;
+    solids.push_back({name, cut, tissue, curve.at(tissue.hu), part, host});
+    moments.push_back(integral);
+    made.push_back(static_cast<int>(solids.size()) - 1);
+  }
+  return made;
+}
+
+std::vector<int> PhantomBuilder::bone(const std::string& name, const EllipticStack& shape, double cortex,
+                                      const std::vector<int>& hosts) {
+  const std::vector<int> made = nest(name, shape, tissue::cortex, hosts);
+  nest(name + " spongiosa", shape.shrunk(cortex), tissue::spongiosa, made);
+  return made;
+}
+
+namespace {
+
+// By part, integrals of density * p pT (first) and of p pT (second).
+struct Integrals {
+  std::array<Matrix4d, parts.size()> mass, volume;
+};
+
+// Each solid brings its own density in place of its parent's.
+Integrals integrals_of(const PhantomBuilder& builder) {
+  Integrals sum;
+  sum.mass.fill(Matrix4d::Zero());
+  sum.volume.fill(Matrix4d::Zero());
+  for (std::size_t i = 0; i < builder.solids.size(); ++i) {
+    const PhantomSolid& solid = builder.solids[i];
+    const Matrix4d& shape = builder.moments[i];
+    sum.mass[static_cast<std::size_t>(solid.part)] += solid.density_kgm3 * shape;
+    sum.volume[static_cast<std::size_t>(solid.part)] += shape;
+    if (solid.parent < 0) continue;
+    const PhantomSolid& parent = builder.solids[static_cast<std::size_t>(solid.parent)];
+    sum.mass[static_cast<std::size_t>(parent.part)] -= parent.density_kgm3 * shape;
+    sum.volume[static_cast<std::size_t>(parent.part)] -= shape;
+  }
+  return sum;
+}
+
+// kg of all parts; [0] is not of the body
+double mass_of(const PhantomBuilder& builder) {
+  const Integrals sum = integrals_of(builder);
+  double mass = 0;
+  for (std::size_t part = 1; part < parts.size(); ++part) mass += sum.mass[part](3, 3) * 1e-9;
+  return mass;
+}
+
+// kg/m^3 mm^3.. mm^5 to an Inertial in m
+Inertial inertial(const Matrix4d& moments) {
+  Inertial result;
+  if (moments(3, 3) <= 0) return result;
+  result.mass = moments(3, 3) * 1e-9;
+  const Vector3d centre = moments.topRightCorner<3, 1>() / moments(3, 3);
+  const Matrix3d second = moments.topLeftCorner<3, 3>() - moments(3, 3) * centre * centre.transpose();
+  result.centre = centre * 1e-3;
+  result.tensor = (second.trace() * Matrix3d::Identity() - second) * 1e-15;
+  return result;
+}
+
+struct Built {
+  PhantomBuilder builder;
+  double flesh_mass = 0, bones_mass = 0;  // kg; the second: what everything within the flesh adds
+};
+
+Built build(const BodyPlan& plan, const DensityCurve& curve, double girth, bool with_bones) {
+  Built built{{plan, curve, girth, {}, {}}};
+  const Flesh flesh = add_flesh(built.builder);
+  built.flesh_mass = mass_of(built.builder);
+  if (!with_bones) return built;
+  add_organs(built.builder, flesh);
+  add_axial_bones(built.builder, flesh);
+  for (const int side : {left_side, right_side}) {
+    add_arm_bones(built.builder, flesh, side);
+    add_leg_bones(built.builder, flesh, side);
+  }
+  built.bones_mass = mass_of(built.builder) - built.flesh_mass;
+  return built;
+}
+
+constexpr double least_girth = 0.86, most_girth = 1.15;
+
+// The girth at which the flesh weighs `wanted` kg; nothing where none does. Flesh grows with girth, almost as
+// its square.
+std::optional<double> find_girth(const BodyPlan& plan, const DensityCurve& curve, double wanted) {
+  const auto flesh = [&](double girth) { return build(plan, curve, girth, false).flesh_mass; };
+  double low = least_girth, high = most_girth;
+  double low_miss = flesh(low) - wanted, high_miss = flesh(high) - wanted;
+  if (!(low_miss <= 0 && high_miss >= 0)) return std::nullopt;
+  // regula falsi with the Illinois rule: always enclosed, and superlinear
+  int kept = 0;
+  for (int i = 0; i < 60 && high - low > 1e-14; ++i) {
+    const double girth = high - high_miss * (high - low) / (high_miss - low_miss),
+                 miss = flesh(girth) - wanted;
+    if (std::abs(miss) <= 1e-12 * wanted) return girth;
+    if (miss < 0) {
+      low = girth, low_miss = miss;
+      if (kept == -1) high_miss *= 0.5;
+      kept = -1;
+    } else {
+      high = girth, high_miss = miss;
+      if (kept == 1) low_miss *= 0.5;
+      kept = 1;
+    }
+  }
+  return 0.5 * (low + high);
+}
+
+// kg at nominal stature and a given girth. Bones and pose lean on the mass that is asked for, so the mass
+// asked for is the one that comes out: found by repeating, as the flesh changes much more than what leans on
+// it.
+Result<double> mass_at(const PhantomOptions& options, const DensityCurve& curve, double girth) {
+  const double nominal = proportions(options.sex).mass_kg;
+  double mass = nominal;
+  for (int round = 0; round < 8; ++round) {
+    const auto plan = plan_body(options, mass / nominal);
+    if (!plan) return tl::unexpected(plan.error());
+    const Built built = build(*plan, curve, girth, true);
+    const double before = mass;
+    mass = built.flesh_mass + built.bones_mass;
+    if (std::abs(mass - before) < 1e-6 * mass) break;
+  }
+  return mass;
+}
+
+// What a body of this stature can weigh, whatever is asked for: rounded inwards to tenths of a kilogram.
+Error out_of_range(const PhantomOptions& options, const DensityCurve& curve, double asked, double stature,
+                   double cubed) {
+  const auto least = mass_at(options, curve, least_girth), most = mass_at(options, curve, most_girth);
+  if (!least) return least.error();
+  if (!most) return most.error();
+  return bad_use("mass", fmt::format("{:g} kg at {:.3f} m: the phantom can weigh {:.1f} to {:.1f} kg there",
+                                     asked, stature, std::ceil(*least * cubed * 10) / 10,
+                                     std::floor(*most * cubed * 10) / 10))
+      .value();
+}
+
+}  // namespace
+
+Result<Phantom> build_phantom(const PhantomOptions& options) {
+  const auto curve = density_curve(options.density_curve);
+  if (!curve) return tl::unexpected(curve.error());
+  // the body is built at its nominal stature, then everything is scaled alike
+  const double nominal_stature = proportions(options.sex).stature * 1e-3;
+  const double nominal_mass = proportions(options.sex).mass_kg;
+  const double stature = options.stature_m.value_or(nominal_stature);
+  if (!(stature >= 1.2 && stature <= 2.3))
+    return bad_use("stature", fmt::format("{} m is no adult's stature; give 1.2 to 2.3 m", stature));
+  const double scale = stature / nominal_stature, cubed = scale * scale * scale;
+  const double wanted = options.mass_kg.value_or(nominal_mass * cubed) / cubed;
+  if (!(wanted > 0 && std::isfinite(wanted)))  // the nominal mass is neither, so one was asked for
+    return bad_use("mass", fmt::format("{} kg is no mass of a body", *options.mass_kg));
+  const auto plan = plan_body(options, wanted / nominal_mass);
+  if (!plan) return tl::unexpected(plan.error());
+
+  // a few bones lean on the flesh (spinous processes end below the skin), so what they add is found anew with
+  // it
+  Built built = build(*plan, *curve, 1, true);
+  for (int round = 0; round < 8; ++round) {
+    const double missing = wanted - built.flesh_mass - built.bones_mass;
+    if (std::abs(missing) <= 1e-11 * wanted) break;
+    const auto girth = find_girth(*plan, *curve, wanted - built.bones_mass);
+    if (!girth) return tl::unexpected(out_of_range(options, *curve, wanted * cubed, stature, cubed));
+    built = build(*plan, *curve, *girth, true);
+  }
+  Phantom phantom;
+  phantom.girth = built.builder.girth;
+  phantom.landmarks = built.builder.plan.landmarks;
+  for (auto& [name, landmark] : phantom.landmarks) landmark.point *= scale, landmark.radius *= scale;
+  const Integrals sum = integrals_of(built.builder);
+  phantom.solids = std::move(built.builder.solids);
+  for (PhantomSolid& solid : phantom.solids) solid.shape = solid.shape.scaled(scale);
+  const Eigen::Vector4d unit(scale, scale, scale, 1);
+  Matrix4d whole = Matrix4d::Zero();
+  for (std::size_t part = 1; part < parts.size(); ++part) {
+    const Matrix4d scaled = cubed * (unit.asDiagonal() * sum.mass[part] * unit.asDiagonal());
+    phantom.exact[part] = inertial(scaled);
+    phantom.volume[part] = cubed * sum.volume[part](3, 3) * 1e-9;
+    whole += scaled;
+  }
+  phantom.whole = inertial(whole);
+  return phantom;
+}
+
+int solid_at(const Phantom& phantom, const Vector3d& point) {
+  for (std::size_t i = phantom.solids.size(); i-- > 0;)
+    if (phantom.solids[i].shape.holds(point)) return static_cast<int>(i);
+  return -1;
+}
+
+}  // namespace borelli

@@ -1,0 +1,253 @@
+#include "samples/phantom_plan.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+namespace borelli {
+namespace {
+
+using Eigen::AngleAxisd, Eigen::Matrix3d, Eigen::Vector3d;
+
+// Lengths: de Leva (1996) Table 4, mean stature and mass of the samples there. Breadths of hips (Bell, Brand
+// & Pedersen 1989: the hip centre stands 14 to 18 % of the inter-ASIS distance medial of the ASIS) and
+// shoulders: common adult values. The flesh factors are ours, chosen so that the masses come near de Leva's
+// fractions.
+constexpr Proportions male{.stature = 1741,
+                           .mass_kg = 73.0,
+                           .head = 242.9,
+                           .thorax = 242.1,
+                           .sternum = 170.7,
+                           .abdomen = 215.5,
+                           .pelvis = 145.7,
+                           .thigh = 422.2,
+                           .shank = 440.3,
+                           .foot = 258.1,
+                           .upper_arm = 281.7,
+                           .forearm = 268.9,
+                           .palm = 86.2,
+                           .hand = 187.9,
+                           .ankle = 64,
+                           .asis_up = 75,
+                           .hip_half = 88,
+                           .asis_half = 118,
+                           .shoulder_half = 186,
+                           .bone = 1,
+                           .head_flesh = 1.070,
+                           .chest_flesh = 1.03,
+                           .chest_depth = 1.104,
+                           .waist_flesh = 1.070,
+                           .pelvis_flesh = 1.064,
+                           .arm_flesh = 0.941,
+                           .forearm_flesh = 0.980,
+                           .hand_flesh = 1.175,
+                           .thigh_flesh = 1.062,
+                           .shank_flesh = 0.931,
+                           .foot_flesh = 1.008,
+                           .fat = 1};
+constexpr Proportions female{.stature = 1735,
+                             .mass_kg = 61.9,
+                             .head = 243.7,
+                             .thorax = 228.0,
+                             .sternum = 142.5,
+                             .abdomen = 205.3,
+                             .pelvis = 181.5,
+                             .thigh = 368.5,
+                             .shank = 438.6,
+                             .foot = 228.3,
+                             .upper_arm = 275.1,
+                             .forearm = 264.3,
+                             .palm = 78.0,
+                             .hand = 170.1,
+                             .ankle = 60,
+                             .asis_up = 95,
+                             .hip_half = 88,
+                             .asis_half = 112,
+                             .shoulder_half = 166,
+                             .bone = 0.86,
+                             .head_flesh = 0.953,
+                             .chest_flesh = 0.95,
+                             .chest_depth = 1.105,
+                             .waist_flesh = 0.931,
+                             .pelvis_flesh = 1.076,
+                             .arm_flesh = 0.857,
+                             .forearm_flesh = 0.838,
+                             .hand_flesh = 1.092,
+                             .thigh_flesh = 1.023,
+                             .shank_flesh = 0.900,
+                             .foot_flesh = 0.966,
+                             .fat = 1.25};
+
+Matrix3d about_x(double deg) {
+  return AngleAxisd(deg * std::numbers::pi / 180, Vector3d::UnitX()).toRotationMatrix();
+}
+Matrix3d about_y(double deg) {
+  return AngleAxisd(deg * std::numbers::pi / 180, Vector3d::UnitY()).toRotationMatrix();
+}
+Matrix3d about_z(double deg) {
+  return AngleAxisd(deg * std::numbers::pi / 180, Vector3d::UnitZ()).toRotationMatrix();
+}
+
+std::string angle_name(const PoseAngle& angle, std::string_view side) {
+  return fmt::format("{}_{}_{}", angle.joint, side, angle.motion);
+}
+
+// Heavy bodies hold their arms further off.
+double standing_angle(const PoseAngle& angle, double build) {
+  const bool arms = angle.joint == "shoulder" && angle.motion == "abduction";
+  return arms ? angle.standing + 25 * std::max(0.0, build - 1) : angle.standing;
+}
+
+Result<std::map<std::string, double>> all_angles(const std::map<std::string, double>& asked, double build) {
+  std::map<std::string, double> angles;
+  std::string known;
+  for (const PoseAngle& angle : pose_angles)
+    for (const std::string_view side : side_name) {
+      const std::string name = angle_name(angle, side);
+      angles[name] = standing_angle(angle, build);
+      known += (known.empty() ? "" : ", ") + name;
+      const auto it = asked.find(name);
+      if (it == asked.end()) continue;
+      if (!(it->second >= angle.least && it->second <= angle.most))
+        return bad_use("pose", fmt::format("{} = {} deg: the phantom's range is {} to {} deg", name,
+                                           it->second, angle.least, angle.most));
+      angles[name] = it->second;
+    }
+  for (const auto& [name, value] : asked)
+    if (!angles.contains(name))
+      return bad_use("pose", fmt::format("no angle is named '{}'; there are {}", name, known));
+  return angles;
+}
+
+void place_levels(BodyPlan& plan) {
+  const Proportions& p = plan.size;
+  // de Leva's lengths and an ankle's height do not quite add up to stature: the axial ones take one factor
+  const double axial = (p.stature - p.ankle) / (p.head + p.thorax + p.abdomen + p.pelvis + p.thigh + p.shank);
+  plan.size.thigh *= axial;
+  plan.size.shank *= axial;
+  plan.size.head *= axial;
+  plan.neck = p.stature - plan.size.head;
+  plan.notch = plan.neck - (p.thorax - p.sternum) * axial;
+  plan.xiphion = plan.neck - p.thorax * axial;
+  plan.omphalion = plan.xiphion - p.abdomen * axial;
+  plan.hip = plan.omphalion - p.pelvis * axial;
+}
+
+void place_leg(BodyPlan& plan, int side, const Frame& half, const std::map<std::string, double>& angles) {
+  const auto angle = [&](const char* joint, const char* motion) {
+    return angles.at(fmt::format("{}_{}_{}", joint, side_name[static_cast<std::size_t>(side)], motion));
+  };
+  const Proportions& p = plan.size;
+  // standing, the legs open a little and the feet point a little outwards
+  const Matrix3d thigh = axes_along({-0.02, 0.0, 1.0}, Vector3d::UnitX());
+  const Matrix3d shank = axes_along({-0.012, -0.02, 1.0}, Vector3d::UnitX()), foot = about_z(8);
+  const double reach = p.thigh * thigh(2, 2) + p.shank * shank(2, 2);
+  const Vector3d hip(p.hip_half, 0, p.ankle + reach);
+  const Matrix3d turned = about_y(-angle("hip", "abduction")) * about_x(-angle("hip", "flexion"));
+  const std::size_t s = static_cast<std::size_t>(side);
+  plan.thigh[s] = half.then({turned * thigh, hip});
+  plan.shank[s] = plan.thigh[s].then(
+      {about_x(angle("knee", "flexion")) * thigh.transpose() * shank, Vector3d(0, 0, -p.thigh)});
+  plan.foot[s] = plan.shank[s].then(
+      {shank.transpose() * about_x(-angle("ankle", "dorsiflexion")) * foot, Vector3d(0, 0, -p.shank)});
+}
+
+void place_arm(BodyPlan& plan, int side, const Frame& half, const std::map<std::string, double>& angles) {
+  const auto angle = [&](const char* joint, const char* motion) {
+    return angles.at(fmt::format("{}_{}_{}", joint, side_name[static_cast<std::size_t>(side)], motion));
+  };
+  const Proportions& p = plan.size;
+  const std::size_t s = static_cast<std::size_t>(side);
+  const Vector3d shoulder(p.shoulder_half, 2, plan.neck - 88);
+  plan.upper_arm[s] = half.then(
+      {about_y(-angle("shoulder", "abduction")) * about_x(-angle("shoulder", "flexion")), shoulder});
+  plan.forearm[s] =
+      plan.upper_arm[s].then({about_x(-angle("elbow", "flexion")), Vector3d(0, 0, -p.upper_arm)});
+  plan.hand[s] = plan.forearm[s].then({about_y(angle("wrist", "flexion")), Vector3d(0, 0, -p.forearm)});
+}
+
+void mark(BodyPlan& plan, const std::string& name, const Vector3d& point, double radius = 0) {
+  plan.landmarks[name] = {.point = point, .deviation = 0, .radius = radius, .source = "exact"};
+}
+
+void mark_trunk(BodyPlan& plan) {
+  const double waist = plan.size.waist_flesh, bone = plan.size.bone;
+  mark(plan, "neck", {0, 0, plan.neck});
+  mark(plan, "cervicale", {0, 42 * bone, plan.neck});
+  mark(plan, "vertex", {0, -18, plan.size.stature});
+  mark(plan, "suprasternale", {0, -52 * bone, plan.notch});
+  mark(plan, "xiphion", {0, -92 * bone, plan.xiphion});
+  mark(plan, "spine_upper", {0, 36 * bone, plan.xiphion});
+  mark(plan, "spine_lower", {0, 20 * bone, plan.omphalion});
+  mark(plan, "omphalion", {0, -117 * waist, plan.omphalion});
+  mark(plan, "mid_hip", {0, 0, plan.hip});
+}
+
+void mark_limbs(BodyPlan& plan, int side, const Frame& half) {
+  const std::size_t s = static_cast<std::size_t>(side);
+  const std::string at = fmt::format("_{}", side_name[s]);
+  const Proportions& p = plan.size;
+  const double bone = p.bone;
+  mark(plan, "asis" + at, half.point({p.asis_half, -50 * bone, plan.asis}));
+  mark(plan, "shoulder" + at, plan.upper_arm[s].origin, humeral_head * bone);
+  mark(plan, "elbow" + at, plan.forearm[s].origin, trochlea * bone);
+  mark(plan, "elbow_medial" + at, plan.forearm[s].point({-30 * bone, 0, 0}));
+  mark(plan, "elbow_lateral" + at, plan.forearm[s].point({30 * bone, 0, 0}));
+  mark(plan, "wrist" + at, plan.hand[s].origin);
+  mark(plan, "metacarpale_3" + at, plan.hand[s].point({0, -8, -p.palm}));
+  mark(plan, "dactylion_3" + at, plan.hand[s].point({0, -8, -p.hand}));
+  mark(plan, "hip" + at, plan.thigh[s].origin, femoral_head * bone);
+  mark(plan, "knee" + at, plan.shank[s].origin, knee_condyle * bone);
+  const Frame knee = plan.thigh[s].then({Matrix3d::Identity(), Vector3d(0, 0, -p.thigh)});
+  mark(plan, "knee_medial" + at, knee.point({-40 * bone, 0, 0}));
+  mark(plan, "knee_lateral" + at, knee.point({40 * bone, 0, 0}));
+  mark(plan, "ankle" + at, plan.foot[s].origin, talar_dome * bone);
+  const Frame ankle = plan.shank[s].then({Matrix3d::Identity(), Vector3d(0, 0, -p.shank)});
+  mark(plan, "medial_malleolus" + at, ankle.point({-26 * bone, 0, -6 * bone}));
+  mark(plan, "lateral_malleolus" + at, ankle.point({25.5 * bone, 6 * bone, -14 * bone}));
+  mark(plan, "heel" + at, plan.foot[s].point({0, 52.0 / 258.1 * p.foot, 30 - p.ankle}));
+  mark(plan, "toe_tip" + at, plan.foot[s].point({0, -206.1 / 258.1 * p.foot, 10 - p.ankle}));
+}
+
+}  // namespace
+
+const Proportions& proportions(Sex sex) { return sex == Sex::male ? male : female; }
+
+std::vector<HalfSpace> BodyPlan::region(int part) const {
+  std::vector<HalfSpace> spaces;
+  for (const Cut& cut : cuts) {
+    const HalfSpace proximal{cut.normal, cut.normal.dot(cut.point)};
+    if (cut.proximal == part) spaces.push_back(proximal);
+    if (cut.distal == part) spaces.push_back(proximal.other_side());
+  }
+  return spaces;
+}
+
+Result<BodyPlan> plan_body(const PhantomOptions& options, double build) {
+  const auto angles = all_angles(options.pose_deg, build);
+  if (!angles) return tl::unexpected(angles.error());
+  BodyPlan plan;
+  plan.size = proportions(options.sex);
+  plan.size.bone *= std::clamp(std::sqrt(build), 0.85, 1.0);
+  place_levels(plan);
+  // both sides are made as the left one is; the right one's frames are mirrored
+  const std::array<Frame, 2> half{Frame{},
+                                  Frame{Vector3d(-1, 1, 1).asDiagonal().toDenseMatrix(), Vector3d::Zero()}};
+  for (const int side : {left_side, right_side}) {
+    place_leg(plan, side, half[static_cast<std::size_t>(side)], *angles);
+    place_arm(plan, side, half[static_cast<std::size_t>(side)], *angles);
+  }
+  plan.hip = plan.thigh[0].origin.z();
+  plan.asis = plan.hip + plan.size.asis_up;
+  mark_trunk(plan);
+  for (const int side : {left_side, right_side}) mark_limbs(plan, side, half[static_cast<std::size_t>(side)]);
+  plan.cuts = cut_planes(plan.landmarks);
+  return plan;
+}
+
+}  // namespace borelli

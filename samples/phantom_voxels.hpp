@@ -1,0 +1,51 @@
+// The phantom as a scanner would see it: CT numbers on a grid, and the labels that go with them.
+#pragma once
+
+#include <cstdint>
+
+#include "samples/phantom.hpp"
+#include "segmentation/volume.hpp"
+
+namespace borelli {
+
+struct GridOptions {
+  Eigen::Vector3d spacing{3, 3, 3};                        ///< mm
+  Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();  ///< of the grid about patient x, then y, then z
+  double tilt_deg =
+      0;  ///< gantry tilt: each slice is shifted along the rows' normal by tan(tilt) of the step
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< shift of the grid, in voxels, -1 to 1
+  double margin = 20;                                ///< mm of air around the body
+};
+
+struct ScanOptions {
+  bool table = false;           ///< a curved table top under the back
+  bool partial_volume = false;  ///< a voxel is the mean over 4 x 4 x 4 points in it, not its centre's value
+  double blur_mm = 0;           ///< standard deviation of a Gaussian blur along the grid's axes
+  double noise_hu = 0;          ///< standard deviation of the noise added after that, from voxel to voxel
+                                ///< independent
+  std::uint64_t seed = 1;       ///< of the noise
+  int threads = 0;              ///< 0: as many as the machine has; the voxels do not depend on it
+};
+
+struct Scan {
+  GreyVolume grey;
+  LabelMap labels;  ///< the part that holds the voxel's centre
+};
+
+/// Whether a phantom can be scanned so; everybody who takes these numbers from a user asks here first.
+/// Errors: a number that is not finite or out of its range, by its name: spacing 0.2 to 50 mm, rotation -180
+/// to 180 and tilt -45 to 45 degrees, offset -1 to 1 voxels, margin 0 to 500 mm, blur 0 to 20 mm, noise 0 to
+/// 1000 HU.
+Result<void> check_scan(const GridOptions& grid, const ScanOptions& scan);
+
+/// The smallest grid with these options that holds the body (and the table's width, where asked) and its
+/// margin. The options are such as check_scan lets through.
+Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table = false);
+
+/// Voxelises the phantom on any grid. The same phantom, grid and options give the same bytes.
+Scan voxelise(const Phantom& phantom, const Grid& grid, const ScanOptions& options = {});
+
+/// The table top: a shallow trough of shell and core along z, 3 mm behind the body at the nearest point.
+std::vector<PhantomSolid> phantom_table(const Phantom& phantom);
+
+}  // namespace borelli

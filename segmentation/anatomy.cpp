@@ -1,0 +1,45 @@
+#include "segmentation/anatomy.hpp"
+
+#include <cmath>
+
+#include "segmentation/body_mask.hpp"
+#include "segmentation/tissues.hpp"
+
+namespace borelli {
+
+bool Anatomy::holds(const Mask& mask, const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d index = grid().index(point);
+  const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
+  return grid().holds(i, j, k) && mask.at(i, j, k);
+}
+
+bool Anatomy::near_edge(const Eigen::Vector3d& point, double reach) const {
+  const auto n = static_cast<std::int64_t>(std::ceil(reach / step()));
+  const Eigen::Vector3d index = grid().index(point);
+  const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
+  for (std::int64_t c = k - n; c <= k + n; ++c)
+    for (std::int64_t b = j - n; b <= j + n; ++b)
+      for (std::int64_t a = i - n; a <= i + n; ++a)
+        if (!grid().holds(a, b, c) || !scan.seen.at(a, b, c)) return true;
+  return false;
+}
+
+Anatomy look(const GreyVolume& volume, double step, int threads) {
+  Anatomy a;
+  a.source = &volume;
+  a.scan = resampled(volume, step, threads);
+  a.body = body_mask(a.scan);
+  a.bone = bone_mask(a.scan, a.body);
+  // what the scan does not show may be body as well: it is no skin
+  Mask outside = complement(a.body);
+  for (std::size_t o = 0; o < outside.voxels.size(); ++o)
+    outside.voxels[o] = outside.voxels[o] && a.scan.seen.voxels[o];
+  a.depth = distance_to(outside, 200, false, threads);
+  for (std::size_t o = 0; o < outside.voxels.size(); ++o)
+    if (!a.body.voxels[o]) a.depth.voxels[o] = 0;
+  a.off_bone = distance_to(a.bone, 60, false, threads);
+  a.within_bone = distance_to(complement(a.bone), 60, false, threads);
+  return a;
+}
+
+}  // namespace borelli

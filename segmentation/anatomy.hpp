@@ -1,0 +1,38 @@
+// What is known of a body before its parts are: the scan on the work grid, where the body is, where its bones
+// are; and what the next steps need of it again and again.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "segmentation/morphology.hpp"
+#include "segmentation/work_grid.hpp"
+
+namespace borelli {
+
+struct Anatomy {
+  const GreyVolume* source = nullptr;  ///< the scan itself, for close-ups; outlives this
+  WorkVolume scan;
+  Mask body;
+  Mask bone;
+  Volume<float> depth;        ///< below the skin, mm; 0 outside the body. The scan's edge is no skin.
+  Volume<float> off_bone;     ///< distance to the nearest bone voxel, mm, up to 60
+  Volume<float> within_bone;  ///< depth below a bone's surface, mm; 0 outside bone
+
+  const Grid& grid() const { return scan.hu.grid; }
+  double step() const { return grid().axes(0, 0); }
+  /// True where the mask is set at the voxel of a patient point.
+  bool holds(const Mask& mask, const Eigen::Vector3d& point) const;
+  /// True within `reach` mm of what the scan does not show.
+  bool near_edge(const Eigen::Vector3d& point, double reach) const;
+};
+
+inline constexpr int left_side = 0, right_side = 1;
+inline const char* side_suffix(int side) { return side == left_side ? "_left" : "_right"; }
+/// +1 for the left (x grows to the left), -1 for the right.
+inline double side_sign(int side) { return side == left_side ? 1 : -1; }
+
+Anatomy look(const GreyVolume& volume, double step, int threads);
+
+}  // namespace borelli

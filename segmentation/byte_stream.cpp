@@ -1,0 +1,247 @@
+#include "segmentation/byte_stream.hpp"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+namespace borelli {
+namespace {
+
+constexpr std::size_t block = std::size_t{1} << 18;
+
+// zlib's fastest level that still uses its matcher well: level 6 takes four times as long for a tenth less
+constexpr int level = 2;
+
+std::string reason() { return std::generic_category().message(errno); }
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+}  // namespace
+
+// ---------------------------------------------------------------- reading
+
+struct ByteSource::State {
+  std::string path;
+  File file;
+  std::uint64_t size = 0;
+  bool packed = false;
+  bool ended = false;  // the compressed stream said that it is whole
+  z_stream zlib{};
+  std::array<unsigned char, block> input;
+
+  ~State() {
+    if (packed) inflateEnd(&zlib);
+  }
+
+  // next block of the file into zlib's input; false at the file's end
+  Result<bool> refill() {
+    zlib.avail_in = static_cast<uInt>(std::fread(input.data(), 1, input.size(), file.get()));
+    zlib.next_in = input.data();
+    if (zlib.avail_in == 0 && std::ferror(file.get())) return failure(path, "cannot be read: " + reason());
+    return zlib.avail_in > 0;
+  }
+
+  // after a member's end: another gzip member, or the end (what else follows is no part of the stream)
+  Result<void> next_member() {
+    if (zlib.avail_in == 0) {
+      const auto more = refill();
+      if (!more) return tl::unexpected(more.error());
+    }
+    if (zlib.avail_in == 0 || zlib.next_in[0] != 0x1f) {
+      ended = true;
+    } else {
+      inflateReset(&zlib);
+    }
+    return {};
+  }
+
+  Result<std::size_t> inflate_into(std::span<std::byte> target) {
+    std::size_t got = 0;
+    while (got < target.size() && !ended) {
+      if (zlib.avail_in == 0) {
+        const auto more = refill();
+        if (!more) return tl::unexpected(more.error());
+        if (!*more) return failure(path, "is cut off: its compressed data end before they are complete");
+      }
+      const std::size_t room = std::min<std::size_t>(target.size() - got, std::size_t{1} << 30);
+      zlib.next_out = reinterpret_cast<Bytef*>(target.data() + got);
+      zlib.avail_out = static_cast<uInt>(room);
+      const int status = inflate(&zlib, Z_NO_FLUSH);
+      got += room - zlib.avail_out;
+      if (status == Z_STREAM_END) {
+        if (const auto done = next_member(); !done) return tl::unexpected(done.error());
+      } else if (status != Z_OK && status != Z_BUF_ERROR) {
+        return failure(path, std::string("holds damaged compressed data (") +
+                                 (zlib.msg ? zlib.msg : "zlib cannot read it") + ")");
+      }
+    }
+    return got;
+  }
+};
+
+ByteSource::ByteSource(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ByteSource::ByteSource(ByteSource&&) noexcept = default;
+ByteSource& ByteSource::operator=(ByteSource&&) noexcept = default;
+ByteSource::~ByteSource() = default;
+
+Result<ByteSource> ByteSource::open(const std::string& path, Packing packing, std::uint64_t offset) {
+  std::error_code trouble;
+  const auto status = std::filesystem::status(path, trouble);
+  if (status.type() == std::filesystem::file_type::not_found) return bad_use(path, "no such file");
+  if (status.type() == std::filesystem::file_type::directory) return bad_use(path, "is a folder, not a file");
+  if (status.type() != std::filesystem::file_type::regular) {
+    return bad_use(path, trouble ? "cannot be opened: " + trouble.message() : "is not a regular file");
+  }
+  auto state = std::make_unique<State>();
+  state->path = path;
+  state->file.reset(std::fopen(path.c_str(), "rb"));
+  if (!state->file) return bad_use(path, "cannot be opened: " + reason());
+  state->size = std::filesystem::file_size(path, trouble);
+  if (offset > 0 && fseeko(state->file.get(), static_cast<off_t>(offset), SEEK_SET) != 0)
+    return failure(path, "cannot be read: " + reason());
+  if (packing == Packing::deflated) {
+    // 15: zlib's largest window; +32: gzip or zlib header, whichever is there
+    if (inflateInit2(&state->zlib, 15 + 32) != Z_OK) return failure(path, "zlib cannot start");
+    state->packed = true;
+  }
+  return ByteSource(std::move(state));
+}
+
+Result<std::size_t> ByteSource::read(std::span<std::byte> target) {
+  if (state_->packed) return state_->inflate_into(target);
+  const std::size_t got = std::fread(target.data(), 1, target.size(), state_->file.get());
+  if (got < target.size() && std::ferror(state_->file.get()))
+    return failure(state_->path, "cannot be read: " + reason());
+  return got;
+}
+
+Result<std::uint64_t> ByteSource::skip(std::uint64_t count) {
+  std::array<std::byte, 4096> dropped;
+  std::uint64_t done = 0;
+  while (done < count) {
+    const auto step = std::min<std::uint64_t>(count - done, dropped.size());
+    const auto got = read(std::span(dropped).first(static_cast<std::size_t>(step)));
+    if (!got) return tl::unexpected(got.error());
+    done += *got;
+    if (*got < step) break;
+  }
+  return done;
+}
+
+std::uint64_t ByteSource::file_size() const { return state_->size; }
+
+Result<bool> is_gzip(const std::string& path) {
+  auto source = ByteSource::open(path, ByteSource::Packing::plain);
+  if (!source) return tl::unexpected(source.error());
+  std::array<std::byte, 2> magic{};
+  const auto got = source->read(magic);
+  if (!got) return tl::unexpected(got.error());
+  return *got == 2 && magic[0] == std::byte{0x1f} && magic[1] == std::byte{0x8b};
+}
+
+// ---------------------------------------------------------------- writing
+
+struct ByteSink::State {
+  std::string path;
+  File file;
+  bool packed = false;
+  std::uint64_t written = 0;
+  z_stream zlib{};
+  std::array<unsigned char, block> output;
+
+  ~State() {
+    if (packed) deflateEnd(&zlib);
+  }
+
+  Result<void> put(const void* bytes, std::size_t count) {
+    if (count > 0 && std::fwrite(bytes, 1, count, file.get()) != count)
+      return failure(path, "cannot be written: " + reason());
+    written += count;
+    return {};
+  }
+
+  Result<void> deflate_all(int flush) {
+    int status = Z_OK;
+    do {
+      zlib.next_out = output.data();
+      zlib.avail_out = static_cast<uInt>(output.size());
+      status = deflate(&zlib, flush);
+      if (const auto done = put(output.data(), output.size() - zlib.avail_out); !done) return done;
+    } while (zlib.avail_in > 0 || (flush == Z_FINISH && status != Z_STREAM_END));
+    return {};
+  }
+};
+
+ByteSink::ByteSink(std::unique_ptr<State> state) : state_(std::move(state)) {}
+ByteSink::ByteSink(ByteSink&&) noexcept = default;
+ByteSink& ByteSink::operator=(ByteSink&&) noexcept = default;
+ByteSink::~ByteSink() = default;
+
+Result<ByteSink> ByteSink::create(const std::string& path, Packing packing) {
+  auto state = std::make_unique<State>();
+  state->path = path;
+  state->file.reset(std::fopen(path.c_str(), "wb"));
+  if (!state->file) return bad_use(path, "cannot be written: " + reason());
+  ByteSink sink(std::move(state));
+  if (packing == Packing::gzip) sink.start_packing();
+  return sink;
+}
+
+void ByteSink::start_packing() {
+  // 15 + 16: largest window, gzip header (its time stamp stays 0)
+  if (deflateInit2(&state_->zlib, level, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw std::bad_alloc();  // zlib's only reason here
+  state_->packed = true;
+}
+
+Result<void> ByteSink::write(std::span<const std::byte> bytes) {
+  if (!state_->packed) return state_->put(bytes.data(), bytes.size());
+  while (!bytes.empty()) {
+    const std::size_t step = std::min<std::size_t>(bytes.size(), std::size_t{1} << 30);
+    state_->zlib.next_in = reinterpret_cast<Bytef*>(const_cast<std::byte*>(bytes.data()));
+    state_->zlib.avail_in = static_cast<uInt>(step);
+    if (const auto done = state_->deflate_all(Z_NO_FLUSH); !done) return done;
+    bytes = bytes.subspan(step);
+  }
+  return {};
+}
+
+Result<void> ByteSink::write(std::string_view text) { return write(std::as_bytes(std::span(text))); }
+
+Result<void> ByteSink::end_packing() {
+  state_->zlib.avail_in = 0;
+  const auto done = state_->deflate_all(Z_FINISH);
+  deflateEnd(&state_->zlib);
+  state_->packed = false;
+  return done;
+}
+
+std::uint64_t ByteSink::size() const { return state_->written; }
+
+Result<void> ByteSink::overwrite(std::uint64_t offset, std::string_view text) {
+  std::FILE* const file = state_->file.get();
+  if (fseeko(file, static_cast<off_t>(offset), SEEK_SET) != 0 ||
+      std::fwrite(text.data(), 1, text.size(), file) != text.size() || fseeko(file, 0, SEEK_END) != 0)
+    return failure(state_->path, "cannot be written: " + reason());
+  return {};
+}
+
+Result<void> ByteSink::close() {
+  if (state_->packed) {
+    if (const auto done = end_packing(); !done) return done;
+  }
+  std::FILE* file = state_->file.release();
+  if (std::fclose(file) != 0) return failure(state_->path, "cannot be written: " + reason());
+  return {};
+}
+
+}  // namespace borelli

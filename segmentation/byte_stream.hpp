@@ -1,0 +1,82 @@
+// Bytes of a file in and out, plain or through zlib, so that a volume is never held twice.
+//
+// Reading: a plain file, a gzip file (also of several members, as pigz and bgzip write them) or a zlib stream
+// that starts at some offset. Writing: plain or gzip, with no time stamp, so that equal input gives equal
+// bytes.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "error/error.hpp"
+
+namespace borelli {
+
+class ByteSource {
+ public:
+  enum class Packing { plain, deflated };  ///< deflated: gzip or zlib, told apart by the stream's own header
+
+  /// Opens `path` at `offset` bytes from its start. Errors: missing, a folder, not readable.
+  static Result<ByteSource> open(const std::string& path, Packing packing, std::uint64_t offset = 0);
+
+  /// Fills `target` as far as the stream reaches; answers the bytes got, fewer than asked only at the
+  /// stream's end. Errors: damaged or cut compressed data, a failing disk.
+  Result<std::size_t> read(std::span<std::byte> target);
+
+  /// Reads and drops `count` bytes; answers how many there were. Errors as `read`: only who has read a
+  /// compressed stream to its end knows that its checksum and length agree.
+  Result<std::uint64_t> skip(std::uint64_t count);
+
+  std::uint64_t file_size() const;  ///< bytes of the file on disk
+
+  ByteSource(ByteSource&&) noexcept;
+  ByteSource& operator=(ByteSource&&) noexcept;
+  ~ByteSource();
+
+ private:
+  struct State;
+  explicit ByteSource(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+/// Whether a file starts with gzip's two magic bytes. Errors as ByteSource::open.
+Result<bool> is_gzip(const std::string& path);
+
+class ByteSink {
+ public:
+  enum class Packing { plain, gzip };
+
+  /// Creates or replaces `path`. Errors: the folder is missing or not writable.
+  static Result<ByteSink> create(const std::string& path, Packing packing);
+
+  Result<void> write(std::span<const std::byte> bytes);
+  Result<void> write(std::string_view text);
+
+  /// From here on what is written is compressed (NRRD and MetaImage have a plain header before packed
+  /// voxels).
+  void start_packing();
+  Result<void> end_packing();
+
+  std::uint64_t size() const;  ///< bytes in the file so far, as packed
+
+  /// Replaces bytes that were written plain, from `offset` on.
+  Result<void> overwrite(std::uint64_t offset, std::string_view text);
+
+  /// Flushes and closes. Only after it answered without error is the file whole.
+  Result<void> close();
+
+  ByteSink(ByteSink&&) noexcept;
+  ByteSink& operator=(ByteSink&&) noexcept;
+  ~ByteSink();
+
+ private:
+  struct State;
+  explicit ByteSink(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace borelli

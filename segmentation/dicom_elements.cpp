@@ -1,0 +1,235 @@
+#include "segmentation/dicom_elements.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <memory>
+#include <string_view>
+
+#include "segmentation/header_text.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr std::uint32_t undefined = 0xffffffff;
+constexpr std::uint32_t item = 0xfffee000, item_end = 0xfffee00d, sequence_end = 0xfffee0dd;
+constexpr std::uint32_t pixels = 0x7fe00010;
+constexpr std::uint32_t longest_value = 1024;  // what is longer is no number, name or uid
+constexpr int deepest = 32;                    // sequences in sequences
+
+struct Element {
+  std::uint32_t tag = 0;
+  std::array<char, 2> vr{};  // zeros where the syntax has none
+  std::uint32_t length = 0;
+};
+
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
+class Reader {
+ public:
+  bool explicit_vr = true, big_endian = false;
+
+  Reader(std::FILE* file, std::uint64_t size) : file_(file), size_(size) {}
+
+  std::uint64_t position() const { return static_cast<std::uint64_t>(ftello(file_.get())); }
+  std::uint64_t left() const { return size_ - std::min(size_, position()); }
+  bool seek(std::uint64_t to) {
+    return to <= size_ && fseeko(file_.get(), static_cast<off_t>(to), SEEK_SET) == 0;
+  }
+  bool skip(std::uint64_t count) { return count <= left() && seek(position() + count); }
+  bool read(void* to, std::size_t count) { return std::fread(to, 1, count, file_.get()) == count; }
+
+  template <class T>
+  bool number(T& value) {
+    std::array<std::byte, sizeof(T)> raw;
+    if (!read(raw.data(), raw.size())) return false;
+    if (big_endian != (std::endian::native == std::endian::big)) std::ranges::reverse(raw);
+    value = std::bit_cast<T>(raw);
+    return true;
+  }
+
+  bool element(Element& e) {
+    std::uint16_t group = 0, number_in_group = 0;
+    if (!number(group) || !number(number_in_group)) return false;
+    e.tag = static_cast<std::uint32_t>(group) << 16 | number_in_group;
+    e.vr = {};
+    if (!explicit_vr || group == 0xfffe) return number(e.length);  // items have no VR in any syntax
+    if (!read(e.vr.data(), 2)) return false;
+    constexpr std::string_view with_long_length = "OB OD OF OL OV OW SQ SV UC UN UR UT UV";
+    if (with_long_length.find(std::string_view(e.vr.data(), 2)) != std::string_view::npos) {
+      std::uint16_t reserved = 0;
+      return number(reserved) && number(e.length);
+    }
+    std::uint16_t short_length = 0;
+    if (!number(short_length)) return false;
+    e.length = short_length;
+    return true;
+  }
+
+  // everything of an element that is not wanted, nested sequences and all
+  bool skip_value(const Element& e, int depth = 0) {
+    if (e.length != undefined) return skip(e.length);
+    if (depth > deepest) return false;
+    const bool explicit_outside = explicit_vr;
+    if (std::string_view(e.vr.data(), 2) == "UN") explicit_vr = false;  // PS3.5, 6.2.2 note 2
+    bool whole = false;
+    for (Element inner; !whole && element(inner);) {
+      whole = inner.tag == sequence_end;
+      if (whole) break;
+      if (inner.tag != item) break;
+      if (inner.length != undefined ? !skip(inner.length) : !skip_item(depth + 1)) break;
+    }
+    explicit_vr = explicit_outside;
+    return whole;
+  }
+
+ private:
+  bool skip_item(int depth) {
+    for (Element e; element(e);) {
+      if (e.tag == item_end) return true;
+      if (!skip_value(e, depth)) return false;
+    }
+    return false;
+  }
+
+  std::unique_ptr<std::FILE, CloseFile> file_;
+  std::uint64_t size_;
+};
+
+// Meta information, group 2: always explicit, little-endian. Leaves the reader at the data set.
+bool read_meta(Reader& reader, DicomElements& elements) {
+  while (true) {
+    const std::uint64_t start = reader.position();
+    Element e;
+    if (!reader.element(e)) return false;
+    if (e.tag >> 16 != 2) return reader.seek(start);
+    if (e.length > longest_value) {
+      if (!reader.skip(e.length)) return false;
+      continue;
+    }
+    std::string value(e.length, '\0');
+    if (!reader.read(value.data(), value.size())) return false;
+    elements.values[e.tag] = value;
+  }
+}
+
+// Some files have no preamble and start with the data set: group 8, its first elements. Says whether they
+// may.
+bool starts_with_data_set(Reader& reader, DicomElements& elements) {
+  std::array<char, 8> start{};
+  if (!reader.seek(0) || !reader.read(start.data(), start.size()) || !reader.seek(0)) return false;
+  const bool group_8 =
+      start[0] == 8 && start[1] == 0 && start[3] == 0 && static_cast<unsigned char>(start[2]) <= 0x18;
+  if (!group_8) return false;
+  const auto capital = [](char c) { return c >= 'A' && c <= 'Z'; };
+  elements.transfer_syntax =
+      capital(start[4]) && capital(start[5]) ? "1.2.840.10008.1.2.1" : "1.2.840.10008.1.2";
+  return true;
+}
+
+// which of the syntaxes that are not packed; everything else under the DICOM root is packed, and explicit
+// little-endian
+bool set_syntax(Reader& reader, DicomElements& elements) {
+  const std::string_view uid = elements.transfer_syntax;
+  if (!uid.starts_with("1.2.840.10008.1.2") || uid == "1.2.840.10008.1.2.1.99") return false;
+  reader.explicit_vr = uid != "1.2.840.10008.1.2";
+  reader.big_endian = elements.big_endian = uid == "1.2.840.10008.1.2.2";
+  elements.packed = reader.explicit_vr && uid != "1.2.840.10008.1.2.1" && !elements.big_endian;
+  return true;
+}
+
+// the items of packed pixels, of which the first is a table of offsets
+bool read_fragments(Reader& reader, DicomElements& elements) {
+  for (Element e; reader.element(e);) {
+    if (e.tag == sequence_end) {
+      if (!elements.fragments.empty()) elements.fragments.erase(elements.fragments.begin());
+      return !elements.fragments.empty();
+    }
+    if (e.tag != item || e.length == undefined) return false;
+    elements.fragments.emplace_back(reader.position(), e.length);
+    if (!reader.skip(e.length)) return false;
+  }
+  return false;
+}
+
+// the data set up to its pixels; false where it is cut or damaged
+bool read_data_set(Reader& reader, DicomElements& elements) {
+  std::uint32_t before = 0;
+  while (reader.left() > 0) {
+    Element e;
+    if (!reader.element(e) || e.tag <= before) return false;  // tags rise
+    before = e.tag;
+    if (e.tag == pixels) {
+      elements.pixel_offset = reader.position();
+      if (elements.packed) return e.length == undefined && read_fragments(reader, elements);
+      elements.pixel_bytes = e.length;
+      return e.length <= reader.left();
+    }
+    if (e.length > longest_value) {
+      if (!reader.skip_value(e)) return false;
+      continue;
+    }
+    std::string value(e.length, '\0');
+    if (!reader.read(value.data(), value.size())) return false;
+    elements.values[e.tag] = value;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::string DicomElements::text(std::uint32_t tag) const {
+  const auto it = values.find(tag);
+  if (it == values.end()) return {};
+  const std::string_view value = it->second;
+  return std::string(trimmed(value.substr(0, value.find('\0'))));
+}
+
+std::vector<double> DicomElements::decimals(std::uint32_t tag) const {
+  std::string value = text(tag);
+  std::ranges::replace(value, '\\', ' ');
+  return numbers_in(value);
+}
+
+std::optional<std::uint16_t> DicomElements::number(std::uint32_t tag) const {
+  const auto it = values.find(tag);
+  if (it == values.end() || it->second.size() < 2) return std::nullopt;
+  const auto low = static_cast<unsigned char>(it->second[big_endian ? 1 : 0]);
+  const auto high = static_cast<unsigned char>(it->second[big_endian ? 0 : 1]);
+  return static_cast<std::uint16_t>(low | high << 8);
+}
+
+Result<std::optional<DicomElements>> read_dicom_elements(const std::string& path) {
+  std::FILE* const file = std::fopen(path.c_str(), "rb");
+  if (!file) return bad_use(path, "cannot be opened: " + std::string(std::strerror(errno)));
+  std::error_code trouble;
+  Reader reader(file, std::filesystem::file_size(path, trouble));
+  DicomElements elements;
+  std::array<char, 4> magic{};
+  const bool preamble =
+      reader.skip(128) && reader.read(magic.data(), 4) && std::memcmp(magic.data(), "DICM", 4) == 0;
+  if (!preamble && !starts_with_data_set(reader, elements)) return std::nullopt;
+  if (preamble) {
+    if (!read_meta(reader, elements))
+      return failure(path, "is a DICOM file, but cut off or damaged in its first elements");
+    elements.transfer_syntax = elements.text(0x00020010);
+  }
+  if (!set_syntax(reader, elements))
+    return failure(path, fmt::format("is a DICOM file of a transfer syntax that is not read here ('{}')",
+                                     elements.transfer_syntax));
+  if (!read_data_set(reader, elements)) {
+    if (!preamble) return std::nullopt;  // another kind of file that happened to start alike
+    return failure(
+        path, fmt::format("is a DICOM file, but cut off or damaged near its byte {}", reader.position()));
+  }
+  return elements;
+}
+
+}  // namespace borelli

@@ -1,0 +1,38 @@
+// The data elements of a DICOM file up to its pixels, checked as they are read.
+//
+// DICOM PS3.5 (7: the data set; A: transfer syntaxes) and PS3.10 (7: preamble and meta information). GDCM is
+// not asked for headers because it is built with assertions in Debian: a damaged length in a header aborts
+// the process.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "error/error.hpp"
+
+namespace borelli {
+
+struct DicomElements {
+  std::map<std::uint32_t, std::string> values;  ///< by group << 16 | element; top level, short values only
+  std::string transfer_syntax;                  ///< UID
+  bool big_endian = false;
+  bool packed = false;             ///< pixels are encapsulated (JPEG, RLE ...)
+  std::uint64_t pixel_offset = 0;  ///< of the pixels in the file; 0 where there are none
+  std::uint64_t pixel_bytes = 0;   ///< where they are not packed
+  /// Offset and length in the file of each fragment of packed pixels, without the table of offsets (PS3.5,
+  /// A.4).
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> fragments;
+
+  std::string text(std::uint32_t tag) const;                     ///< without padding; empty where missing
+  std::vector<double> decimals(std::uint32_t tag) const;         ///< DS, IS
+  std::optional<std::uint16_t> number(std::uint32_t tag) const;  ///< US
+};
+
+/// Nothing where the file is no DICOM file. Errors: a DICOM file that is cut off or damaged.
+Result<std::optional<DicomElements>> read_dicom_elements(const std::string& path);
+
+}  // namespace borelli

@@ -1,0 +1,218 @@
+#include "segmentation/dicom_slice.hpp"
+
+#include <fmt/format.h>
+#include <gdcmImage.h>
+#include <gdcmSequenceOfFragments.h>
+#include <gdcmTrace.h>
+#include <gdcmTransferSyntax.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <string_view>
+
+#include "segmentation/byte_stream.hpp"
+#include "segmentation/dicom_elements.hpp"
+#include "segmentation/header_text.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+void take_geometry(const DicomElements& elements, DicomSlice& slice) {
+  const auto position = elements.decimals(0x00200032), axes = elements.decimals(0x00200037);
+  const auto spacing = elements.decimals(0x00280030);
+  if (position.size() != 3 || axes.size() != 6 || spacing.size() != 2) return;
+  const Vector3d row(axes.data()), column(axes.data() + 3), first(position.data());
+  if (!first.allFinite() || first.norm() > 1e6 || !row.allFinite() || !column.allFinite()) return;
+  if (!(row.norm() > 0.5 && column.norm() > 0.5)) return;
+  if (!(row.normalized().cross(column.normalized()).norm() > 0.1)) return;
+  if (!(spacing[0] > 0 && spacing[1] > 0 && spacing[0] < 1000 && spacing[1] < 1000)) return;
+  slice.position = first;
+  slice.along_row = row.normalized(), slice.along_column = column.normalized();
+  slice.row_spacing = spacing[0], slice.column_spacing = spacing[1];  // "adjacent rows \ adjacent columns"
+}
+
+void take_pixels(const DicomElements& elements, DicomSlice& slice) {
+  DicomPixels& p = slice.pixels;
+  p.bits_allocated = elements.number(0x00280100).value_or(16);
+  p.bits_stored = elements.number(0x00280101).value_or(static_cast<std::uint16_t>(p.bits_allocated));
+  p.high_bit = elements.number(0x00280102).value_or(static_cast<std::uint16_t>(p.bits_stored - 1));
+  p.is_signed = elements.number(0x00280103).value_or(0) == 1;
+  p.big_endian = elements.big_endian, p.fragments = elements.fragments, p.packing = elements.transfer_syntax;
+  p.offset = elements.pixel_offset, p.bytes = elements.pixel_bytes;
+  slice.samples_per_pixel = elements.number(0x00280002).value_or(1);
+  if (const auto frames = elements.decimals(0x00280008); !frames.empty() && frames[0] > 1) slice.frames = 2;
+  if (const auto padding = elements.number(0x00280120))
+    slice.padding = p.is_signed ? static_cast<std::int16_t>(*padding) : *padding;
+}
+
+// PS3.5, annex A.4
+std::string packing_name(const std::string& uid) {
+  static const std::map<std::string_view, std::string_view> names{
+      {"1.2.840.10008.1.2.4.50", "JPEG baseline"},      {"1.2.840.10008.1.2.4.51", "JPEG extended"},
+      {"1.2.840.10008.1.2.4.57", "JPEG lossless"},      {"1.2.840.10008.1.2.4.70", "JPEG lossless"},
+      {"1.2.840.10008.1.2.4.80", "JPEG-LS lossless"},   {"1.2.840.10008.1.2.4.81", "JPEG-LS near-lossless"},
+      {"1.2.840.10008.1.2.4.90", "JPEG 2000 lossless"}, {"1.2.840.10008.1.2.4.91", "JPEG 2000"},
+      {"1.2.840.10008.1.2.5", "RLE lossless"}};
+  const auto it = names.find(uid);
+  return it == names.end() ? uid : std::string(it->second);
+}
+
+DicomSlice take(const std::string& path, const DicomElements& elements) {
+  DicomSlice slice;
+  slice.path = path;
+  slice.instance_uid = elements.text(0x00080018), slice.series_uid = elements.text(0x0020000e);
+  slice.modality = elements.text(0x00080060), slice.series_description = elements.text(0x0008103e);
+  slice.rescale_type = elements.text(0x00281054);
+  slice.rows = elements.number(0x00280010).value_or(0),
+  slice.columns = elements.number(0x00280011).value_or(0);
+  if (const auto slope = elements.decimals(0x00281053); !slope.empty()) slice.slope = slope[0];
+  if (const auto intercept = elements.decimals(0x00281052); !intercept.empty())
+    slice.intercept = intercept[0];
+  slice.acquisition = elements.text(0x00200012), slice.temporal_position = elements.text(0x00200100);
+  slice.echo = elements.text(0x00180086), slice.image_type = elements.text(0x00080008);
+  take_geometry(elements, slice);
+  take_pixels(elements, slice);
+  if (elements.packed) slice.packing = packing_name(elements.transfer_syntax);
+  return slice;
+}
+
+// HighBit and BitsStored say which bits of a stored word are its value
+std::int32_t value_of(std::uint32_t word, const DicomPixels& p) {
+  const int shift = p.high_bit + 1 - p.bits_stored;
+  const std::uint32_t mask = p.bits_stored >= 32 ? ~0u : (1u << p.bits_stored) - 1;
+  std::uint32_t value = (word >> shift) & mask;
+  if (p.is_signed && p.bits_stored < 32 && (value >> (p.bits_stored - 1) & 1)) value |= ~mask;
+  return static_cast<std::int32_t>(value);
+}
+
+Result<std::vector<std::byte>> plain_bytes(const DicomSlice& slice, std::size_t count) {
+  if (slice.pixels.bytes < count) {
+    return failure(
+        slice.path,
+        fmt::format("is cut off or damaged: it holds {} bytes of pixels where its header promises {}",
+                    slice.pixels.bytes, count));
+  }
+  std::vector<std::byte> bytes(count);
+  auto source = ByteSource::open(slice.path, ByteSource::Packing::plain, slice.pixels.offset);
+  if (!source) return tl::unexpected(source.error());
+  const auto got = source->read(bytes);
+  if (!got) return tl::unexpected(got.error());
+  if (*got < count) return failure(slice.path, "is cut off within its pixels");
+  return bytes;
+}
+
+// One stream of all fragments; of even length, as DICOM has it.
+Result<std::vector<char>> packed_stream(const DicomSlice& slice) {
+  std::vector<char> stream;
+  for (const auto& [offset, length] : slice.pixels.fragments) {
+    auto source = ByteSource::open(slice.path, ByteSource::Packing::plain, offset);
+    if (!source) return tl::unexpected(source.error());
+    const std::size_t start = stream.size();
+    stream.resize(start + length);
+    const auto got = source->read(std::as_writable_bytes(std::span(stream).subspan(start)));
+    if (!got) return tl::unexpected(got.error());
+    if (*got < length) return failure(slice.path, "is cut off within its pixels");
+  }
+  if (stream.size() % 2) stream.push_back(0);
+  return stream;
+}
+
+// GDCM's codecs unpack a picture that is put together here: GDCM's reader of files aborts on damaged ones.
+// What the codec finds (JPEG may know better than the header) replaces what the header says of the pixels.
+Result<std::vector<std::byte>> unpacked_bytes(const DicomSlice& slice, std::size_t count,
+                                              DicomPixels& p) try {
+  gdcm::Trace::DebugOff(), gdcm::Trace::WarningOff(), gdcm::Trace::ErrorOff();  // a library does not print
+  const auto stream = packed_stream(slice);
+  if (!stream) return tl::unexpected(stream.error());
+  const auto syntax = gdcm::TransferSyntax::GetTSType(p.packing.c_str());
+  if (syntax == gdcm::TransferSyntax::TS_END)
+    return failure(slice.path, "has pixels packed in a way that is not known here (" + slice.packing + ")");
+
+  gdcm::Fragment fragment;
+  fragment.SetByteValue(stream->data(), static_cast<std::uint32_t>(stream->size()));
+  gdcm::SmartPointer<gdcm::SequenceOfFragments> fragments = new gdcm::SequenceOfFragments;
+  fragments->AddFragment(fragment);
+  gdcm::DataElement element(gdcm::Tag(0x7fe0, 0x0010));
+  element.SetVR(gdcm::VR::OB);
+  element.SetValue(*fragments);
+
+  gdcm::Image image;
+  image.SetNumberOfDimensions(2);
+  image.SetDimension(0, static_cast<unsigned>(slice.columns)),
+      image.SetDimension(1, static_cast<unsigned>(slice.rows));
+  const auto bits = [](int n) { return static_cast<unsigned short>(n); };
+  image.SetPixelFormat(
+      gdcm::PixelFormat(1, bits(p.bits_allocated), bits(p.bits_stored), bits(p.high_bit), p.is_signed));
+  image.SetPhotometricInterpretation(gdcm::PhotometricInterpretation::MONOCHROME2);
+  image.SetTransferSyntax(gdcm::TransferSyntax(syntax));
+  image.SetDataElement(element);
+  std::vector<std::byte> bytes(count);
+  if (image.GetBufferLength() != count || !image.GetBuffer(reinterpret_cast<char*>(bytes.data())))
+    return failure(slice.path,
+                   "has pixels that cannot be unpacked: cut off or damaged (" + slice.packing + ")");
+  const gdcm::PixelFormat& format = image.GetPixelFormat();
+  if (format.GetBitsAllocated() != p.bits_allocated)
+    return failure(slice.path, fmt::format("unpacks to pixels of {} bits where its header promises {}",
+                                           format.GetBitsAllocated(), p.bits_allocated));
+  p.bits_stored = format.GetBitsStored(), p.high_bit = format.GetHighBit();
+  p.is_signed = format.GetPixelRepresentation() == 1;
+  return bytes;
+} catch (const std::exception& trouble) {
+  return failure(slice.path, std::string("has pixels that cannot be unpacked: ") + trouble.what());
+}
+
+bool consistent(const DicomPixels& p) {
+  return p.bits_stored >= 1 && p.bits_stored <= p.bits_allocated && p.high_bit + 1 >= p.bits_stored &&
+         p.high_bit < p.bits_allocated;
+}
+
+}  // namespace
+
+Vector3d DicomSlice::normal() const { return along_row.cross(along_column).normalized(); }
+
+Result<std::optional<DicomSlice>> read_dicom_header(const std::string& path) {
+  const auto elements = read_dicom_elements(path);
+  if (!elements) return tl::unexpected(elements.error());
+  if (!*elements || (*elements)->pixel_offset == 0) return std::nullopt;  // also reports, plans, directories
+  const DicomSlice slice = take(path, **elements);
+  if (slice.rows == 0 || slice.columns == 0)
+    return failure(path, "is a damaged DICOM file: it has pixels, but no rows and columns");
+  if (!std::isfinite(slice.slope) || !std::isfinite(slice.intercept))
+    return failure(path, "is a damaged DICOM file: its rescaling is not a number");
+  return slice;
+}
+
+Result<std::vector<std::int32_t>> read_dicom_pixels(const DicomSlice& slice) {
+  const std::size_t count = static_cast<std::size_t>(slice.rows) * static_cast<std::size_t>(slice.columns);
+  const auto width = static_cast<std::size_t>(slice.pixels.bits_allocated) / 8;
+  if (slice.pixels.bits_allocated != 8 && slice.pixels.bits_allocated != 16 &&
+      slice.pixels.bits_allocated != 32)
+    return failure(slice.path, fmt::format("has pixels of {} bits; 8, 16 or 32 are read here",
+                                           slice.pixels.bits_allocated));
+  DicomPixels p = slice.pixels;
+  if (!consistent(p))
+    return failure(slice.path, fmt::format("is a damaged DICOM file: {} bits stored up to bit {} of {}",
+                                           p.bits_stored, p.high_bit, p.bits_allocated));
+  const auto bytes =
+      p.fragments.empty() ? plain_bytes(slice, count * width) : unpacked_bytes(slice, count * width, p);
+  if (!bytes) return tl::unexpected(bytes.error());
+  if (!consistent(p)) return failure(slice.path, "has packed pixels that contradict themselves");
+
+  std::vector<std::int32_t> values(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    std::uint32_t word = 0;
+    std::memcpy(&word, bytes->data() + n * width, width);
+    if (p.big_endian)
+      word = width == 2   ? __builtin_bswap16(static_cast<std::uint16_t>(word))
+             : width == 4 ? __builtin_bswap32(word)
+                          : word;
+    values[n] = value_of(word, p);
+  }
+  return values;
+}
+
+}  // namespace borelli

@@ -1,0 +1,84 @@
+#include "segmentation/geodesic.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace borelli {
+
+Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, bool keep_ways,
+                  float longest) {
+  const auto& g = cost.grid;
+  Geodesic out{{g, std::vector<float>(g.count(), no_way)}, {g, std::vector<std::uint8_t>(g.count(), 0)}, {}};
+  if (keep_ways) out.from.resize(g.count());
+
+  struct Step {
+    int i, j, k;
+    std::ptrdiff_t offset;
+    float half;  // half the step's length, mm
+  };
+  std::vector<Step> steps;
+  const auto h = static_cast<float>(g.axes.col(0).norm());
+  for (int c = -1; c <= 1; ++c)
+    for (int b = -1; b <= 1; ++b)
+      for (int a = -1; a <= 1; ++a)
+        if (a || b || c)
+          steps.push_back({a, b, c, (c * g.size[1] + b) * g.size[0] + a,
+                           0.5F * h * std::sqrt(static_cast<float>(a * a + b * b + c * c))});
+
+  // buckets as wide as the cheapest step: what is taken from the lowest one is final, save for rounding,
+  // which the check against the stored length takes care of
+  float cheapest = no_way;
+  for (const float c : cost.voxels) cheapest = std::min(cheapest, c);
+  if (cheapest == no_way) return out;
+  const float width = std::max(1e-6F, cheapest * h);
+  constexpr std::size_t most_buckets = 1 << 20;
+  std::vector<std::vector<std::uint32_t>> buckets(1);
+  const auto push = [&](float length, std::uint32_t o) {
+    const std::size_t n = std::min(most_buckets - 1, static_cast<std::size_t>(length / width));
+    if (n >= buckets.size()) buckets.resize(n + 1);
+    buckets[n].push_back(o);
+  };
+  for (std::size_t o = 0; o < g.count(); ++o)
+    if (seeds.voxels[o] && cost.voxels[o] < no_way) {
+      out.length.voxels[o] = 0;
+      out.owner.voxels[o] = seeds.voxels[o];
+      if (keep_ways) out.from[o] = static_cast<std::uint32_t>(o);
+      buckets[0].push_back(static_cast<std::uint32_t>(o));
+    }
+
+  const auto nx = static_cast<std::uint32_t>(g.size[0]), ny = static_cast<std::uint32_t>(g.size[1]);
+  std::vector<std::uint8_t> done(g.count(), 0);
+  for (std::size_t b = 0; b < buckets.size(); ++b) {
+    for (std::size_t n = 0; n < buckets[b].size(); ++n) {
+      const std::uint32_t o = buckets[b][n];
+      if (done[o]) continue;
+      done[o] = 1;
+      const float here = out.length.voxels[o], c = cost.voxels[o];
+      const auto i = static_cast<int>(o % nx), j = static_cast<int>(o / nx % ny),
+                 k = static_cast<int>(o / nx / ny);
+      for (const auto& s : steps) {
+        if (!g.holds(i + s.i, j + s.j, k + s.k)) continue;
+        const auto to = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(o) + s.offset);
+        if (done[to] || cost.voxels[to] == no_way) continue;
+        const float length = here + s.half * (c + cost.voxels[to]);
+        if (length >= out.length.voxels[to] || length > longest) continue;
+        out.length.voxels[to] = length;
+        out.owner.voxels[to] = out.owner.voxels[o];
+        if (keep_ways) out.from[to] = o;
+        push(length, to);
+      }
+    }
+    std::vector<std::uint32_t>().swap(buckets[b]);
+  }
+  return out;
+}
+
+std::vector<std::uint32_t> way_to(const Geodesic& geodesic, std::uint32_t to) {
+  std::vector<std::uint32_t> way{to};
+  while (geodesic.from[way.back()] != way.back()) way.push_back(geodesic.from[way.back()]);
+  std::reverse(way.begin(), way.end());
+  return way;
+}
+
+}  // namespace borelli

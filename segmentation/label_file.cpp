@@ -1,0 +1,182 @@
+// Label maps from disk: numbers to at most 255 labels, names from a TSV.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <unordered_map>
+
+#include "segmentation/image_file.hpp"
+#include "segmentation/parts.hpp"
+#include "segmentation/read.hpp"
+
+namespace borelli {
+namespace {
+
+using Names = std::map<std::int64_t, std::string>;  // by the number in the file
+
+std::vector<std::string> columns(std::string line) {
+  if (line.ends_with('\r')) line.pop_back();
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    if (c == '\t') {
+      cells.emplace_back();
+    } else {
+      cells.back() += c;
+    }
+  }
+  return cells;
+}
+
+Result<Names> read_names(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) return bad_use(path, "cannot be opened; a table of label names is expected there");
+  std::string line;
+  std::getline(file, line);
+  const auto header = columns(line);
+  const auto column = [&](std::string_view name) { return std::ranges::find(header, name) - header.begin(); };
+  const auto end = std::ssize(header);
+  const auto number_column = std::min(column("label"), column("index")), name_column = column("name");
+  if (number_column == end || name_column == end)
+    return failure(path + ":1", "the header is 'label<TAB>name'; found '" + line + "'");
+
+  Names names;
+  std::set<std::string> seen;
+  for (int row = 2; std::getline(file, line); ++row) {
+    const std::string where = path + ":" + std::to_string(row);
+    const auto cells = columns(line);
+    if (cells.size() == 1 && cells[0].empty()) continue;
+    if (std::ssize(cells) <= std::max(number_column, name_column))
+      return failure(where, "has no tab between a label and its name: '" + line + "'");
+    const std::string &digits = cells[static_cast<std::size_t>(number_column)],
+                      &name = cells[static_cast<std::size_t>(name_column)];
+    if (digits.empty() || digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos)
+      return failure(where, "a label is a whole number from 0; found '" + digits + "'");
+    const std::int64_t value = std::stoll(digits);
+    if (name.empty()) return failure(where, "label " + digits + " has no name");
+    if (names.contains(value)) return failure(where, "label " + digits + " is there twice");
+    if (!seen.insert(name).second) return failure(where, "the name '" + name + "' is there twice");
+    names[value] = name;
+  }
+  return names;
+}
+
+// the numbers that occur; consecutive equal voxels are looked up once
+Result<std::set<std::int64_t>> numbers_in(const std::string& path, const StoredVoxels& voxels,
+                                          const ImageHeader& header) {
+  std::set<std::int64_t> numbers;
+  std::string trouble;
+  with_scalar(voxels.scalar, [&]<class T>(T) {
+    const std::byte* p = voxels.bytes();
+    T before{};
+    for (std::size_t n = 0; n < voxels.count && trouble.empty(); ++n, p += sizeof(T)) {
+      T stored;
+      std::memcpy(&stored, p, sizeof stored);
+      if (n > 0 && stored == before) continue;
+      before = stored;
+      const double value = header.slope * static_cast<double>(stored) + header.intercept;
+      if (!(value >= 0 && value <= 1e9) || value != std::floor(value)) {
+        trouble = "a voxel has the value " + std::to_string(value);
+      } else {
+        numbers.insert(static_cast<std::int64_t>(value));
+        if (numbers.size() > 65536) trouble = "it has more than 65536 different values";
+      }
+    }
+  });
+  if (!trouble.empty())
+    return failure(path, "is no label map: " + trouble + "; labels are whole numbers from 0");
+  numbers.erase(0);
+  return numbers;
+}
+
+// the label of each number: parts as in parts.hpp, others from 17 on; the number itself where there are no
+// parts
+Result<std::map<std::int64_t, std::uint8_t>> assign_labels(const std::string& path,
+                                                           std::set<std::int64_t> numbers,
+                                                           const Names& names) {
+  std::size_t count = numbers.size();
+  for (const auto& [number, name] : names)
+    if (number > 0) numbers.insert(number);
+  const bool has_parts = std::ranges::any_of(names, [](const auto& n) { return part_label(n.second) > 0; });
+  const bool keep = !has_parts && !numbers.empty() && *numbers.rbegin() <= 255;
+
+  std::map<std::int64_t, std::uint8_t> labels;
+  int next = has_parts ? static_cast<int>(parts.size()) : 1;
+  for (const std::int64_t number : numbers) {
+    const auto name = names.find(number);
+    const int part = name == names.end() ? 0 : part_label(name->second);
+    const std::int64_t label = part > 0 ? part : keep ? number : next++;
+    if (label > 255)
+      return failure(path, "has " + std::to_string(count) + " labels in its voxels and " +
+                               std::to_string(numbers.size()) + " with those of its names; at most 255 fit");
+    labels[number] = static_cast<std::uint8_t>(label);
+  }
+  return labels;
+}
+
+std::vector<std::uint8_t> relabel(const StoredVoxels& voxels, const ImageHeader& header,
+                                  const std::map<std::int64_t, std::uint8_t>& labels) {
+  std::vector<std::uint8_t> out(voxels.count);
+  with_scalar(voxels.scalar, [&]<class T>(T) {
+    const std::byte* p = voxels.bytes();
+    T before{};
+    std::uint8_t label = 0;
+    for (std::size_t n = 0; n < voxels.count; ++n, p += sizeof(T)) {
+      T stored;
+      std::memcpy(&stored, p, sizeof stored);
+      if (n == 0 || stored != before) {
+        const auto number =
+            static_cast<std::int64_t>(header.slope * static_cast<double>(stored) + header.intercept);
+        label = number == 0 ? std::uint8_t{0} : labels.at(number);
+        before = stored;
+      }
+      out[n] = label;
+    }
+  });
+  return out;
+}
+
+}  // namespace
+
+std::string names_file(const std::string& path) {
+  const std::filesystem::path whole(path);
+  std::filesystem::path stem = whole.filename();
+  if (stem.extension() == ".gz") stem = stem.stem();
+  return (whole.parent_path() / stem.stem()).string() + ".tsv";
+}
+
+Result<LabelMap> read_labels(const std::string& path, const std::string& names, const Progress& progress) {
+  const auto header = read_image_header(path);
+  if (!header) return tl::unexpected(header.error());
+
+  Names given;
+  std::string table = names;
+  std::error_code ignored;
+  if (table.empty() && std::filesystem::exists(names_file(path), ignored)) table = names_file(path);
+  if (!table.empty()) {
+    const auto read = read_names(table);
+    if (!read) return tl::unexpected(read.error());
+    given = *read;
+  }
+  const auto voxels = load_voxels(*header, progress);
+  if (!voxels) return tl::unexpected(voxels.error());
+  const auto numbers = numbers_in(path, *voxels, *header);
+  if (!numbers) return tl::unexpected(numbers.error());
+  const auto labels = assign_labels(path, *numbers, given);
+  if (!labels) return tl::unexpected(labels.error());
+
+  LabelMap map;
+  map.grid = header->grid;
+  map.voxels = relabel(*voxels, *header, *labels);
+  map.names = {"outside"};
+  for (const auto& [number, label] : *labels) {
+    if (map.names.size() <= label) map.names.resize(label + std::size_t{1});
+    const auto name = given.find(number);
+    map.names[label] = name == given.end() ? "label " + std::to_string(number) : name->second;
+  }
+  return map;
+}
+
+}  // namespace borelli

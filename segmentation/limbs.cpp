@@ -1,0 +1,139 @@
+#include "segmentation/limbs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// half a joint's gap, mm: at this distance from bone a step costs twice that along it
+constexpr double gap = 2;
+// medial of a head's centre by this much, bone is the trunk's
+constexpr double medial = 30;
+
+void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seeds) {
+  const auto& g = a.grid();
+  const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
+  const auto between = [](const std::array<std::optional<FoundSphere>, 2>& pair, const Vector3d& p) {
+    const Vector3d left = (pair[0]->centre - pair[1]->centre).normalized();
+    return left.dot(p - pair[0]->centre) < -medial && left.dot(p - pair[1]->centre) > medial;
+  };
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        if (!a.bone.at(i, j, k)) continue;
+        const Vector3d p =
+            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        bool axial = trunk.spine_holds(p[2]) && (p - trunk.spine_at(p[2])).norm() < 40;
+        if (hips && p[2] > std::min(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) - 30)
+          axial = axial || between(trunk.hip, p);
+        if (shoulders && p[2] > std::min(trunk.shoulder[0]->centre[2], trunk.shoulder[1]->centre[2]) - 165)
+          axial = axial || between(trunk.shoulder, p);
+        // above both hips by a hand's breadth nothing is a leg's
+        if (hips && p[2] > std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) + 60 * trunk.scale) {
+          const Vector3d left = (trunk.hip[0]->centre - trunk.hip[1]->centre).normalized();
+          if (left.dot(p - trunk.hip[0]->centre) < 25 && left.dot(p - trunk.hip[1]->centre) > -25)
+            axial = true;
+        }
+        if (axial) seeds.at(i, j, k) = static_cast<std::uint8_t>(Limb::axial);
+      }
+}
+
+void mark_ball(const Anatomy& a, const FoundSphere& ball, Limb limb, Volume<std::uint8_t>& seeds) {
+  const auto& g = a.grid();
+  const double r = 0.7 * std::min(ball.radius, 27.0);
+  const Vector3d low = g.index(ball.centre - Vector3d::Constant(r)),
+                 high = g.index(ball.centre + Vector3d::Constant(r));
+  for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
+    for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
+      for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
+        const Vector3d p =
+            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        if (g.holds(i, j, k) && (p - ball.centre).norm() < r)
+          seeds.at(i, j, k) = static_cast<std::uint8_t>(limb);
+      }
+}
+
+LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
+  LimbWay way;
+  const auto& g = a.grid();
+  float farthest = 0;
+  std::uint32_t end = 0;
+  std::vector<double> shell;
+  const double voxel = std::pow(a.step(), 3);
+  for (std::size_t o = 0; o < g.count(); ++o) {
+    if (!a.bone.voxels[o] || territory.owner.voxels[o] != static_cast<std::uint8_t>(limb)) continue;
+    const float length = territory.length.voxels[o];
+    const auto n = static_cast<std::size_t>(length / LimbWay::spacing);
+    if (n >= shell.size()) shell.resize(n + 1, 0);
+    shell[n] += voxel / LimbWay::spacing;
+    if (length > farthest) farthest = length, end = static_cast<std::uint32_t>(o);
+  }
+  if (farthest <= 0) return way;
+  way.present = true;
+  const auto nx = static_cast<std::uint32_t>(g.size[0]), ny = static_cast<std::uint32_t>(g.size[1]);
+  const auto point = [&](std::uint32_t o) {
+    return g.point(Vector3d(o % nx, o / nx % ny, o / nx / ny));  // NOLINT: exact integers
+  };
+  way.cut = a.near_edge(point(end), 8);
+  // equally spaced in length, then smoothed over some 15 mm
+  const auto voxels = way_to(territory, end);
+  std::vector<Vector3d> raw;
+  std::size_t at = 0;
+  for (double s = 0; s <= farthest; s += LimbWay::spacing) {
+    while (at + 1 < voxels.size() && territory.length.voxels[voxels[at + 1]] <= s) ++at;
+    Vector3d p = point(voxels[at]);
+    if (at + 1 < voxels.size()) {
+      const double s0 = territory.length.voxels[voxels[at]], s1 = territory.length.voxels[voxels[at + 1]];
+      if (s1 > s0) p += (s - s0) / (s1 - s0) * (point(voxels[at + 1]) - p);
+    }
+    raw.push_back(p);
+    const Vector3d index = g.index(p);
+    way.off_bone.push_back(
+        a.off_bone.at(std::lround(index[0]), std::lround(index[1]), std::lround(index[2])));
+  }
+  const auto count = static_cast<std::int64_t>(raw.size());
+  for (std::int64_t n = 0; n < count; ++n) {
+    Vector3d sum = Vector3d::Zero();
+    double area = 0;
+    const std::int64_t half = std::min<std::int64_t>({3, n, count - 1 - n});
+    for (std::int64_t q = n - half; q <= n + half; ++q) sum += raw[static_cast<std::size_t>(q)];
+    int shells = 0;
+    for (std::int64_t q = std::max<std::int64_t>(0, n - 1); q <= std::min(count - 1, n + 1); ++q, ++shells)
+      area += static_cast<std::size_t>(q) < shell.size() ? shell[static_cast<std::size_t>(q)] : 0;
+    way.points.push_back(sum / static_cast<double>(2 * half + 1));
+    way.section.push_back(area / shells);
+  }
+  return way;
+}
+
+}  // namespace
+
+Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
+  const auto& g = a.grid();
+  Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
+  for (std::size_t o = 0; o < g.count(); ++o)
+    if (a.body.voxels[o] && a.off_bone.voxels[o] < 40)
+      cost.voxels[o] = 1 + static_cast<float>(std::pow(a.off_bone.voxels[o] / gap, 2));
+  Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
+  mark_axial(a, trunk, seeds);
+  for (const int side : {left_side, right_side}) {
+    const auto n = static_cast<std::size_t>(side);
+    if (trunk.hip[n])
+      mark_ball(a, *trunk.hip[n], side == left_side ? Limb::leg_left : Limb::leg_right, seeds);
+    if (trunk.shoulder[n])
+      mark_ball(a, *trunk.shoulder[n], side == left_side ? Limb::arm_left : Limb::arm_right, seeds);
+  }
+  Limbs limbs;
+  limbs.territory = geodesic(cost, seeds, true, 3000);
+  for (std::size_t n = 1; n < limbs.way.size(); ++n) {
+    const bool leg = n <= 2;
+    const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
+    if (head) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
+  }
+  return limbs;
+}
+
+}  // namespace borelli

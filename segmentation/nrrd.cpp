@@ -1,0 +1,288 @@
+// NRRD, attached (.nrrd) or detached (.nhdr) header, raw or gzip.
+//
+// After "Definition of NRRD File Format", teem.sourceforge.net/nrrd/format.html.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+#include "segmentation/header_text.hpp"
+#include "segmentation/image_file.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+using FieldMap = std::map<std::string, std::string, std::less<>>;
+
+struct Nrrd {
+  FieldMap fields;  // "<field>: <description>", field in lower case
+  FieldMap keys;    // "<key>:=<value>"
+  std::uint64_t header_bytes = 0;
+
+  std::string_view field(std::string_view name) const {
+    const auto it = fields.find(name);
+    return it == fields.end() ? std::string_view{} : std::string_view(it->second);
+  }
+};
+
+Result<Nrrd> parse(const std::string& path) {
+  const auto text = read_header_text(path, [](std::string_view line) { return line.empty(); });
+  if (!text) return tl::unexpected(text.error());
+  if (text->lines.empty() || !text->lines.front().starts_with("NRRD"))
+    return failure(path, "is no NRRD file: it does not start with 'NRRD'");
+  Nrrd nrrd;
+  nrrd.header_bytes = text->end;
+  for (const std::string& line : text->lines) {
+    if (line.starts_with('#')) continue;
+    if (const auto key = line.find(":="); key != std::string::npos) {
+      nrrd.keys[line.substr(0, key)] = line.substr(key + 2);
+    } else if (const auto colon = line.find(": "); colon != std::string::npos) {
+      nrrd.fields[lower_case(line.substr(0, colon))] = trimmed(std::string_view(line).substr(colon + 2));
+    }
+  }
+  return nrrd;
+}
+
+std::optional<Scalar> scalar_of(std::string_view type) {
+  static const std::map<std::string_view, Scalar> types{{"signed char", Scalar::i8},
+                                                        {"int8", Scalar::i8},
+                                                        {"int8_t", Scalar::i8},
+                                                        {"uchar", Scalar::u8},
+                                                        {"unsigned char", Scalar::u8},
+                                                        {"uint8", Scalar::u8},
+                                                        {"uint8_t", Scalar::u8},
+                                                        {"short", Scalar::i16},
+                                                        {"short int", Scalar::i16},
+                                                        {"signed short", Scalar::i16},
+                                                        {"signed short int", Scalar::i16},
+                                                        {"int16", Scalar::i16},
+                                                        {"int16_t", Scalar::i16},
+                                                        {"ushort", Scalar::u16},
+                                                        {"unsigned short", Scalar::u16},
+                                                        {"unsigned short int", Scalar::u16},
+                                                        {"uint16", Scalar::u16},
+                                                        {"uint16_t", Scalar::u16},
+                                                        {"int", Scalar::i32},
+                                                        {"signed int", Scalar::i32},
+                                                        {"int32", Scalar::i32},
+                                                        {"int32_t", Scalar::i32},
+                                                        {"uint", Scalar::u32},
+                                                        {"unsigned int", Scalar::u32},
+                                                        {"uint32", Scalar::u32},
+                                                        {"uint32_t", Scalar::u32},
+                                                        {"longlong", Scalar::i64},
+                                                        {"long long", Scalar::i64},
+                                                        {"long long int", Scalar::i64},
+                                                        {"signed long long", Scalar::i64},
+                                                        {"signed long long int", Scalar::i64},
+                                                        {"int64", Scalar::i64},
+                                                        {"int64_t", Scalar::i64},
+                                                        {"ulonglong", Scalar::u64},
+                                                        {"unsigned long long", Scalar::u64},
+                                                        {"unsigned long long int", Scalar::u64},
+                                                        {"uint64", Scalar::u64},
+                                                        {"uint64_t", Scalar::u64},
+                                                        {"float", Scalar::f32},
+                                                        {"double", Scalar::f64}};
+  const auto it = types.find(type);
+  if (it == types.end()) return std::nullopt;
+  return it->second;
+}
+
+// which of the file's axes are the volume's three; axes of one sample beside them are left aside
+Result<std::vector<std::size_t>> volume_axes(const std::string& path, const std::vector<double>& sizes,
+                                             std::string_view kinds) {
+  for (const double size : sizes)
+    if (!(size >= 1 && size <= 100000) || size != std::floor(size))
+      return failure(path, fmt::format("has a damaged header: an axis of {} voxels", size));
+  std::vector<std::size_t> axes;
+  for (std::size_t a = 0; a < sizes.size(); ++a)
+    if (sizes.size() == 3 || sizes[a] > 1) axes.push_back(a);
+  if (axes.size() == 3) return axes;
+  if (sizes.size() < 3)
+    return failure(path, fmt::format("holds a picture of {} dimensions; a volume is needed", sizes.size()));
+  const bool colours =
+      kinds.find("color") != std::string_view::npos || kinds.find("vector") != std::string_view::npos;
+  return failure(path, fmt::format("has {} dimensions{}; one grey value per voxel of one volume is needed",
+                                   sizes.size(), colours ? " (colours or vectors)" : ""));
+}
+
+// what turns the file's space into LPS; what is not known is taken as LPS, and said
+Vector3d to_lps(std::string_view space, std::vector<std::string>& warnings) {
+  const std::string name = lower_case(space);
+  if (name == "left-posterior-superior" || name == "lps") return {1, 1, 1};
+  if (name == "right-anterior-superior" || name == "ras") return {-1, -1, 1};
+  if (name == "left-anterior-superior" || name == "las") return {1, -1, 1};
+  warnings.push_back(name.empty()
+                         ? "the file says nothing of the patient's orientation; its axes were taken as Left, "
+                           "Posterior, Superior"
+                         : "the space '" + name +
+                               "' says nothing of the patient; it was taken as Left, Posterior, Superior");
+  return {1, 1, 1};
+}
+
+// one vector "(x,y,z)" per axis, "none" for an axis outside space
+std::vector<std::vector<double>> vectors_in(std::string_view text) {
+  std::vector<std::vector<double>> vectors;
+  while (true) {
+    text = trimmed(text);
+    if (text.empty()) return vectors;
+    if (text.starts_with("none")) {
+      vectors.emplace_back();
+      text.remove_prefix(4);
+      continue;
+    }
+    const auto end = text.find(')');
+    if (text.front() != '(' || end == std::string_view::npos) return vectors;
+    vectors.push_back(numbers_in(text.substr(0, end)));
+    text.remove_prefix(end + 1);
+  }
+}
+
+Result<double> millimetres(const std::string& path, std::string_view units) {
+  const std::string unit = lower_case(trimmed(units.substr(0, units.find('"', 1) + 1)));
+  if (unit.empty() || unit == "\"mm\"" || unit == "\"\"" || unit.find("millimet") != std::string::npos)
+    return 1;
+  if (unit == "\"um\"" || unit.find("micro") != std::string::npos) return 0.001;
+  if (unit == "\"cm\"") return 10;
+  if (unit == "\"m\"" || unit == "\"meter\"" || unit == "\"meters\"") return 1000;
+  return failure(path, "has space units of " + unit + "; \"mm\", \"cm\", \"m\" or \"um\" were expected");
+}
+
+Result<void> place(const std::string& path, const Nrrd& nrrd, const std::vector<std::size_t>& axes,
+                   ImageHeader& header) {
+  const Vector3d flip = to_lps(nrrd.field("space"), header.warnings);
+  const auto unit = millimetres(path, nrrd.field("space units"));
+  if (!unit) return tl::unexpected(unit.error());
+  const auto directions = vectors_in(nrrd.field("space directions"));
+  const auto spacings = numbers_in(nrrd.field("spacings"));
+  for (int c = 0; c < 3; ++c) {
+    const std::size_t a = axes[static_cast<std::size_t>(c)];
+    if (!directions.empty()) {
+      if (a >= directions.size() || directions[a].size() != 3)
+        return failure(
+            path,
+            fmt::format("has a damaged header: 'space directions' gives axis {} no vector of three numbers",
+                        a + 1));
+      header.grid.axes.col(c) = *unit * flip.cwiseProduct(Vector3d(directions[a].data()));
+    } else if (a < spacings.size()) {
+      header.grid.axes.col(c) = spacings[a] * Vector3d::Unit(c);
+    } else {
+      return failure(path,
+                     "says nothing of its voxels' size: neither 'space directions' nor 'spacings' is there");
+    }
+  }
+  if (const auto origin = numbers_in(nrrd.field("space origin")); origin.size() == 3)
+    header.grid.origin = *unit * flip.cwiseProduct(Vector3d(origin.data()));
+  return {};
+}
+
+// bytes of the data file before its lines up to `count` end
+Result<std::uint64_t> after_lines(const std::string& path, std::uint64_t start, double count) {
+  if (count == 0) return start;
+  double seen = 0;
+  const auto text = read_header_text(path, [&](std::string_view) { return ++seen == count; });
+  if (!text) return tl::unexpected(text.error());
+  return text->end;
+}
+
+Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeader& header) {
+  const std::string encoding = lower_case(nrrd.field("encoding"));
+  const bool gzip = encoding == "gzip" || encoding == "gz";
+  if (!gzip && encoding != "raw")
+    return failure(path, "is encoded as '" + encoding + "'; 'raw' and 'gzip' are read here");
+  header.packing = gzip ? ByteSource::Packing::deflated : ByteSource::Packing::plain;
+  std::string_view file = nrrd.field("data file");
+  if (file.empty()) file = nrrd.field("datafile");
+  header.data_file = path;
+  header.file_offset = nrrd.header_bytes;
+  if (!file.empty()) {
+    if (file.starts_with("LIST") || file.find('%') != std::string_view::npos)
+      return failure(path, "keeps its slices in separate files; join them into one .nrrd");
+    header.data_file = (std::filesystem::path(path).parent_path() / file).string();
+    header.file_offset = 0;
+  }
+  const auto number = [&](std::string_view one, std::string_view other) {
+    const auto text = nrrd.field(one).empty() ? nrrd.field(other) : nrrd.field(one);
+    const auto numbers = numbers_in(text);
+    return numbers.empty() ? 0.0 : std::floor(numbers.front());
+  };
+  const double lines = number("line skip", "lineskip"), bytes = number("byte skip", "byteskip");
+  if (!(lines >= 0 && lines < 1e6 && bytes >= -1 && bytes < 1e12) || (!file.empty() ? false : lines > 0))
+    return failure(path, "has a damaged header: 'line skip' or 'byte skip' is absurd");
+  const auto start = after_lines(header.data_file, header.file_offset, lines);
+  if (!start) return tl::unexpected(start.error());
+  header.file_offset = *start;
+  if (bytes >= 0) {
+    header.stream_offset = static_cast<std::uint64_t>(bytes);
+    return {};
+  }
+  // -1: the voxels are the last bytes of the file
+  if (gzip) return failure(path, "has 'byte skip: -1' on compressed voxels, which has no meaning");
+  auto source = ByteSource::open(header.data_file, ByteSource::Packing::plain);
+  if (!source) return tl::unexpected(source.error());
+  const std::uint64_t need = header.grid.count() * scalar_bytes(header.scalar);
+  if (source->file_size() < need)
+    return failure(header.data_file, fmt::format("is cut off: its header promises {} bytes, it has {}", need,
+                                                 source->file_size()));
+  header.file_offset = source->file_size() - need;
+  return {};
+}
+
+}  // namespace
+
+Result<ImageHeader> read_nrrd_header(const std::string& path) {
+  const auto nrrd = parse(path);
+  if (!nrrd) return tl::unexpected(nrrd.error());
+  ImageHeader header;
+  header.format = "NRRD";
+  header.description = nrrd->field("content");
+  if (const auto own = nrrd->keys.find("borelli quantity"); own != nrrd->keys.end())
+    header.recorded_quantity = own->second;
+
+  const std::string type = lower_case(nrrd->field("type"));
+  const auto scalar = scalar_of(type);
+  if (!scalar) return failure(path, "has voxels of type '" + type + "', which is not known here");
+  header.scalar = *scalar;
+  const std::string endian = lower_case(nrrd->field("endian"));
+  if (scalar_bytes(*scalar) > 1 && endian != "little" && endian != "big")
+    return failure(path, "does not say its byte order ('endian: little' or 'endian: big')");
+  header.big_endian = endian == "big";
+
+  const auto sizes = numbers_in(nrrd->field("sizes"));
+  const auto dimension = numbers_in(nrrd->field("dimension"));
+  if (dimension.size() != 1 || dimension[0] != static_cast<double>(sizes.size()))
+    return failure(path, "has a damaged header: 'dimension' and 'sizes' do not agree");
+  const auto axes = volume_axes(path, sizes, nrrd->field("kinds"));
+  if (!axes) return tl::unexpected(axes.error());
+  for (std::size_t c = 0; c < 3; ++c) header.grid.size[c] = static_cast<std::int64_t>(sizes[(*axes)[c]]);
+  if (const auto placed = place(path, *nrrd, *axes, header); !placed) return tl::unexpected(placed.error());
+  if (const auto found = locate_voxels(path, *nrrd, header); !found) return tl::unexpected(found.error());
+  return header;
+}
+
+Result<void> write_nrrd(const std::string& path, const Grid& grid, Scalar scalar,
+                        std::span<const std::byte> voxels, const std::string& recorded_quantity) {
+  auto sink = ByteSink::create(path, ByteSink::Packing::plain);
+  if (!sink) return tl::unexpected(sink.error());
+  const auto vector = [](const Vector3d& v) {
+    return fmt::format("({},{},{})", exact(v[0]), exact(v[1]), exact(v[2]));
+  };
+  const std::string header = fmt::format(
+      "NRRD0005\ntype: {}\ndimension: 3\nspace: left-posterior-superior\nsizes: {} {} {}\n"
+      "space directions: {} {} {}\nkinds: domain domain domain\nendian: little\nencoding: gzip\n"
+      "space units: \"mm\" \"mm\" \"mm\"\nspace origin: {}\nborelli quantity:={}\n\n",
+      scalar_name(scalar), grid.size[0], grid.size[1], grid.size[2], vector(grid.axes.col(0)),
+      vector(grid.axes.col(1)), vector(grid.axes.col(2)), vector(grid.origin), recorded_quantity);
+  if (const auto done = sink->write(std::string_view(header)); !done) return done;
+  sink->start_packing();
+  if (const auto done = sink->write(voxels); !done) return done;
+  return sink->close();
+}
+
+}  // namespace borelli

@@ -1,0 +1,70 @@
+#include "segmentation/part_planes.hpp"
+
+#include "segmentation/parts.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr int head = part_label("head"), upper_trunk = part_label("upper_trunk"),
+              middle_trunk = part_label("middle_trunk"), lower_trunk = part_label("lower_trunk");
+
+constexpr bool is_axial(int label) { return label >= head && label <= lower_trunk; }
+
+}  // namespace
+
+PartPlanes::PartPlanes(const Landmarks& landmarks) : cuts_(cut_planes(landmarks)) {
+  for (const Cut& cut : cuts_) by_distal_[static_cast<std::size_t>(cut.distal)] = &cut;
+  const auto l = landmarks.find("hip_left"), r = landmarks.find("hip_right");
+  hips_ = l != landmarks.end() && r != landmarks.end();
+  middle_ = hips_ ? Eigen::Vector3d(0.5 * (l->second.point + r->second.point)) : Eigen::Vector3d::Zero();
+  left_ = trunk_axes(landmarks).col(0);
+}
+
+const Cut* PartPlanes::cut_to(int distal) const { return by_distal_[static_cast<std::size_t>(distal)]; }
+
+bool PartPlanes::beyond(const Cut& cut, const Eigen::Vector3d& point) const {
+  return (point - cut.point).dot(cut.normal) > 0;
+}
+
+int PartPlanes::axial_part(const Eigen::Vector3d& point) const {
+  // parts upwards; the plane below part n is the one to its distal part in the tree that grows up from the
+  // lower trunk
+  const std::array<int, 4> upwards{lower_trunk, middle_trunk, upper_trunk, head};
+  const std::array<int, 3> distal{middle_trunk, upper_trunk, head};
+  int part = 0;
+  bool known = false;
+  for (std::size_t n = 0; n < 3; ++n) {
+    const Cut* cut = cut_to(distal[n]);
+    if (!cut) continue;
+    if (!known) part = upwards[n], known = true;
+    if (beyond(*cut, point)) part = upwards[n + 1];
+  }
+  return known ? part : lower_trunk;
+}
+
+int PartPlanes::part(int owner, const Eigen::Vector3d& point) const {
+  if (owner == 0) return 0;
+  if (is_axial(owner)) {
+    for (int label = 1; label < static_cast<int>(parts.size()); ++label) {
+      const Cut* cut = cut_to(label);
+      if (is_axial(label) || !cut || !is_axial(cut->proximal)) continue;
+      if (!beyond(*cut, point) || (point - cut->point).norm() > cut->reach) continue;
+      // below the crotch both hips' planes have the place beyond them: the midsagittal plane decides
+      const bool left = parts[static_cast<std::size_t>(label)].joint.ends_with("_left");
+      if (hips_ && cut->proximal == lower_trunk && ((point - middle_).dot(left_) > 0) != left) continue;
+      if (cut->proximal == lower_trunk && axial_part(point) != lower_trunk) continue;
+      return label;
+    }
+    return axial_part(point);
+  }
+  if (const Cut* cut = cut_to(owner); cut && !beyond(*cut, point)) {
+    if ((point - cut->point).norm() > cut->reach) return owner;
+    return is_axial(cut->proximal) ? axial_part(point) : cut->proximal;
+  }
+  for (const Cut& cut : cuts_)
+    if (cut.proximal == owner && beyond(cut, point) && (point - cut.point).norm() <= cut.reach)
+      return cut.distal;
+  return owner;
+}
+
+}  // namespace borelli

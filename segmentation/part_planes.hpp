@@ -1,0 +1,38 @@
+// The convention's planes at work: which part a place belongs to, given the part that owns its flesh.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "segmentation/cuts.hpp"
+
+namespace borelli {
+
+class PartPlanes {
+ public:
+  /// Planes of cuts.hpp for the landmarks at hand. Head and trunk parts that no plane parts belong together:
+  /// to the lowest part in view above a missing plane, see axial_part.
+  explicit PartPlanes(const Landmarks& landmarks);
+
+  /// The part of a place (patient mm) whose flesh belongs to `owner`: a plane moves it across its joint only,
+  /// and only within the plane's reach.
+  int part(int owner, const Eigen::Vector3d& point) const;
+
+  /// Which of head and trunk's three parts holds a level. Where a plane between two of them is missing, the
+  /// part nearer the known planes has both.
+  int axial_part(const Eigen::Vector3d& point) const;
+
+  const std::vector<Cut>& cuts() const { return cuts_; }
+
+ private:
+  const Cut* cut_to(int distal) const;
+  bool beyond(const Cut& cut, const Eigen::Vector3d& point) const;
+
+  std::vector<Cut> cuts_;
+  std::array<const Cut*, 17> by_distal_{};
+  Eigen::Vector3d middle_, left_;
+  bool hips_ = false;
+};
+
+}  // namespace borelli

@@ -1,0 +1,300 @@
+#include "segmentation/quantity.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <functional>
+
+namespace borelli {
+namespace {
+
+constexpr std::array<std::string_view, 5> names{"hu", "density_kgm3", "density_gcm3", "labels", "mr"};
+constexpr std::array<std::string_view, 5> words{"CT numbers (hu)", "densities in kg/m3 (density_kgm3)",
+                                                "densities in g/cm3 (density_gcm3)", "labels",
+                                                "MR signal (mr)"};
+
+std::string in_words(FileQuantity q) { return std::string(quantity_words(q)); }
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+std::string percent(std::size_t part, std::size_t whole) {
+  return number(whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0) + " %";
+}
+
+std::string span_of(const ValueRange& r) {
+  return "values from " + number(r.least) + " to " + number(r.greatest);
+}
+
+// calls f(value) for each voxel, in memory order
+template <class F>
+void each_value(const StoredVoxels& voxels, double slope, double intercept, F&& f) {
+  with_scalar(voxels.scalar, [&]<class T>(T) {
+    const std::byte* p = voxels.bytes();
+    for (std::size_t n = 0; n < voxels.count; ++n, p += sizeof(T)) {
+      T stored;
+      std::memcpy(&stored, p, sizeof stored);
+      f(slope * static_cast<double>(stored) + intercept);
+    }
+  });
+}
+
+// How many voxels lie where each reading expects them.
+struct Signs {
+  std::size_t count = 0;
+  std::size_t ct_air = 0, ct_soft = 0,
+              stray = 0;  // [-1100, -900]; [-200, 200]; below -1100 and not the least value
+  std::size_t vacuum = 0, dense = 0, tissue = 0;  // <= 0.02; > 0.1; [0.85, 1.15] and not 1
+  std::size_t inside_pairs = 0, equal_pairs = 0;  // neighbours along i, both not 0; of those equal
+};
+
+Signs signs_of(const StoredVoxels& voxels, double slope, double intercept, double least) {
+  Signs s;
+  s.count = voxels.count;
+  double before = 0;
+  each_value(voxels, slope, intercept, [&](double v) {
+    s.ct_air += v >= -1100 && v <= -900;
+    s.ct_soft += v >= -200 && v <= 200;
+    s.stray += v < -1100 && v > least;
+    s.vacuum += v <= 0.02;
+    s.dense += v > 0.1;
+    s.tissue += v >= 0.85 && v <= 1.15 && v != 1;
+    if (v != 0 && before != 0) ++s.inside_pairs, s.equal_pairs += v == before;
+    before = v;
+  });
+  return s;
+}
+
+bool at_least(std::size_t part, double share, std::size_t whole) {
+  return static_cast<double>(part) >= share * static_cast<double>(whole);
+}
+
+bool may_be_hu(const Signs& s) {
+  return at_least(s.ct_air, 0.01, s.count) && at_least(s.ct_soft, 0.01, s.count) &&
+         !at_least(s.stray, 0.01, s.count);
+}
+
+bool may_be_gcm3(const Signs& s, const ValueRange& r) {
+  return r.least >= 0 && r.greatest <= 25 && at_least(s.vacuum, 0.01, s.count) && s.dense > 0 &&
+         at_least(s.tissue, 0.5, s.dense);
+}
+
+bool may_be_labels(const Signs& s, const ValueRange& r) {
+  return r.fractional == 0 && r.not_finite == 0 && r.least == 0 && r.greatest >= 1 && r.greatest <= 255 &&
+         at_least(s.equal_pairs, 0.8, s.inside_pairs) && s.inside_pairs > 0;
+}
+
+Result<QuantityReading> by_values(const std::string& path, const Signs& s, const ValueRange& r) {
+  std::vector<QuantityReading> readings;
+  const auto admit = [&](FileQuantity q, const std::string& why) {
+    readings.push_back(
+        {q, in_words(q) + ": its values admit no other reading (" + span_of(r) + ", " + why + ")"});
+  };
+  if (may_be_hu(s))
+    admit(FileQuantity::hu, percent(s.ct_air, s.count) + " near air's -1000 and " +
+                                percent(s.ct_soft, s.count) + " near water's 0");
+  if (may_be_gcm3(s, r))
+    admit(FileQuantity::density_gcm3,
+          percent(s.tissue, s.dense) + " of the voxels that are not air near water's 1");
+  if (may_be_labels(s, r))
+    admit(FileQuantity::labels,
+          "whole numbers, " + percent(s.equal_pairs, s.inside_pairs) + " of the neighbours equal");
+  if (readings.size() == 1) return readings.front();
+  std::string found = span_of(r) + (r.fractional ? "" : ", whole numbers") + ", that ";
+  if (readings.empty()) {
+    found += "fit no single reading";
+  } else {
+    found += "could be " + in_words(readings[0].quantity) + " or " + in_words(readings[1].quantity);
+  }
+  return bad_use(path, "does not say what its voxels hold, and it has " + found +
+                           "; say --quantity hu, density_kgm3, density_gcm3, labels or mr");
+}
+
+// "in g/cm3 it is density_gcm3": what values that are refused as densities admit; empty where nothing is
+// clear
+std::string advice(const Signs& s, const ValueRange& r) {
+  if (may_be_hu(s)) return "; in CT numbers it is hu";
+  if (may_be_gcm3(s, r)) return "; in g/cm3 it is density_gcm3";
+  if (may_be_labels(s, r)) return "; as a label map it is labels";
+  // a body in kg/m3, with interpolation's overshoot below 0
+  if (r.least >= -300 && r.greatest >= 100 && r.greatest <= 25000) return "; in kg/m3 it is density_kgm3";
+  return "";
+}
+
+// values that contradict what they are said to be
+Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
+                   const std::function<std::string()>& advised) {
+  const auto refuse = [&](const std::string& why) {
+    return bad_use(path, "cannot hold " + in_words(q) + ": " + why);
+  };
+  // osmium, the densest matter, has 22.6 g/cm3; a body with any water has more than 100 kg/m3 somewhere
+  if (q == FileQuantity::density_gcm3 && r.greatest > 25) return refuse(span_of(r) + advised());
+  if (q == FileQuantity::density_kgm3 && r.greatest < 25) return refuse(span_of(r) + advised());
+  if (q == FileQuantity::density_kgm3 && r.greatest > 25000) return refuse(span_of(r));
+  // interpolation overshoots a little below air's 0; CT numbers go to -1000
+  const double scale = q == FileQuantity::density_gcm3 ? 1 : 1000;
+  if ((q == FileQuantity::density_kgm3 || q == FileQuantity::density_gcm3) && r.least < -0.3 * scale)
+    return refuse(span_of(r) + ", and a density is not negative" + advised());
+  if (q == FileQuantity::labels) {
+    if (r.fractional || r.not_finite)
+      return refuse(std::to_string(r.fractional + r.not_finite) + " of its values are not whole numbers");
+    if (r.least < 0 || r.greatest > 32767) return refuse(span_of(r) + "; labels go from 0 to 32767");
+  }
+  return {};
+}
+
+struct Changes {
+  std::size_t below = 0, above = 0, not_finite = 0;
+};
+
+// int16 of each value, written over the bytes that it came from
+template <class T>
+Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double slope, double intercept,
+                double low, std::int16_t fill) {
+  if (sizeof(T) < 2) storage.resize(count);
+  unsigned char* const bytes = reinterpret_cast<unsigned char*>(storage.data());
+  Changes changes;
+  const auto one = [&](std::size_t n) {
+    T stored;
+    std::memcpy(&stored, bytes + n * sizeof(T), sizeof stored);
+    const double value = slope * static_cast<double>(stored) + intercept;
+    std::int16_t out = fill;
+    if (!std::isfinite(value)) {
+      ++changes.not_finite;
+    } else {
+      changes.below += value<low, changes.above += value> 32767;
+      out = static_cast<std::int16_t>(std::lrint(std::clamp(value, low, 32767.0)));
+    }
+    std::memcpy(bytes + 2 * n, &out, 2);
+  };
+  // a result never overtakes what is still to be read: forwards where voxels shrink, backwards where they
+  // grow
+  if constexpr (sizeof(T) >= 2) {
+    for (std::size_t n = 0; n < count; ++n) one(n);
+  } else {
+    for (std::size_t n = count; n-- > 0;) one(n);
+  }
+  storage.resize(count);
+  storage.shrink_to_fit();
+  return changes;
+}
+
+// MR has no scale of its own: where its values are too small or too large for whole numbers of int16, they
+// are stretched
+double mr_scale(const ValueRange& r) {
+  const double most = std::max(std::abs(r.least), std::abs(r.greatest));
+  if (most == 0 || (most <= 32767 && (r.fractional == 0 || most >= 1000))) return 1;
+  return 30000 / most;
+}
+
+}  // namespace
+
+std::string_view quantity_name(FileQuantity quantity) { return names[static_cast<std::size_t>(quantity)]; }
+
+std::string_view quantity_words(FileQuantity quantity) { return words[static_cast<std::size_t>(quantity)]; }
+
+std::string_view quantity_name(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::hu:
+      return "hu";
+    case Quantity::density_kgm3:
+      return "density_kgm3";
+    case Quantity::labels:
+      return "labels";
+    case Quantity::mr:
+      return "mr";
+  }
+  return "";
+}
+
+Result<FileQuantity> parse_quantity(std::string_view name) {
+  for (std::size_t n = 0; n < names.size(); ++n)
+    if (names[n] == name) return static_cast<FileQuantity>(n);
+  return bad_use("quantity",
+                 "'" + std::string(name) + "' is none of hu, density_kgm3, density_gcm3, labels, mr");
+}
+
+Quantity held_as(FileQuantity quantity) {
+  switch (quantity) {
+    case FileQuantity::hu:
+      return Quantity::hu;
+    case FileQuantity::labels:
+      return Quantity::labels;
+    case FileQuantity::mr:
+      return Quantity::mr;
+    default:
+      return Quantity::density_kgm3;
+  }
+}
+
+ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept) {
+  ValueRange r;
+  r.count = voxels.count;
+  double least = std::numeric_limits<double>::infinity(), greatest = -least;
+  each_value(voxels, slope, intercept, [&](double v) {
+    if (!std::isfinite(v)) {
+      ++r.not_finite;
+      return;
+    }
+    least = std::min(least, v), greatest = std::max(greatest, v);
+    r.fractional += v != std::floor(v);
+  });
+  if (least <= greatest) r.least = least, r.greatest = greatest;
+  return r;
+}
+
+Result<QuantityReading> decide_quantity(const std::string& path, const StoredVoxels& voxels, double slope,
+                                        double intercept, const ValueRange& range,
+                                        std::optional<FileQuantity> asked, const std::string& recorded) {
+  if (range.not_finite == range.count) return failure(path, "holds not one finite number");
+  QuantityReading reading;
+  if (asked) {
+    reading = {*asked, in_words(*asked) + ": as asked for"};
+  } else if (const auto own = parse_quantity(recorded)) {
+    reading = {*own, in_words(*own) + ": as the file's own header records"};
+  } else {
+    const auto found = by_values(path, signs_of(voxels, slope, intercept, range.least), range);
+    if (!found) return found;
+    reading = *found;
+  }
+  const auto advised = [&] { return advice(signs_of(voxels, slope, intercept, range.least), range); };
+  if (const auto fine = check(path, reading.quantity, range, advised); !fine)
+    return tl::unexpected(fine.error());
+  return reading;
+}
+
+std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double intercept,
+                                   const ValueRange& range, FileQuantity quantity,
+                                   std::vector<std::string>& warnings) {
+  double low = -32768;
+  std::int16_t fill = 0;
+  if (quantity == FileQuantity::hu) low = -1024, fill = -1024;
+  if (quantity == FileQuantity::density_kgm3) low = 0;
+  if (quantity == FileQuantity::density_gcm3) low = 0, slope *= 1000, intercept *= 1000;
+  if (quantity == FileQuantity::mr) {
+    if (const double scale = mr_scale(range); scale != 1) {
+      slope *= scale, intercept *= scale;
+      warnings.push_back("the MR signal (" + span_of(range) + ") was multiplied by " + number(scale) +
+                         " to keep its steps as whole numbers");
+    }
+  }
+  const Changes changes = with_scalar(voxels.scalar, [&]<class T>(T) {
+    return convert<T>(voxels.storage, voxels.count, slope, intercept, low, fill);
+  });
+  const auto tell = [&](std::size_t count, const std::string& what) {
+    if (count > 0)
+      warnings.push_back(std::to_string(count) + " voxels (" + percent(count, voxels.count) + ") " + what);
+  };
+  tell(changes.below, quantity == FileQuantity::hu
+                          ? "below -1024 (padding, from " + number(range.least) + ") were set to -1024"
+                          : "below " + number(low) + " were set to " + number(low));
+  tell(changes.above, "above 32767 (up to " + number(range.greatest) + ") were set to 32767");
+  tell(changes.not_finite, "are not finite numbers and were taken as air (" + std::to_string(fill) + ")");
+  return std::move(voxels.storage);
+}
+
+}  // namespace borelli

@@ -1,0 +1,98 @@
+#include "segmentation/read.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "segmentation/dicom.hpp"
+#include "segmentation/dicom_elements.hpp"
+#include "segmentation/header_text.hpp"
+
+namespace borelli {
+namespace {
+
+bool is_folder(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored);
+}
+
+bool is_dicom_slice(const std::string& path) {
+  const auto elements = read_dicom_elements(path);
+  return elements && *elements;
+}
+
+// A body is millimetres to metres large; a header in a wrong unit shows here.
+void check_spacing(const Grid& grid, std::vector<std::string>& warnings) {
+  const Eigen::Vector3d spacing = grid.spacing();
+  if (spacing.minCoeff() < 0.01 || spacing.maxCoeff() > 50) {
+    warnings.push_back("voxels of " + std::to_string(spacing[0]) + " x " + std::to_string(spacing[1]) +
+                       " x " + std::to_string(spacing[2]) +
+                       " mm are unlikely for a scan of a body: is the unit right?");
+  }
+}
+
+Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& options) {
+  auto header = read_image_header(path);
+  if (!header) return tl::unexpected(header.error());
+  auto voxels = load_voxels(*header, options.progress);
+  if (!voxels) return tl::unexpected(voxels.error());
+  const ValueRange range = value_range(*voxels, header->slope, header->intercept);
+  const auto reading = decide_quantity(path, *voxels, header->slope, header->intercept, range,
+                                       options.quantity, header->recorded_quantity);
+  if (!reading) return tl::unexpected(reading.error());
+
+  ScannedVolume scanned;
+  scanned.format = header->format + ", " + std::string(scalar_name(header->scalar));
+  scanned.series_description = header->description;
+  scanned.reading = reading->statement;
+  scanned.warnings = std::move(header->warnings);
+  scanned.volume.grid = header->grid;
+  scanned.volume.quantity = held_as(reading->quantity);
+  if (reading->quantity == FileQuantity::hu && range.least > -200)
+    scanned.warnings.push_back(
+        "no value is below -200, so there is no air in it: CT numbers with 1024 added look like that");
+  scanned.volume.voxels = to_int16(std::move(*voxels), header->slope, header->intercept, range,
+                                   reading->quantity, scanned.warnings);
+  return scanned;
+}
+
+}  // namespace
+
+namespace {
+
+Result<ImageHeader> header_by_ending(const std::string& path) {
+  const std::string name = lower_case(path);
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) return bad_use(path, "no such file or folder");
+  if (name.ends_with(".nii") || name.ends_with(".nii.gz")) return read_nifti_header(path);
+  if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return read_nrrd_header(path);
+  if (name.ends_with(".mha") || name.ends_with(".mhd")) return read_metaimage_header(path);
+  if (is_dicom_slice(path)) return bad_use(path, "is one slice of a DICOM series; give its folder");
+  return bad_use(
+      path, "is no volume that is read here; give a DICOM folder, .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd");
+}
+
+}  // namespace
+
+Result<ImageHeader> read_image_header(const std::string& path) {
+  auto header = header_by_ending(path);
+  if (!header) return header;
+  // a voxel has a volume: its axes span it, if only by a thousandth of the box of their lengths
+  const double box = header->grid.spacing().prod();
+  if (!header->grid.axes.allFinite() || !header->grid.origin.allFinite() ||
+      !(header->grid.voxel_volume() > 1e-3 * box))
+    return failure(path, "has a damaged header: its axes do not span a voxel");
+  if (!std::isfinite(header->slope) || !std::isfinite(header->intercept))
+    return failure(path, "has a damaged header: its scaling is not a number");
+  return header;
+}
+
+Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& options) {
+  auto scanned = is_folder(path) ? read_dicom_folder(path, options) : read_file(path, options);
+  if (!scanned) return scanned;
+  check_spacing(scanned->volume.grid, scanned->warnings);
+  const auto [least, greatest] = std::ranges::minmax_element(scanned->volume.voxels);
+  scanned->least = *least, scanned->greatest = *greatest;
+  return scanned;
+}
+
+}  // namespace borelli

@@ -1,0 +1,46 @@
+// Reads a scan or a label map from disk: DICOM folders, NIfTI, NRRD and MetaImage.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "error/error.hpp"
+#include "segmentation/quantity.hpp"
+#include "segmentation/volume.hpp"
+
+namespace borelli {
+
+struct ReadOptions {
+  std::optional<FileQuantity> quantity;  ///< what the voxels hold, where the user says so
+  Progress progress;                     ///< share of the file read, 0 to 1
+};
+
+/// A volume, and what its file said of it. Nothing here names the patient.
+struct ScannedVolume {
+  GreyVolume volume;
+  std::string format;                 ///< e.g. "NIfTI-1, int16" or "DICOM, 160 slices"
+  std::string series_description;     ///< DICOM only; else the file's own free text
+  std::string modality;               ///< DICOM only: "CT", "MR", ...
+  std::string reading;                ///< what the voxels hold and why they were taken as that
+  double least = 0, greatest = 0;     ///< values as stored in `volume`
+  std::vector<std::string> warnings;  ///< what was chosen, mended or left aside, one sentence each
+};
+
+/// Reads a folder of DICOM slices or one file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd). Values as int16: hu
+/// clamped from below at -1024, g/cm3 scaled to kg/m3. Errors: missing or damaged file, more than one volume
+/// in it, colours, a quantity that is not given and that the values do not tell.
+Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& options = {});
+
+/// Reads a label map and its names from a TSV (header "label<TAB>name"; where `names` is empty, the file of
+/// the same name ending in .tsv, if there is one). Names of parts.hpp get the label they have there, other
+/// labels the numbers from 17 on; without any such name the numbers stay, where they are at most 255. Errors:
+/// as read_volume; values that are not whole numbers from 0; more than 255 labels; a damaged TSV.
+Result<LabelMap> read_labels(const std::string& path, const std::string& names = "",
+                             const Progress& progress = {});
+
+/// The TSV that belongs to a label map: its name with the extension replaced by .tsv.
+std::string names_file(const std::string& path);
+
+}  // namespace borelli

@@ -1,0 +1,241 @@
+#include "segmentation/segment.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "segmentation/anatomy.hpp"
+#include "segmentation/body_mask.hpp"
+#include "segmentation/bones.hpp"
+#include "segmentation/joint_centres.hpp"
+#include "segmentation/part_planes.hpp"
+#include "segmentation/slabs.hpp"
+#include "segmentation/soft_tissue.hpp"
+#include "segmentation/trunk_landmarks.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+std::string plain(std::string_view part) {
+  std::string out(part);
+  std::replace(out.begin(), out.end(), '_', ' ');
+  return out;
+}
+
+// labels on the scan's own voxels: in the body by the voxel's own value at the skin, by the work grid's mask
+// in hollows; the part by the flesh's owner on the work grid and the planes at the voxel's centre
+LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<std::uint8_t>& owner,
+                      const PartPlanes& planes, int threads) {
+  LabelMap map;
+  map.grid = volume.grid;
+  map.voxels.assign(volume.grid.count(), 0);
+  for (const Part& part : parts) map.names.emplace_back(part.name);
+  const auto& g = volume.grid;
+  const double step = a.step();
+  in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+    for (std::int64_t k = k0; k < k1; ++k)
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i) {
+          const Vector3d p =
+              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+          const Vector3d index = (p - a.grid().origin) / step;
+          const auto wi = std::lround(index[0]), wj = std::lround(index[1]), wk = std::lround(index[2]);
+          if (!a.grid().holds(wi, wj, wk)) continue;
+          const std::size_t w = a.grid().offset(wi, wj, wk);
+          if (!owner.voxels[w]) continue;
+          const bool in_mask = a.body.voxels[w] != 0;
+          const bool dense_there = a.scan.hu.voxels[w] > skin_edge_hu;
+          const std::size_t o = g.offset(i, j, k);
+          const bool dense = hu_of(volume.voxels[o], volume.quantity) > skin_edge_hu;
+          // a dense voxel counts but where its surroundings are a thing that was taken away; air counts in
+          // hollows and deep inside
+          const bool inside =
+              dense ? in_mask || !dense_there
+                    : in_mask && (!dense_there || a.depth.voxels[w] > 2 * static_cast<float>(step));
+          if (inside) map.voxels[o] = static_cast<std::uint8_t>(planes.part(owner.voxels[w], p));
+        }
+  });
+  return map;
+}
+
+// Where a part meets what the scan does not show, its contact in mm^2. A body that merely touches the scan's
+// side shows air beside the place of contact; where it is cut, the section reaches into its depth.
+std::array<double, parts.size()> edge_contact(const Anatomy& a, const Volume<std::uint8_t>& owner,
+                                              const PartPlanes& planes) {
+  std::array<double, parts.size()> contact{};
+  std::array<float, parts.size()> deepest{};
+  const auto& g = a.grid();
+  for (std::size_t o = 0; o < g.count(); ++o)
+    if (a.body.voxels[o]) deepest[owner.voxels[o]] = std::max(deepest[owner.voxels[o]], a.depth.voxels[o]);
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        if (!a.body.at(i, j, k) || !owner.at(i, j, k)) continue;
+        if (a.depth.at(i, j, k) < std::max(10.F, deepest[owner.at(i, j, k)] / 4)) continue;
+        const std::array<std::array<std::int64_t, 3>, 6> around{
+            {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
+        for (const auto& n : around)
+          if (!g.holds(n[0], n[1], n[2]) || !a.scan.seen.at(n[0], n[1], n[2])) {
+            const int part = planes.part(
+                owner.at(i, j, k),
+                g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
+            contact[static_cast<std::size_t>(part)] += a.step() * a.step();
+          }
+      }
+  return contact;
+}
+
+void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes, Segmentation& out) {
+  std::array<std::int64_t, parts.size()> count{};
+  for (const auto label : out.labels.voxels) ++count[label];
+  const auto contact = edge_contact(a, owner, planes);
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    PartFinding& finding = out.part[n];
+    finding.volume = static_cast<double>(count[n]) * out.labels.grid.voxel_volume();
+    if (count[n] == 0) continue;
+    finding.coverage = contact[n] > 100 ? Coverage::cut : Coverage::whole;
+    finding.confidence = 1;
+    for (const Part& other : parts) {
+      if (other.joint.empty() || (other.name != parts[n].name && other.parent != parts[n].name)) continue;
+      const std::string joint(other.joint);
+      const bool spine = joint.starts_with("spine"), hip = joint.starts_with("hip");
+      const std::string bound = joint == "spine_upper"   ? "xiphion"
+                                : joint == "spine_lower" ? "omphalion"
+                                : hip                    ? "asis" + joint.substr(3)
+                                                         : joint;
+      const auto it = out.landmarks.find(bound);
+      if (it != out.landmarks.end()) {
+        finding.confidence = std::min(finding.confidence, std::exp(-it->second.deviation / 30));
+        if (it->second.source.starts_with("proportion"))
+          finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
+                          " placed by proportion";
+      } else if (finding.coverage == Coverage::whole) {
+        finding.confidence = std::min(finding.confidence, 0.2);
+        finding.note += (finding.note.empty() ? "" : "; ") + std::string("no plane at ") + joint;
+      }
+    }
+  }
+}
+
+// A limb's part that ends within the scan, without a plane at its far joint, holds what hangs on it too.
+void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
+  const auto add = [](std::string& note, const std::string& text) {
+    note += (note.empty() ? "" : "; ") + text;
+  };
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (out.part[n].coverage != Coverage::whole) continue;
+    // the chain outwards from here that no plane parts off
+    std::string held, joint;
+    std::size_t last = n;
+    for (std::size_t m = 1; m < parts.size(); ++m) {
+      const bool limb = parts[m].joint.ends_with("_left") || parts[m].joint.ends_with("_right");
+      if (!limb || parts[m].parent != parts[last].name || last < 5 || out.part[m].volume > 0) continue;
+      if (std::any_of(planes.cuts().begin(), planes.cuts().end(),
+                      [&](const Cut& cut) { return cut.distal == static_cast<int>(m); }))
+        break;
+      const std::string side = parts[m].name.ends_with("_left") ? "_left" : "_right";
+      const auto bare = [&](std::string_view name) {
+        return plain(name.substr(0, name.size() - side.size()));
+      };
+      if (joint.empty()) joint = bare(parts[m].joint);
+      held += (held.empty() ? "" : " and ") + bare(parts[m].name);
+      out.part[m].coverage = Coverage::cut;
+      add(out.part[m].note, "not told apart from the " + bare(parts[n].name));
+      last = m;
+    }
+    if (last == n) continue;
+    out.part[n].coverage = Coverage::cut;
+    out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
+    out.part[n].note.clear();  // "no plane at knee_left" says less
+    add(out.part[n].note, "holds " + held + " too: no " + joint + " was found");
+  }
+}
+
+void warn(Segmentation& out) {
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    const auto& finding = out.part[n];
+    if (finding.volume > 0 && finding.confidence < 0.5)
+      out.warnings.push_back(plain(parts[n].name) + ": its bounds are uncertain" +
+                             (finding.note.empty() ? "" : " (" + finding.note + ")"));
+    // left and right of a pair, both whole
+    const std::string name(parts[n].name);
+    if (!name.ends_with("_left")) continue;
+    const auto& other =
+        out.part[static_cast<std::size_t>(part_label(name.substr(0, name.size() - 5) + "_right"))];
+    if (finding.coverage != Coverage::whole || other.coverage != Coverage::whole) continue;
+    const double ratio = finding.volume / other.volume;
+    if (ratio < 0.8 || ratio > 1.25)
+      out.warnings.push_back(plain(name.substr(0, name.size() - 5)) + ": left and right differ by " +
+                             std::to_string(std::lround(100 * std::abs(ratio - 1))) +
+                             " % in volume; look at the labels");
+  }
+}
+
+}  // namespace
+
+std::string_view name_of(Coverage coverage) {
+  switch (coverage) {
+    case Coverage::absent:
+      return "absent";
+    case Coverage::cut:
+      return "cut";
+    case Coverage::whole:
+      return "whole";
+  }
+  return "";
+}
+
+Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& options) {
+  if (volume.quantity != Quantity::hu && volume.quantity != Quantity::density_kgm3)
+    return failure(
+        "segmentation",
+        volume.quantity == Quantity::labels
+            ? "this volume is a label map, and parts are found in CT numbers or densities: give the scan "
+              "that "
+              "it belongs to as the volume, and this file with --labels"
+            : "parts are found in CT numbers or densities only; this volume holds magnetic resonance signal: "
+              "give a label map of its parts with --labels, or say what it holds (--quantity hu or "
+              "density_kgm3)");
+  if (volume.grid.count() == 0 || volume.voxels.size() != volume.grid.count())
+    return failure("segmentation", "the volume holds no voxels");
+  if (!(options.step >= 1 && options.step <= 10))
+    return bad_use("segmentation",
+                   "the work grid's step is " + std::to_string(options.step) + " mm: choose 1 to 10 mm");
+  const auto progress = [&](double share, std::string_view what) {
+    if (options.progress) options.progress(share, what);
+  };
+
+  progress(0, "finding body and bones");
+  const Anatomy a = look(volume, options.step, options.threads);
+  if (std::none_of(a.body.voxels.begin(), a.body.voxels.end(), [](std::uint8_t v) { return v != 0; }))
+    return failure("segmentation",
+                   "no body is in the volume: nothing in it is denser than air over more than a few "
+                   "centimetres (does it hold Hounsfield units?)");
+  progress(0.45, "finding hips, shoulders and spine");
+  const Trunk trunk = find_trunk(a);
+  progress(0.5, "following the limbs");
+  const Limbs limbs = trace_limbs(a, trunk);
+  Segmentation out;
+  find_limb_landmarks(a, trunk, limbs, out.landmarks);
+  find_trunk_landmarks(a, trunk, out.landmarks);
+  for (const auto& [name, landmark] : options.given) out.landmarks[name] = landmark;
+
+  const PartPlanes planes(out.landmarks);
+  progress(0.6, "parting bones");
+  const auto bones = label_bones(a, trunk, limbs, planes);
+  progress(0.7, "parting soft tissue");
+  const auto owner = label_soft_tissue(a, bones, options.step);
+  progress(0.9, "cutting at the joints");
+  out.labels = label_voxels(volume, a, owner, planes, options.threads);
+  judge(a, owner, planes, out);
+  tell_what_is_not_parted(planes, out);
+  if (!trunk.hip[0] && !trunk.shoulder[0])
+    out.warnings.push_back(
+        "neither both hips nor both shoulders are in view: no part could be told, and none is labelled");
+  warn(out);
+  progress(1, "");
+  return out;
+}
+
+}  // namespace borelli

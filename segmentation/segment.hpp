@@ -1,0 +1,57 @@
+// From a scan to labelled parts: the whole of segmentation in one call.
+//
+// The scan is looked at on an isotropic grid along the patient's axes (work_grid): body (body_mask), bones
+// (tissues), hips, shoulders and spine (trunk), the ways along the limbs' bones (limbs), landmarks
+// (joint_centres, trunk_landmarks), then three layers: bones by part (bones), flesh by bone (soft_tissue),
+// and the convention's planes (cuts, part_planes), which are applied to the scan's own voxels.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "error/error.hpp"
+#include "segmentation/landmarks.hpp"
+#include "segmentation/parts.hpp"
+#include "segmentation/volume.hpp"
+
+namespace borelli {
+
+enum class Coverage {
+  absent,  ///< not in the scan
+  cut,     ///< in the scan, but not as a part of its own: the scan's edge cuts it, or no plane parts it from
+           ///< its neighbour in the limb (then the one nearer the trunk holds both; the note says so)
+  whole
+};
+std::string_view name_of(Coverage coverage);
+
+struct PartFinding {
+  Coverage coverage = Coverage::absent;
+  double volume = 0;  ///< of its labelled voxels, mm^3
+  /// 0 to 1: falls with the deviation of the landmarks that bound the part (1 at none, 0.37 at 30 mm).
+  double confidence = 0;
+  std::string note;  ///< in plain words, empty where nothing is to be said
+};
+
+struct Segmentation {
+  LabelMap labels;      ///< on the scan's own grid, labels as in parts.hpp
+  Landmarks landmarks;  ///< patient frame, mm
+  std::array<PartFinding, parts.size()> part{};
+  std::vector<std::string> warnings;  ///< in plain words
+};
+
+struct SegmentOptions {
+  double step = 3;    ///< of the work grid, mm
+  int threads = 0;    ///< 0: as many as the machine has
+  Landmarks given{};  ///< placed by hand: these take the place of those found
+  /// Called with the share done (0 to 1) and what is done next.
+  std::function<void(double, std::string_view)> progress{};
+};
+
+/// Parts of a CT or density volume. Parts that the scan does not hold are absent, never invented. Errors: a
+/// volume that is neither CT numbers nor densities, an empty one, one without a body in it.
+Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& options = {});
+
+}  // namespace borelli

@@ -1,0 +1,57 @@
+#include "segmentation/soft_tissue.hpp"
+
+#include <array>
+
+#include "segmentation/geodesic.hpp"
+#include "segmentation/parts.hpp"
+
+namespace borelli {
+namespace {
+
+bool is_leg(std::uint8_t label) {
+  return label >= part_label("thigh_left") && label <= part_label("foot_right");
+}
+
+// labels spread to unlabelled neighbours, voxel layer by voxel layer
+void spread(Volume<std::uint8_t>& labels, int layers) {
+  const auto& g = labels.grid;
+  for (int n = 0; n < layers; ++n) {
+    const auto before = labels.voxels;
+    for (std::int64_t k = 0; k < g.size[2]; ++k)
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i) {
+          auto& label = labels.at(i, j, k);
+          if (label) continue;
+          const std::array<std::array<std::int64_t, 3>, 6> around{
+              {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
+          for (const auto& a : around)
+            if (g.holds(a[0], a[1], a[2]) && before[g.offset(a[0], a[1], a[2])]) {
+              label = before[g.offset(a[0], a[1], a[2])];
+              break;
+            }
+        }
+  }
+}
+
+}  // namespace
+
+Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8_t>& bones, double margin) {
+  const auto& g = a.grid();
+  Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
+  for (std::size_t o = 0; o < g.count(); ++o)
+    if (a.body.voxels[o]) cost.voxels[o] = 1 / (1 + a.depth.voxels[o]);
+  Volume<std::uint8_t> owner = geodesic(cost, bones, false).owner;
+
+  Volume<std::uint8_t> leg_bones = bones;
+  for (std::size_t o = 0; o < g.count(); ++o) {
+    cost.voxels[o] = is_leg(owner.voxels[o]) ? 1 : no_way;
+    if (!is_leg(bones.voxels[o])) leg_bones.voxels[o] = 0;
+  }
+  const auto legs = geodesic(cost, leg_bones, false).owner;
+  for (std::size_t o = 0; o < g.count(); ++o)
+    if (legs.voxels[o]) owner.voxels[o] = legs.voxels[o];
+  spread(owner, static_cast<int>(margin / a.step() + 0.5));
+  return owner;
+}
+
+}  // namespace borelli

@@ -1,0 +1,230 @@
+#include "segmentation/spheres.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// bone's edge against soft tissue: CT numbers held to this range, and marrow raised, so that a joint's gap
+// still shows between the two bones while the marrow's edge does not count
+constexpr double soft_level = 0, bone_level = 500, marrow_level = 250;
+// a surface voxel's least slope, CT numbers over one voxel
+constexpr double least_slope = 50;
+
+Volume<float> box_blurred(const Volume<float>& in) {
+  Volume<float> a = in, b = in;
+  const auto& g = in.grid;
+  const std::array<std::int64_t, 3> stride{1, g.size[0], g.size[0] * g.size[1]};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto s = static_cast<std::size_t>(stride[c]);
+    for (std::size_t o = s; o + s < a.voxels.size(); ++o)
+      b.voxels[o] = (a.voxels[o - s] + a.voxels[o] + a.voxels[o + s]) / 3;
+    std::swap(a.voxels, b.voxels);
+  }
+  return a;
+}
+
+}  // namespace
+
+std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& bone, double least,
+                                    double most, double apart) {
+  const auto& g = hu.grid;
+  const double h = g.axes.col(0).norm();
+  Volume<float> level{g, std::vector<float>(g.count())};
+  for (std::size_t o = 0; o < g.count(); ++o)
+    level.voxels[o] = static_cast<float>(
+        std::clamp<double>(bone.voxels[o] ? std::max<double>(hu.voxels[o], marrow_level) : hu.voxels[o],
+                           soft_level, bone_level));
+  level = box_blurred(level);
+
+  Volume<float> votes{g, std::vector<float>(g.count(), 0)};
+  const auto at = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+    return static_cast<double>(level.at(i, j, k));
+  };
+  for (std::int64_t k = 1; k + 1 < g.size[2]; ++k)
+    for (std::int64_t j = 1; j + 1 < g.size[1]; ++j)
+      for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
+        const Vector3d slope =
+            0.5 * Vector3d(at(i + 1, j, k) - at(i - 1, j, k), at(i, j + 1, k) - at(i, j - 1, k),
+                           at(i, j, k + 1) - at(i, j, k - 1));
+        const double steep = slope.norm();
+        if (steep < least_slope) continue;
+        for (double r = least; r <= most; r += h) {
+          const Vector3d p =
+              Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)) +
+              slope / steep * (r / h);
+          const auto a = std::lround(p[0]), b = std::lround(p[1]), c = std::lround(p[2]);
+          if (g.holds(a, b, c))
+            votes.at(a, b, c) += static_cast<float>(h * h / (4 * std::numbers::pi * r * r));
+        }
+      }
+  votes = box_blurred(votes);
+
+  std::vector<FoundSphere> found;
+  for (std::int64_t k = 1; k + 1 < g.size[2]; ++k)
+    for (std::int64_t j = 1; j + 1 < g.size[1]; ++j)
+      for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
+        const float v = votes.at(i, j, k);
+        if (v < 0.02F) continue;
+        bool top = true;
+        for (std::int64_t c = -1; c <= 1 && top; ++c)
+          for (std::int64_t b = -1; b <= 1 && top; ++b)
+            for (std::int64_t a = -1; a <= 1; ++a)
+              if (votes.at(i + a, j + b, k + c) > v) top = false;
+        if (top)
+          found.push_back(
+              {g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))),
+               0.5 * (least + most), v, 0});
+      }
+  std::sort(found.begin(), found.end(),
+            [](const FoundSphere& a, const FoundSphere& b) { return a.score > b.score; });
+  std::vector<FoundSphere> kept;
+  for (const auto& ball : found) {
+    const bool near = std::any_of(kept.begin(), kept.end(), [&](const FoundSphere& other) {
+      return (other.centre - ball.centre).norm() < apart;
+    });
+    if (!near) kept.push_back(ball);
+  }
+  return kept;
+}
+
+std::optional<FoundSphere> sphere_through(const std::vector<Vector3d>& points) {
+  if (points.size() < 4) return std::nullopt;
+  // |p|^2 = 2 c.p + (r^2 - |c|^2), about the mean for a good condition
+  Vector3d mean = Vector3d::Zero();
+  for (const auto& p : points) mean += p;
+  mean /= static_cast<double>(points.size());
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d right = Eigen::Vector4d::Zero();
+  for (const auto& p : points) {
+    Eigen::Vector4d row;
+    row << 2 * (p - mean), 1;
+    normal += row * row.transpose();
+    right += row * (p - mean).squaredNorm();
+  }
+  const auto solver = normal.ldlt();
+  if (solver.info() != Eigen::Success || solver.vectorD().minCoeff() < 1e-9 * solver.vectorD().maxCoeff())
+    return std::nullopt;
+  const Eigen::Vector4d x = solver.solve(right);
+  FoundSphere ball;
+  ball.centre = mean + x.head<3>();
+  ball.radius = std::sqrt(std::max(0.0, x[3] + x.head<3>().squaredNorm()));
+  double sum = 0;
+  for (const auto& p : points) sum += std::pow((p - ball.centre).norm() - ball.radius, 2);
+  ball.deviation = std::sqrt(sum / static_cast<double>(points.size()));
+  return ball;
+}
+
+namespace {
+
+// the radius that most rays have an edge at, and how many do
+struct Agreed {
+  double radius = 0;
+  int count = 0;
+};
+
+std::vector<Agreed> agreed_radii(const std::vector<std::vector<double>>& edges, double least, double most) {
+  const auto bins = static_cast<std::size_t>(most - least) + 2;
+  std::vector<int> count(bins, 0);
+  for (const auto& ray : edges)
+    for (const double r : ray) ++count[static_cast<std::size_t>(r - least)];
+  std::vector<Agreed> peaks;
+  std::vector<int> wide(bins, 0);
+  for (std::size_t n = 0; n < bins; ++n)
+    wide[n] = count[n] + (n > 0 ? count[n - 1] : 0) + (n + 1 < bins ? count[n + 1] : 0);
+  for (std::size_t n = 0; n < bins; ++n)
+    if (wide[n] > 0 && (n == 0 || wide[n] >= wide[n - 1]) && (n + 1 == bins || wide[n] > wide[n + 1]))
+      peaks.push_back({least + static_cast<double>(n) + 0.5, wide[n]});
+  return peaks;
+}
+
+// least squares on the edges nearest to the ball, drawn tighter round by round
+std::optional<FoundSphere> refined(const CloseUp& view, FoundSphere ball, double least, double most) {
+  static const std::vector<Vector3d> rays = even_directions(500);
+  const double tight = std::max(1.5, view.blur);
+  for (int round = 0; round < 10; ++round) {
+    const double tolerance = round < 4 ? 2 * tight : tight;
+    std::vector<Vector3d> kept;
+    for (const auto& u : rays) {
+      double nearest = tolerance, at = -1;
+      for (const double r : falls_along(view, ball.centre, u, std::max(least, ball.radius - 2 * tolerance),
+                                        ball.radius + 2 * tolerance))
+        if (std::abs(r - ball.radius) < nearest) nearest = std::abs(r - ball.radius), at = r;
+      if (at > 0) kept.push_back(ball.centre + at * u);
+    }
+    const auto fit = sphere_through(kept);
+    if (!fit || 5 * kept.size() < rays.size() || fit->radius < least || fit->radius > most)
+      return std::nullopt;
+    const double moved = (fit->centre - ball.centre).norm();
+    ball = *fit;
+    ball.score = static_cast<double>(kept.size()) / static_cast<double>(rays.size());
+    if (round > 5 && moved < 0.05) break;
+  }
+  return ball;
+}
+
+// share of the directions in which bone ends well within the ball, in soft tissue: a ball across two bones
+double left_early(const CloseUp& view, const FoundSphere& ball) {
+  static const std::vector<Vector3d> rays = even_directions(200);
+  constexpr double soft = 130;
+  int early = 0;
+  for (const auto& u : rays) {
+    const auto falls = falls_along(view, ball.centre, u, 5, ball.radius - std::max(2.0, 1.5 * view.blur));
+    early += std::any_of(falls.begin(), falls.end(),
+                         [&](double r) { return view.at(ball.centre + (r + view.blur) * u) < soft; });
+  }
+  return static_cast<double>(early) / static_cast<double>(rays.size());
+}
+
+}  // namespace
+
+std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Vector3d& near, double least,
+                                   double most) {
+  static const std::vector<Vector3d> rays = even_directions(120);
+  const CloseUp view = close_up(volume, near, most + 20);
+  // starts about the place, each with the radii that its rays agree on
+  struct Start {
+    FoundSphere ball;
+    int count;
+  };
+  std::vector<Start> starts;
+  for (int n = 0; n < 125; ++n) {
+    const Vector3d centre = near + 7 * Vector3d(n % 5 - 2, n / 5 % 5 - 2, n / 25 - 2);
+    std::vector<std::vector<double>> edges;
+    for (const auto& u : rays) edges.push_back(falls_along(view, centre, u, least, most));
+    for (const auto& peak : agreed_radii(edges, least, most))
+      starts.push_back({{centre, peak.radius, 0, 0}, peak.count});
+  }
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.count > b.count; });
+  std::vector<FoundSphere> balls, tried;
+  constexpr std::size_t most_tries = 40;
+  for (const auto& start : starts) {
+    if (tried.size() == most_tries) break;
+    const auto like = [&](const FoundSphere& other, double apart, double radii) {
+      return (other.centre - start.ball.centre).norm() < apart &&
+             std::abs(other.radius - start.ball.radius) < radii;
+    };
+    if (std::any_of(tried.begin(), tried.end(),
+                    [&](const FoundSphere& other) { return like(other, 8, 2.5); }))
+      continue;
+    tried.push_back(start.ball);
+    auto ball = refined(view, start.ball, least, most);
+    if (ball) ball->score *= 1 - left_early(view, *ball);
+    if (!ball || ball->score < 0.25 || (ball->centre - near).norm() > 30) continue;
+    const bool known = std::any_of(balls.begin(), balls.end(), [&](const FoundSphere& other) {
+      return (other.centre - ball->centre).norm() < 2 && std::abs(other.radius - ball->radius) < 1;
+    });
+    if (!known) balls.push_back(*ball);
+  }
+  std::stable_sort(balls.begin(), balls.end(),
+                   [](const FoundSphere& a, const FoundSphere& b) { return a.score > b.score; });
+  return balls;
+}
+
+}  // namespace borelli

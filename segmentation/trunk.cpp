@@ -1,0 +1,257 @@
+#include "segmentation/trunk.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Spacing {
+  double least, most;  // between left and right, mm
+};
+// hip centres: 130 to 215 mm in adults; shoulders: 260 to 430 mm
+constexpr Spacing hips_apart{125, 215}, shoulders_apart{260, 430};
+
+// share of bone in a box (mm, half widths) about a point
+double bone_share(const Anatomy& a, const Vector3d& centre, const Vector3d& half) {
+  const Vector3d low = a.grid().index(centre - half), high = a.grid().index(centre + half);
+  std::int64_t set = 0, all = 0;
+  for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
+    for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
+      for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
+        if (!a.grid().holds(i, j, k) || !a.scan.seen.at(i, j, k)) continue;
+        ++all;
+        set += a.bone.at(i, j, k);
+      }
+  return all ? static_cast<double>(set) / static_cast<double>(all) : 0;
+}
+
+double depth_at(const Anatomy& a, const Vector3d& point) {
+  const Vector3d index = a.grid().index(point);
+  const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
+  return a.grid().holds(i, j, k) ? a.depth.at(i, j, k) : 0;
+}
+
+struct Pair {
+  FoundSphere left, right;
+  double score = 0;
+};
+
+template <class Fits>
+std::vector<Pair> pairs(const std::vector<FoundSphere>& balls, Spacing apart, double level,
+                        const Fits& fits) {
+  std::vector<Pair> out;
+  for (const auto& l : balls)
+    for (const auto& r : balls) {
+      const Vector3d d = l.centre - r.centre;
+      if (d[0] < apart.least || d[0] > apart.most) continue;
+      const double score =
+          std::sqrt(l.score * r.score) * std::exp(-std::pow(d[1] / level, 2) - std::pow(d[2] / level, 2));
+      if (score < 0.004 || !fits(l.centre, r.centre)) continue;
+      out.push_back({l, r, score});
+    }
+  std::stable_sort(out.begin(), out.end(), [](const Pair& a, const Pair& b) { return a.score > b.score; });
+  return out;
+}
+
+// Of the balls that the edges about two voted places agree on (a head, its socket's faces), the pair that is
+// likest: both well and closely agreed on, of one radius, and that of a head (19 to 29 mm in adults).
+Pair likeliest(const Anatomy& a, const Pair& voted) {
+  Pair best = voted;
+  best.left.deviation = best.right.deviation = 6;
+  best.score = 0;
+  const auto left = fit_balls(*a.source, voted.left.centre, 14, 36),
+             right = fit_balls(*a.source, voted.right.centre, 14, 36);
+  // edges scatter by a quarter of the scan's resolution about a true sphere, by half of it about a compromise
+  const double scatter = 0.5 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
+  const auto close = [&](const FoundSphere& ball) {
+    return ball.score * std::exp(-std::pow(ball.deviation / scatter, 2));
+  };
+  for (const auto& l : left)
+    for (const auto& r : right) {
+      const double score = close(l) * close(r) * std::exp(-std::pow((l.radius - r.radius) / 2, 2)) *
+                           std::exp(-std::pow((0.5 * (l.radius + r.radius) - 25) / 7, 2));
+      if (score > best.score) best = {l, r, score};
+    }
+  return best;
+}
+
+// Voted places may be off by a head's radius; where the likeliest heads stand far from them, they are looked
+// for again from there.
+Pair measured(const Anatomy& a, const Pair& voted) {
+  constexpr double far = 8;
+  Pair best = likeliest(a, voted);
+  Pair from = voted;
+  for (int round = 0; round < 3; ++round) {
+    if ((best.left.centre - from.left.centre).norm() < far &&
+        (best.right.centre - from.right.centre).norm() < far)
+      break;
+    from = best;
+    const Pair again = likeliest(a, from);
+    if (again.score <= best.score) break;
+    best = again;
+  }
+  return best;
+}
+
+void find_hips(const Anatomy& a, const std::vector<FoundSphere>& balls, Trunk& trunk) {
+  const auto fits = [&](const Vector3d& l, const Vector3d& r) {
+    const Vector3d m = 0.5 * (l + r);
+    // deep inside one body, with the sacrum behind and above between them
+    return depth_at(a, m) > 30 && bone_share(a, m + Vector3d(0, 45, 75), Vector3d(25, 45, 40)) > 0.06;
+  };
+  const auto found = pairs(balls, hips_apart, 25, fits);
+  if (found.empty()) return;
+  const Pair heads = measured(a, found[0]);
+  trunk.hip[left_side] = heads.left;
+  trunk.hip[right_side] = heads.right;
+}
+
+void find_shoulders(const Anatomy& a, const std::vector<FoundSphere>& balls, Trunk& trunk) {
+  const double above = trunk.hip[0] ? std::min(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) + 250 : -1e9;
+  const auto fits = [&](const Vector3d& l, const Vector3d& r) {
+    const Vector3d m = 0.5 * (l + r);
+    if (l[2] < above || r[2] < above) return false;
+    if (trunk.hip[0] && std::abs(m[0] - 0.5 * (trunk.hip[0]->centre[0] + trunk.hip[1]->centre[0])) > 80)
+      return false;
+    return depth_at(a, m) > 20 && bone_share(a, m + Vector3d(0, 20, 0), Vector3d(30, 60, 40)) > 0.03;
+  };
+  const auto found = pairs(balls, shoulders_apart, 50, fits);
+  if (found.empty()) return;
+  const Pair heads = measured(a, found[0]);
+  trunk.shoulder[left_side] = heads.left;
+  trunk.shoulder[right_side] = heads.right;
+}
+
+// sum of the depth within bone over a box about each voxel of a slice: vertebral bodies rather than their
+// arches
+std::vector<float> blurred_slice(const Anatomy& a, std::int64_t k, std::int64_t half) {
+  const auto nx = a.grid().size[0], ny = a.grid().size[1];
+  std::vector<double> sum(static_cast<std::size_t>((nx + 1) * (ny + 1)), 0);
+  const auto at = [&](std::int64_t i, std::int64_t j) -> double& {
+    return sum[static_cast<std::size_t>(j * (nx + 1) + i)];
+  };
+  for (std::int64_t j = 0; j < ny; ++j)
+    for (std::int64_t i = 0; i < nx; ++i)
+      at(i + 1, j + 1) = at(i, j + 1) + at(i + 1, j) - at(i, j) + a.within_bone.at(i, j, k);
+  std::vector<float> out(static_cast<std::size_t>(nx * ny));
+  for (std::int64_t j = 0; j < ny; ++j)
+    for (std::int64_t i = 0; i < nx; ++i) {
+      const auto i0 = std::max<std::int64_t>(0, i - half), i1 = std::min(nx, i + half + 1),
+                 j0 = std::max<std::int64_t>(0, j - half), j1 = std::min(ny, j + half + 1);
+      out[static_cast<std::size_t>(j * nx + i)] =
+          static_cast<float>(at(i1, j1) - at(i0, j1) - at(i1, j0) + at(i0, j0));
+    }
+  return out;
+}
+
+// best column from `bottom` to `top` (slices), each step at most one voxel sideways (dynamic programming)
+void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, Trunk& trunk) {
+  const auto& g = a.grid();
+  const auto k0 =
+      std::clamp<std::int64_t>(std::lround((bottom_z - g.origin[2]) / a.step()), 0, g.size[2] - 1);
+  const auto k1 = std::clamp<std::int64_t>(std::lround((top_z - g.origin[2]) / a.step()), 0, g.size[2] - 1);
+  const auto reach = std::lround(60 / a.step());
+  const auto mid = std::lround((x - g.origin[0]) / a.step());
+  const auto i0 = std::max<std::int64_t>(1, mid - reach), i1 = std::min(g.size[0] - 2, mid + reach);
+  if (k1 <= k0 || i1 <= i0) return;
+  const auto nu = i1 - i0 + 1, ny = g.size[1], nk = k1 - k0 + 1;
+  std::vector<float> best(static_cast<std::size_t>(nu * ny), 0), next(best.size());
+  std::vector<std::int8_t> from(static_cast<std::size_t>(nu * ny * nk), 0);
+  const auto half = std::lround(15 / a.step());
+  const auto box = static_cast<double>((2 * half + 1) * (2 * half + 1));
+  for (std::int64_t k = k0; k <= k1; ++k) {
+    const auto score = blurred_slice(a, k, half);
+    for (std::int64_t j = 0; j < ny; ++j)
+      for (std::int64_t u = 0; u < nu; ++u) {
+        float top = -1;
+        std::int8_t step = 4;
+        for (std::int8_t s = 0; s < 9; ++s) {
+          const std::int64_t uu = u + s % 3 - 1, jj = j + s / 3 - 1;
+          if (uu < 0 || jj < 0 || uu >= nu || jj >= ny) continue;
+          const float b = best[static_cast<std::size_t>(jj * nu + uu)] - (s == 4 ? 0.F : 0.5F);
+          if (b > top) top = b, step = s;
+        }
+        const double aside = a.step() * std::abs(static_cast<double>(i0 + u - mid));
+        next[static_cast<std::size_t>(j * nu + u)] =
+            top + score[static_cast<std::size_t>(j * g.size[0] + i0 + u)] -
+            static_cast<float>(0.015 * box * std::max(0.0, aside - 15));
+        from[static_cast<std::size_t>(((k - k0) * ny + j) * nu + u)] = step;
+      }
+    std::swap(best, next);
+  }
+  const auto end = std::max_element(best.begin(), best.end()) - best.begin();
+  std::int64_t u = end % nu, j = end / nu;
+  std::vector<Vector3d> column(static_cast<std::size_t>(nk));
+  for (std::int64_t k = k1; k >= k0; --k) {
+    column[static_cast<std::size_t>(k - k0)] =
+        g.point(Vector3d(static_cast<double>(i0 + u), static_cast<double>(j), static_cast<double>(k)));
+    const auto s = from[static_cast<std::size_t>(((k - k0) * ny + j) * nu + u)];
+    u += s % 3 - 1;
+    j += s / 3 - 1;
+  }
+  // smooth over a vertebra's height
+  const auto n = std::lround(15 / a.step());
+  for (std::int64_t k = 0; k < nk; ++k) {
+    Vector3d sum = Vector3d::Zero();
+    int count = 0;
+    for (auto q = std::max<std::int64_t>(0, k - n); q <= std::min(nk - 1, k + n); ++q, ++count)
+      sum += column[static_cast<std::size_t>(q)];
+    Vector3d p = sum / count;
+    p[2] = column[static_cast<std::size_t>(k)][2];
+    trunk.spine.push_back(p);
+  }
+}
+
+}  // namespace
+
+Vector3d Trunk::spine_at(double z) const {
+  if (spine.size() < 2) return Vector3d(0, 0, z);
+  const double t = std::clamp((z - spine.front()[2]) / (spine[1][2] - spine[0][2]), 0.0,
+                              static_cast<double>(spine.size() - 1));
+  const auto n = std::min(static_cast<std::size_t>(t), spine.size() - 2);
+  const double f = t - static_cast<double>(n);
+  Vector3d p = (1 - f) * spine[n] + f * spine[n + 1];
+  p[2] = z;
+  return p;
+}
+
+bool Trunk::spine_holds(double z) const {
+  return spine.size() > 1 && z >= spine.front()[2] && z <= spine.back()[2];
+}
+
+double Trunk::middle(double z) const {
+  if (spine.size() > 1) return spine_at(z)[0];
+  if (hip[0] && hip[1]) return 0.5 * (hip[0]->centre[0] + hip[1]->centre[0]);
+  return 0;
+}
+
+Trunk find_trunk(const Anatomy& a) {
+  Trunk trunk;
+  const auto balls = vote_balls(a.scan.hu, a.bone, 17, 29, 8);
+  find_hips(a, balls, trunk);
+  find_shoulders(a, balls, trunk);
+  const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
+  if (!hips && !shoulders) return trunk;
+  const auto& pair = hips ? trunk.hip : trunk.shoulder;
+  const Vector3d m = 0.5 * (pair[0]->centre + pair[1]->centre);
+  const double end = a.grid().origin[2] + a.step() * static_cast<double>(a.grid().size[2] - 2);
+  double top = end;
+  if (shoulders)
+    top = std::min(end, 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 170);
+  find_spine(a, m[0], hips ? m[2] + 35 : a.grid().origin[2] + a.step(), top, trunk);
+  // de Leva's male: hips 176 mm apart (hip centres at half the inter-ASIS distance less 14 %), shoulder to
+  // hip level 467 mm; the longer measure is the surer one
+  if (hips && shoulders)
+    trunk.scale = (0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) - m[2]) / 515;
+  else if (hips)
+    trunk.scale = (trunk.hip[0]->centre - trunk.hip[1]->centre).norm() / 172;
+  else
+    trunk.scale = (trunk.shoulder[0]->centre - trunk.shoulder[1]->centre).norm() / 364;
+  trunk.scale = std::clamp(trunk.scale, 0.5, 1.3);
+  return trunk;
+}
+
+}  // namespace borelli

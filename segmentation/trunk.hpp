@@ -1,0 +1,33 @@
+// The fixed points of a trunk that all else is found from: hips, shoulders, and the course of the spine.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "segmentation/anatomy.hpp"
+#include "segmentation/spheres.hpp"
+
+namespace borelli {
+
+struct Trunk {
+  std::array<std::optional<FoundSphere>, 2> hip, shoulder;  ///< femoral and humeral heads, by side
+  /// Middle of the vertebral column, one point per slice of the work grid, upwards; empty where it is not
+  /// seen.
+  std::vector<Eigen::Vector3d> spine;
+  /// Size against an adult of de Leva's male sample (stature 1.741 m), from what is in view.
+  double scale = 1;
+
+  /// The column's middle at a level (mm, patient z), held to its ends.
+  Eigen::Vector3d spine_at(double z) const;
+  bool spine_holds(double z) const;
+  /// The midsagittal plane's x at a level.
+  double middle(double z) const;
+};
+
+/// Hips and shoulders are pairs of balls, left and right, about level, as far apart as an adult's (or a large
+/// child's), with the body's own mass and column between them: this tells femoral heads from knees and
+/// humeral heads from elbows. The column is the way upwards from between the hips that holds the most bone.
+Trunk find_trunk(const Anatomy& anatomy);
+
+}  // namespace borelli

@@ -1,0 +1,427 @@
+#include "segmentation/trunk_landmarks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "segmentation/work_grid.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+Vector3d voxel_point(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k) {
+  return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+}
+
+bool level_seen(const Anatomy& a, double z) {
+  const auto k = std::lround((z - a.grid().origin[2]) / a.step());
+  if (k < 1 || k + 1 >= a.grid().size[2]) return false;
+  for (std::int64_t j = 0; j < a.grid().size[1]; j += 4)
+    for (std::int64_t i = 0; i < a.grid().size[0]; i += 4)
+      if (a.scan.seen.at(i, j, k) && a.body.at(i, j, k)) return true;
+  return false;
+}
+
+// foremost body point on the midsagittal line at a level
+std::optional<Vector3d> front_skin(const Anatomy& a, double x, double z) {
+  const auto& g = a.grid();
+  const Vector3d index = g.index(Vector3d(x, g.origin[1], z));
+  const auto i = std::lround(index[0]), k = std::lround(index[2]);
+  if (!g.holds(i, 0, k)) return std::nullopt;
+  for (std::int64_t j = 0; j < g.size[1]; ++j)
+    if (a.body.at(i, j, k)) return voxel_point(g, i, j, k) - Vector3d(0, 0.5 * a.step(), 0);
+  return std::nullopt;
+}
+
+// lower end of the midline bone in front of the column: the xiphoid's tip
+struct Sternum {
+  Vector3d top, tip;
+};
+std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, double from, double to) {
+  const auto& g = a.grid();
+  // per level: the foremost bone within 18 mm of the middle and 55 mm or more in front of the column
+  std::vector<std::optional<Vector3d>> front;
+  const auto k0 = std::max<std::int64_t>(0, std::lround((from - g.origin[2]) / a.step()));
+  const auto k1 = std::min<std::int64_t>(g.size[2] - 1, std::lround((to - g.origin[2]) / a.step()));
+  for (std::int64_t k = k0; k <= k1; ++k) {
+    std::optional<Vector3d> best;
+    const double z = g.origin[2] + a.step() * static_cast<double>(k);
+    const Vector3d column = trunk.spine_at(z);
+    const auto mid = std::lround((column[0] - g.origin[0]) / a.step()), half = std::lround(18 / a.step());
+    const auto behind = std::lround((column[1] - 55 * trunk.scale - g.origin[1]) / a.step());
+    for (std::int64_t j = 0; j < std::min(behind, g.size[1]) && !best; ++j)
+      for (auto i = std::max<std::int64_t>(0, mid - half); i <= std::min(g.size[0] - 1, mid + half); ++i)
+        if (a.bone.at(i, j, k)) {
+          std::int64_t last = i;
+          for (auto n = i; n <= std::min(g.size[0] - 1, mid + half); ++n)
+            if (a.bone.at(n, j, k)) last = n;
+          best = 0.5 * (voxel_point(g, i, j, k) + voxel_point(g, last, j, k));
+          break;
+        }
+    front.push_back(best);
+  }
+  // the longest stretch, short breaks (the joints of the sternum) allowed
+  std::size_t best_low = 0, best_high = 0, length = 0;
+  const auto may_miss = static_cast<std::size_t>(std::lround(12 / a.step()));
+  for (std::size_t n = 0; n < front.size(); ++n) {
+    if (!front[n]) continue;
+    std::size_t high = n, q = n;
+    while (q < front.size() && q - high <= may_miss) {
+      if (front[q]) high = q;
+      ++q;
+    }
+    if (high - n + 1 > length) length = high - n + 1, best_low = n, best_high = high;
+    n = high;
+  }
+  if (static_cast<double>(length) * a.step() < 60 * trunk.scale) return std::nullopt;
+  return Sternum{*front[best_high], *front[best_low]};
+}
+
+// the navel: where the midline skin lies deepest behind the skin around it
+std::optional<Vector3d> find_navel(const Anatomy& a, const Trunk& trunk, double from, double to) {
+  const auto& g = a.grid();
+  const auto k0 = std::lround((from - g.origin[2]) / a.step()),
+             k1 = std::lround((to - g.origin[2]) / a.step());
+  const auto skin = [&](std::int64_t i, std::int64_t k) -> double {
+    if (!g.holds(i, 0, k)) return 1e9;
+    for (std::int64_t j = 0; j < g.size[1]; ++j) {
+      if (!a.body.at(i, j, k)) continue;
+      // between air and body at half the step of the CT number
+      if (j == 0) return 0;
+      const double v0 = a.scan.hu.at(i, j - 1, k), v1 = a.scan.hu.at(i, j, k);
+      const double t = v1 > v0 ? std::clamp((-400 - v0) / (v1 - v0), 0.0, 1.0) : 0.5;
+      return a.step() * (static_cast<double>(j) - 1 + t);
+    }
+    return 1e9;
+  };
+  const auto ring = std::lround(24 / a.step()), aside = std::lround(24 / a.step());
+  // against the mean of opposite neighbours, so that slopes and roundness along one line cancel
+  const auto dent_at = [&](std::int64_t i, std::int64_t k) {
+    const double here = skin(i, k);
+    if (here > 1e8) return 0.0;
+    double dent = 1e9;
+    for (const auto& [di, dk] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+      const double s1 = skin(i + di * ring, k + dk * ring), s2 = skin(i - di * ring, k - dk * ring);
+      if (s1 > 1e8 || s2 > 1e8) return 0.0;
+      dent = std::min(dent, here - 0.5 * (s1 + s2));
+    }
+    return std::max(0.0, dent);
+  };
+  double best = 2.5;
+  std::int64_t at_i = -1, at_k = -1;
+  for (auto k = k0; k <= k1; ++k) {
+    const double z = g.origin[2] + a.step() * static_cast<double>(k);
+    const auto mid = std::lround((trunk.middle(z) - g.origin[0]) / a.step());
+    for (auto i = mid - aside; i <= mid + aside; ++i)
+      if (const double dent = dent_at(i, k); dent > best) best = dent, at_i = i, at_k = k;
+  }
+  if (at_i < 0) return std::nullopt;
+  // the dent's middle, by depth
+  const auto half = std::lround(15 / a.step());
+  Vector3d sum = Vector3d::Zero();
+  double weight = 0;
+  for (auto k = at_k - half; k <= at_k + half; ++k)
+    for (auto i = at_i - half; i <= at_i + half; ++i) {
+      const double w = dent_at(i, k) - 0.25 * best;
+      if (w <= 0) continue;
+      sum += w * voxel_point(g, i, 0, k);
+      weight += w;
+    }
+  Vector3d navel = sum / weight;
+  navel[1] += skin(at_i, at_k) - best;
+  return navel;
+}
+
+void find_asis(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
+  const auto& g = a.grid();
+  for (const int side : {left_side, right_side}) {
+    const Vector3d hip = trunk.hip[static_cast<std::size_t>(side)]->centre;
+    const double low = hip[2] + 45 * trunk.scale, high = hip[2] + 130 * trunk.scale;
+    // the bone's front at each place, then the middle of what lies nearly as far forward as the foremost
+    // place
+    std::vector<Vector3d> front;
+    double best = 1e9;
+    for (auto k = std::lround((low - g.origin[2]) / a.step());
+         k <= std::lround((high - g.origin[2]) / a.step()); ++k)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const double x = g.origin[0] + a.step() * static_cast<double>(i);
+        const double lateral = side_sign(side) * (x - hip[0]);
+        if (lateral < -25 * trunk.scale || lateral > 75 * trunk.scale) continue;
+        for (std::int64_t j = 0; j < g.size[1]; ++j) {
+          if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
+          front.push_back(voxel_point(g, i, j, k));
+          best = std::min(best, front.back()[1]);
+          break;
+        }
+      }
+    Vector3d where = Vector3d::Zero();
+    int count = 0;
+    for (const auto& p : front)
+      if (p[1] < best + 4) where += p, ++count;
+    where /= std::max(1, count);
+    where[1] = best - 0.5 * a.step();
+    if (best < hip[1] - 15 * trunk.scale)
+      marks[std::string("asis") + side_suffix(side)] = {where, 6, 0,
+                                                        "bone: foremost point of the iliac crest"};
+  }
+}
+
+// de Leva (1996), male, Table 4: lengths in mm at stature 1.741 m
+constexpr double vertex_to_neck = 242.9, neck_to_xiphion = 242.1, xiphion_to_omphalion = 215.5,
+                 omphalion_to_hip = 145.7;
+constexpr double neck_to_hip = neck_to_xiphion + xiphion_to_omphalion + omphalion_to_hip;
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// About where the vertebral body is at a level: the arch behind it is thinner, so that the depth within bone,
+// cubed, weighs little there.
+Vector3d near_vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
+  const auto& g = a.grid();
+  Vector3d centre = trunk.spine_at(z);
+  constexpr double reach = 24, half = 12, width = 8;
+  for (int round = 0; round < 20; ++round) {
+    const Vector3d low = g.index(centre - Vector3d(reach, reach, half)),
+                   high = g.index(centre + Vector3d(reach, reach, half));
+    Vector3d sum = Vector3d::Zero();
+    double weight = 0;
+    for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
+      for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
+        for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
+          if (!g.holds(i, j, k) || a.within_bone.at(i, j, k) <= 0) continue;
+          const Vector3d p = voxel_point(g, i, j, k);
+          const double away = (p - centre).head<2>().squaredNorm();
+          const double w = std::pow(a.within_bone.at(i, j, k), 3) * std::exp(-away / (2 * width * width));
+          sum += w * p;
+          weight += w;
+        }
+    if (weight <= 0) break;
+    const Vector3d next(sum[0] / weight, sum[1] / weight, z);
+    const double moved = (next - centre).norm();
+    centre = next;
+    if (moved < 0.05) break;
+  }
+  return centre;
+}
+
+// The middle of the column at a level: half way between the faces of the vertebral bodies just above and
+// below it, front to back (the canal behind them is soft) and side to side.
+Vector3d vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
+  Vector3d middle = near_vertebral_body(a, trunk, z);
+  const CloseUp view = close_up(*a.source, middle, 50);
+  for (int round = 0; round < 2; ++round) {
+    Vector3d sum = Vector3d::Zero();
+    int sides = 0;
+    for (const double sign : {-1.0, 1.0}) {
+      std::vector<double> x, y;
+      for (double dz = 4; dz <= 16; dz += 1.5) {
+        const Vector3d p = middle + Vector3d(0, 0, sign * dz);
+        const auto face = [&](const Vector3d& direction) {
+          const auto falls = falls_along(view, p, direction, 1, 30);
+          return falls.empty() ? 0 : falls.front();
+        };
+        const double front = face(-Vector3d::UnitY()), back = face(Vector3d::UnitY()),
+                     left = face(Vector3d::UnitX()), right = face(-Vector3d::UnitX());
+        if (front > 0 && back > 0) y.push_back(0.5 * (back - front));
+        if (left > 0 && right > 0) x.push_back(0.5 * (left - right));
+      }
+      if (x.size() < 3 || y.size() < 3) continue;
+      sum += Vector3d(median(x), median(y), 0);
+      ++sides;
+    }
+    if (sides < 2) break;
+    middle += sum / sides;
+  }
+  return middle;
+}
+
+// bone beside the column, where ribs and their necks are and no vertebra reaches: mm^2 in the slice at a
+// level
+double bone_beside(const Anatomy& a, const Trunk& trunk, double z) {
+  const auto& g = a.grid();
+  const auto k = std::lround((z - g.origin[2]) / a.step());
+  const Vector3d column = trunk.spine_at(z);
+  const double s = trunk.scale;
+  double area = 0;
+  for (std::int64_t j = 0; j < g.size[1]; ++j)
+    for (std::int64_t i = 0; i < g.size[0]; ++i) {
+      if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
+      const Vector3d d = voxel_point(g, i, j, k) - column;
+      if (std::abs(d[0]) > 28 * s && std::abs(d[0]) < 52 * s && d[1] > -15 * s && d[1] < 40 * s)
+        area += a.step() * a.step();
+    }
+  return area;
+}
+
+// upper edge of the first rib beside the column, going up from the chest
+std::optional<double> first_rib(const Anatomy& a, const Trunk& trunk, double near) {
+  constexpr double rib = 150;     // mm^2: both sides' necks
+  constexpr double no_more = 24;  // above the first rib follows as much without one
+  const double s = trunk.scale;
+  std::optional<double> top;
+  for (double z = near - 110 * s; z < near + 75 * s; z += a.step()) {
+    if (!trunk.spine_holds(z)) continue;
+    if (bone_beside(a, trunk, z) >= rib * s * s)
+      top = z + 0.5 * a.step();
+    else if (top && z - *top > no_more * s)
+      break;
+  }
+  // a chest cut by the scan's top shows no first rib
+  if (top && !trunk.spine_holds(*top + no_more * s)) return std::nullopt;
+  return top;
+}
+
+// middle of the disc within a stretch of the column, where the scan resolves it
+std::optional<double> disc_within(const Anatomy& a, const Trunk& trunk, double low, double high) {
+  std::vector<double> level;
+  const Eigen::Matrix3d to_index = a.source->grid.axes.inverse();
+  const auto at = [&](double z) {
+    const Vector3d centre = near_vertebral_body(a, trunk, z);
+    double sum = 0;
+    int count = 0;
+    for (double x = -6; x <= 6; x += 2)
+      for (double y = -6; y <= 6; y += 2) {
+        double value = 0;
+        if (!sample(*a.source, to_index * (centre + Vector3d(x, y, 0) - a.source->grid.origin), value))
+          continue;
+        sum += hu_of(value, a.source->quantity);
+        ++count;
+      }
+    return count ? sum / count : 0;
+  };
+  for (double z = low - 8; z <= high + 8; z += 1) level.push_back(at(z));
+  // a disc is softer than the bodies on both its sides
+  const auto first = level.begin() + 8, last = level.end() - 8;
+  const auto least = std::min_element(first, last);
+  const double peak =
+      std::min(*std::max_element(level.begin(), least + 1), *std::max_element(least, level.end()));
+  if (peak - *least < std::max(60.0, 0.25 * peak)) return std::nullopt;
+  // middle of the stretch below half way up to them
+  const double half = 0.5 * (*least + peak);
+  auto from = least, to = least;
+  while (from != level.begin() && *(from - 1) < half) --from;
+  while (to + 1 != level.end() && *(to + 1) < half) ++to;
+  return low - 8 + 0.5 * static_cast<double>((from - level.begin()) + (to - level.begin()));
+}
+
+// highest point of the head, over the neck
+std::optional<Vector3d> find_vertex(const Anatomy& a, const Vector3d& neck, double scale) {
+  const auto& g = a.grid();
+  for (std::int64_t k = g.size[2] - 1; k > 0; --k) {
+    Vector3d sum = Vector3d::Zero();
+    int count = 0;
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const Vector3d p = voxel_point(g, i, j, k);
+        if (!a.body.at(i, j, k) || (p - neck).head<2>().norm() > 130 * scale) continue;
+        sum += p;
+        ++count;
+      }
+    if (count == 0) continue;
+    Vector3d vertex = sum / count;
+    vertex[2] += 0.5 * a.step();
+    // a head that the scan's end cuts has no small top
+    if (count * a.step() * a.step() > 5000) return std::nullopt;
+    if (vertex[2] < neck[2] + 120 * scale) return std::nullopt;
+    return vertex;
+  }
+  return std::nullopt;
+}
+
+void find_neck(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
+  const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
+  Landmark neck;
+  double z = 0;
+  if (shoulders) {
+    z = 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 68 * trunk.scale;
+    neck.deviation = 20, neck.source = "proportion: above the shoulders";
+  } else if (hips) {
+    z = 0.5 * (trunk.hip[0]->centre[2] + trunk.hip[1]->centre[2]) + neck_to_hip * trunk.scale;
+    neck.deviation = 35, neck.source = "proportion: above the hips";
+  } else {
+    return;
+  }
+  if (const auto rib = first_rib(a, trunk, z)) {
+    // the first rib's neck stands beside the upper half of the first thoracic vertebra
+    z = *rib + 4 * trunk.scale;
+    neck.deviation = 6, neck.source = "bone: above the first rib";
+    if (const auto disc = disc_within(a, trunk, *rib - 2, *rib + 14 * trunk.scale)) {
+      z = *disc;
+      neck.deviation = 2.5, neck.source = "bone: disc above the first rib";
+    }
+  }
+  if (!level_seen(a, z)) return;
+  if (const auto vertex = find_vertex(a, trunk.spine_at(z), trunk.scale)) {
+    marks["vertex"] = {*vertex, 3, 0, "skin: highest point of the head"};
+    if (neck.deviation > 15) {
+      z = 0.5 * (z + (*vertex)[2] - vertex_to_neck * trunk.scale);
+      neck.deviation = 12, neck.source = "proportion: between shoulders and vertex";
+    }
+  }
+  neck.point = vertebral_body(a, trunk, z);
+  marks["neck"] = neck;
+}
+
+}  // namespace
+
+void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
+  const bool hips = trunk.hip[0] && trunk.hip[1];
+  if (hips) find_asis(a, trunk, marks);
+  find_neck(a, trunk, marks);
+  const auto neck = marks.find("neck");
+  const bool has_neck = neck != marks.end();
+  if (!hips && !has_neck) return;
+  const double bottom = hips ? 0.5 * (trunk.hip[0]->centre[2] + trunk.hip[1]->centre[2])
+                             : neck->second.point[2] - neck_to_hip * trunk.scale;
+  const double top = has_neck ? neck->second.point[2] : bottom + neck_to_hip * trunk.scale;
+  const double length = top - bottom;
+  const double spread = has_neck && hips ? 15 : 30;
+
+  double xiphion = bottom + length * (omphalion_to_hip + xiphion_to_omphalion) / neck_to_hip;
+  if (const auto sternum = find_sternum(a, trunk, bottom + 0.45 * length, bottom + 1.0 * length)) {
+    Vector3d tip = sternum->tip - Vector3d(0, 0, 0.5 * a.step());
+    const CloseUp view = close_up(*a.source, tip, 30);
+    // the tip is slender: the lowest edge on lines about it
+    double lowest = 1e9;
+    for (double x = -4; x <= 4; x += 2)
+      for (double y = -2; y <= 6; y += 2) {
+        const Vector3d from = tip + Vector3d(x, y, 9);
+        const auto ends = falls_along(view, from, -Vector3d::UnitZ(), 3, 16);
+        if (!ends.empty()) lowest = std::min(lowest, from[2] - ends.back());
+      }
+    if (lowest < 1e8) tip[2] = lowest;
+    xiphion = tip[2];
+    marks["xiphion"] = {tip, 4, 0, "bone: lower end of the sternum"};
+    if (has_neck)
+      marks["suprasternale"] = {sternum->top + Vector3d(0, 0, 0.5 * a.step()), 8, 0,
+                                "bone: upper end of the sternum"};
+  } else if (level_seen(a, xiphion)) {
+    const auto skin = front_skin(a, trunk.middle(xiphion), xiphion);
+    if (skin) marks["xiphion"] = {*skin, spread, 0, "proportion: between neck and hips"};
+  }
+  double omphalion =
+      bottom + (xiphion - bottom) * omphalion_to_hip / (omphalion_to_hip + xiphion_to_omphalion);
+  if (const auto navel =
+          find_navel(a, trunk, bottom + 0.25 * (xiphion - bottom), bottom + 0.62 * (xiphion - bottom))) {
+    omphalion = (*navel)[2];
+    marks["omphalion"] = {*navel, 3, 0, "skin: the navel's dent"};
+  } else if (level_seen(a, omphalion)) {
+    const auto skin = front_skin(a, trunk.middle(omphalion), omphalion);
+    if (skin) marks["omphalion"] = {*skin, spread, 0, "proportion: between xiphion and hips"};
+  }
+  for (const auto& [joint, level] : {std::pair{"spine_upper", "xiphion"}, {"spine_lower", "omphalion"}}) {
+    const auto it = marks.find(level);
+    if (it == marks.end() || !trunk.spine_holds(it->second.point[2])) continue;
+    marks[joint] = {vertebral_body(a, trunk, it->second.point[2]), std::max(5.0, it->second.deviation), 0,
+                    std::string("bone: middle of the column at the ") + level + "'s level"};
+  }
+}
+
+}  // namespace borelli

@@ -1,0 +1,16 @@
+// Points of head and trunk: neck, xiphion, omphalion, anterior superior iliac spines, vertex, and the
+// column's joints at their levels.
+#pragma once
+
+#include "segmentation/anatomy.hpp"
+#include "segmentation/landmarks.hpp"
+#include "segmentation/trunk.hpp"
+
+namespace borelli {
+
+/// Adds neck, cervicale, vertex, suprasternale, xiphion, omphalion, asis_*, spine_upper and spine_lower where
+/// the scan holds their levels. What bone or skin does not show is placed by proportion, and its source says
+/// so.
+void find_trunk_landmarks(const Anatomy& anatomy, const Trunk& trunk, Landmarks& landmarks);
+
+}  // namespace borelli

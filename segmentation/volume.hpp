@@ -1,0 +1,73 @@
+// A scan and its labels as plain data: the one thing that segmentation hands on to the stages after it.
+//
+// The patient frame is DICOM's: x to the patient's Left, y to Posterior, z to Superior (LPS), in millimetres.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace borelli {
+
+/// Where voxels lie: voxel (i, j, k) is centred at origin + axes * (i, j, k), in mm, LPS.
+/// The axes need be neither orthogonal nor of equal length (anisotropic, oblique, gantry-tilted grids).
+struct Grid {
+  std::array<std::int64_t, 3> size{0, 0, 0};           ///< voxels along i (fastest in memory), j, k
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< column c: displacement of one step along c, mm
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();    ///< centre of voxel (0, 0, 0), mm
+
+  std::size_t count() const {
+    return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
+           static_cast<std::size_t>(size[2]);
+  }
+  std::size_t offset(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return static_cast<std::size_t>((k * size[1] + j) * size[0] + i);
+  }
+  bool holds(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return i >= 0 && j >= 0 && k >= 0 && i < size[0] && j < size[1] && k < size[2];
+  }
+  /// Patient point (mm) of a (fractional) index.
+  Eigen::Vector3d point(const Eigen::Vector3d& index) const { return origin + axes * index; }
+  /// Fractional index of a patient point (mm).
+  Eigen::Vector3d index(const Eigen::Vector3d& point) const { return axes.inverse() * (point - origin); }
+  /// Lengths of the three axes, mm.
+  Eigen::Vector3d spacing() const { return axes.colwise().norm(); }
+  double voxel_volume() const { return std::abs(axes.determinant()); }  ///< mm^3
+
+  bool operator==(const Grid& other) const {
+    return size == other.size && axes == other.axes && origin == other.origin;
+  }
+};
+
+template <class T>
+struct Volume {
+  Grid grid;
+  std::vector<T> voxels;  ///< #grid.count(), i fastest
+
+  T& at(std::int64_t i, std::int64_t j, std::int64_t k) { return voxels[grid.offset(i, j, k)]; }
+  const T& at(std::int64_t i, std::int64_t j, std::int64_t k) const { return voxels[grid.offset(i, j, k)]; }
+};
+
+/// What the grey values of a volume mean.
+enum class Quantity {
+  hu,            ///< CT numbers, Hounsfield units
+  density_kgm3,  ///< mass density, kg/m^3 (a file in g/cm^3 is scaled to this when it is read)
+  labels,        ///< part or organ numbers
+  mr             ///< magnetic resonance signal, arbitrary units
+};
+
+struct GreyVolume : Volume<std::int16_t> {
+  Quantity quantity = Quantity::hu;
+};
+
+/// A volume of part numbers; label 0 is outside the body.
+struct LabelMap : Volume<std::uint8_t> {
+  std::vector<std::string> names;  ///< names[label]; names[0] = "outside"
+};
+
+}  // namespace borelli

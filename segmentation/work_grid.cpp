@@ -1,0 +1,168 @@
+#include "segmentation/work_grid.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "segmentation/slabs.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// air around what is dense, mm; and what is dense: less than air's noise, so that a table's foam may stay out
+constexpr double margin = 30;
+constexpr double air_to_hu = -500;
+
+}  // namespace
+
+bool sample(const GreyVolume& volume, const Vector3d& index, double& value) {
+  const int padding = volume.quantity == Quantity::hu ? -1024 : 0;
+  const auto& g = volume.grid;
+  // well inside, and nothing padded: eight voxels at fixed distances
+  const auto x = static_cast<std::int64_t>(index[0]), y = static_cast<std::int64_t>(index[1]),
+             z = static_cast<std::int64_t>(index[2]);
+  if (index.minCoeff() >= 0 && x + 1 < g.size[0] && y + 1 < g.size[1] && z + 1 < g.size[2]) {
+    const auto sy = g.size[0], sz = g.size[0] * g.size[1];
+    const std::int16_t* p = &volume.voxels[static_cast<std::size_t>(z * sz + y * sy + x)];
+    const int least = std::min({p[0], p[1], p[sy], p[sy + 1], p[sz], p[sz + 1], p[sz + sy], p[sz + sy + 1]});
+    if (least >= padding) {
+      const double tx = index[0] - static_cast<double>(x), ty = index[1] - static_cast<double>(y),
+                   tz = index[2] - static_cast<double>(z);
+      const auto line = [&](const std::int16_t* q) { return q[0] + tx * (q[1] - q[0]); };
+      const double low_face = line(p) + ty * (line(p + sy) - line(p));
+      const double high_face = line(p + sz) + ty * (line(p + sz + sy) - line(p + sz));
+      value = low_face + tz * (high_face - low_face);
+      return true;
+    }
+  }
+  std::array<std::int64_t, 3> low{}, high{};
+  Vector3d t;
+  for (int c = 0; c < 3; ++c) {
+    const auto n = static_cast<double>(g.size[static_cast<std::size_t>(c)]);
+    if (index[c] < -0.5 || index[c] > n - 0.5) return false;
+    const double at = std::clamp(index[c], 0.0, n - 1);
+    low[static_cast<std::size_t>(c)] = static_cast<std::int64_t>(at);
+    high[static_cast<std::size_t>(c)] =
+        std::min(low[static_cast<std::size_t>(c)] + 1, g.size[static_cast<std::size_t>(c)] - 1);
+    t[c] = at - std::floor(at);
+  }
+  double sum = 0, padded = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const bool a = corner & 1, b = corner & 2, c = corner & 4;
+    const double w = (a ? t[0] : 1 - t[0]) * (b ? t[1] : 1 - t[1]) * (c ? t[2] : 1 - t[2]);
+    const int v = volume.at(a ? high[0] : low[0], b ? high[1] : low[1], c ? high[2] : low[2]);
+    sum += w * std::max(v, padding);
+    if (v < padding) padded += w;
+  }
+  value = sum;
+  return padded < 0.5;
+}
+
+double hu_of(double value, Quantity quantity) {
+  if (quantity != Quantity::density_kgm3) return value;
+  // unit slope up to 1100 kg/m3 (air -1000, water 0, skin 90), then up to bone's 1.25 per kg/m3 by 1200
+  // (Schneider et al. 1996, Phys Med Biol 41:111, and the CT numbers of the ICRP 110 media)
+  if (value <= 1100) return value - 1000;
+  if (value >= 1200) return 1.25 * (value - 1000);
+  return 100 + (value - 1100) * 1.5;
+}
+
+Grid work_grid(const GreyVolume& volume, double step, int threads) {
+  const Grid& grid = volume.grid;
+  struct Box {
+    Vector3d low = Vector3d::Constant(1e30), high = Vector3d::Constant(-1e30);
+    void add(const Box& other) {
+      low = low.cwiseMin(other.low);
+      high = high.cwiseMax(other.high);
+    }
+  };
+  Box scan;
+  for (int corner = 0; corner < 8; ++corner) {
+    Vector3d index;
+    for (int c = 0; c < 3; ++c)
+      index[c] = corner >> c & 1 ? static_cast<double>(grid.size[static_cast<std::size_t>(c)]) - 0.5 : -0.5;
+    scan.add({grid.point(index), grid.point(index)});
+  }
+  // what is denser than air, row by row: along a row places change evenly, so its ends bound it
+  std::vector<Box> by_slice(static_cast<std::size_t>(grid.size[2]));
+  in_slabs(grid.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+    for (std::int64_t k = k0; k < k1; ++k)
+      for (std::int64_t j = 0; j < grid.size[1]; ++j) {
+        const auto* row = &volume.voxels[grid.offset(0, j, k)];
+        const auto dense = [&](std::int64_t i) { return hu_of(row[i], volume.quantity) > air_to_hu; };
+        std::int64_t first = 0, last = grid.size[0] - 1;
+        while (first <= last && !dense(first)) ++first;
+        while (last > first && !dense(last)) --last;
+        if (first > last) continue;
+        for (const auto i : {first, last}) {
+          const Vector3d p =
+              grid.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+          by_slice[static_cast<std::size_t>(k)].add({p, p});
+        }
+      }
+  });
+  Box body;
+  for (const auto& slice : by_slice) body.add(slice);
+  if (body.low[0] > body.high[0]) body.low = body.high = 0.5 * (scan.low + scan.high);
+  const Vector3d around = Vector3d::Constant(margin);
+  const Vector3d low = (body.low - around).cwiseMax(scan.low),
+                 high = (body.high + around).cwiseMin(scan.high);
+
+  Grid out;
+  out.axes = step * Eigen::Matrix3d::Identity();
+  for (int c = 0; c < 3; ++c)
+    out.size[static_cast<std::size_t>(c)] =
+        static_cast<std::int64_t>(std::ceil((high[c] - low[c]) / step)) + 2;
+  // centred, so that a mirrored scan gives the mirrored grid
+  for (int c = 0; c < 3; ++c)
+    out.origin[c] = 0.5 * (low[c] + high[c]) -
+                    0.5 * step * static_cast<double>(out.size[static_cast<std::size_t>(c)] - 1);
+  return out;
+}
+
+WorkVolume resampled(const GreyVolume& volume, double step, int threads) {
+  const Grid g = work_grid(volume, step, threads);
+  WorkVolume out{{g, std::vector<std::int16_t>(g.count())}, {g, std::vector<std::uint8_t>(g.count(), 0)}};
+  const auto air = static_cast<std::int16_t>(-1000);
+
+  // over a box along the scan's own axes, as wide as a work voxel: as many samples as the scan has voxels in
+  // it
+  const Eigen::Matrix3d to_index = volume.grid.axes.inverse();
+  const Vector3d width = (step / volume.grid.spacing().array()).matrix();
+  std::array<int, 3> n{};
+  for (int c = 0; c < 3; ++c)
+    n[static_cast<std::size_t>(c)] = std::clamp(static_cast<int>(std::lround(width[c])), 1, 4);
+  std::vector<Vector3d> shifts;
+  for (int c = 0; c < n[2]; ++c)
+    for (int b = 0; b < n[1]; ++b)
+      for (int a = 0; a < n[0]; ++a)
+        shifts.emplace_back(width[0] * ((a + 0.5) / n[0] - 0.5), width[1] * ((b + 0.5) / n[1] - 0.5),
+                            width[2] * ((c + 0.5) / n[2] - 0.5));
+  in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+    for (std::int64_t k = k0; k < k1; ++k)
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i) {
+          const Vector3d index =
+              to_index *
+              (g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))) -
+               volume.grid.origin);
+          double sum = 0;
+          std::size_t held = 0;
+          for (const auto& shift : shifts) {
+            double value = 0;
+            if (!sample(volume, index + shift, value)) continue;
+            sum += value;
+            ++held;
+          }
+          const std::size_t o = g.offset(i, j, k);
+          out.seen.voxels[o] = 2 * held > shifts.size();
+          out.hu.voxels[o] = held == 0 ? air
+                                       : static_cast<std::int16_t>(std::lround(
+                                             hu_of(sum / static_cast<double>(held), volume.quantity)));
+        }
+  });
+  return out;
+}
+
+}  // namespace borelli

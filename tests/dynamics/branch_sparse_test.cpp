@@ -1,0 +1,52 @@
+// The factor along the branches against a dense Cholesky of the same matrix.
+#include "dynamics/branch_sparse.hpp"
+
+#include <Eigen/Cholesky>
+
+#include "dynamics/evaluate.hpp"
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+void expect_solved(const Scene& scene) {
+  const System system = compiled(scene);
+  const State state = Random(4).state(system);
+  const Rows A = need(evaluate(system, state)).mass_matrix;
+  Rows F = Rows::Zero(system.nv, system.nv);
+  ASSERT_EQ(factor_mass_matrix(system, A, F), -1);
+  EXPECT_LT((Rows(F.transpose() * F) - A).norm(), 1e-14 * system.nv * A.norm());
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(system.nv, -1, 2);
+  Eigen::VectorXd x = b;
+  solve_transposed(system, F, x.data());
+  solve_lower(system, F, x.data());
+  const Eigen::VectorXd dense = Eigen::MatrixXd(A).llt().solve(b);
+  EXPECT_LT((x - dense).norm(), 1e-11 * dense.norm());  // rounding times the condition of A, up to 1e4
+}
+
+TEST(BranchSparse, SolvesChainsStarsAndTrees) {
+  expect_solved(chain(7, true));
+  expect_solved(bars(5));
+  for (unsigned seed = 0; seed < 5; ++seed) expect_solved(random_tree(seed, {.balls = true}));
+}
+
+TEST(BranchSparse, FillsInNothingBetweenIndependentSolids) {
+  const System system = compiled(bars(4));
+  EXPECT_EQ(system.pattern.size(), 4u);  // of 16 entries
+  EXPECT_TRUE(system.ancestors.empty());
+}
+
+TEST(BranchSparse, NamesTheCoordinateThatMeetsNoInertia) {
+  const System system = compiled(chain(3, false));
+  Rows A = need(evaluate(system, system.initial)).mass_matrix;
+  Rows F = Rows::Zero(3, 3);
+  A.row(1) = A.row(0) * A(1, 0) / A(0, 0);  // the second coordinate moves what the first moves
+  A.col(1) = A.row(1);
+  A(2, 0) = A(0, 2) = A(2, 1) = A(1, 2) = 0;
+  A(0, 1) = A(1, 0);
+  A(1, 1) = A(0, 1) * A(0, 1) / A(0, 0);
+  EXPECT_EQ(factor_mass_matrix(system, A, F), 0);  // elimination runs from the leaves to the root
+}
+
+}  // namespace
+}  // namespace borelli::test

@@ -1,0 +1,289 @@
+// The verdict: what makes a run untrusted, said with the reason, the time and the name.
+#include "dynamics/certifier.hpp"
+
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+Scene swinging_rod() {
+  Scene scene;
+  scene.solids = {solid("point", "world", {slide("x", Vector3d::UnitX(), -1), slide("z", Vector3d::UnitZ())},
+                        {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  scene.constraints = {{"rod", Distance{{"point", {0, 0, 0}}, {"world", {0, 0, 0}}, constant(1)}}};
+  return scene;
+}
+
+TEST(Certificate, DriftOfAConstraintIsNamed) {
+  SimulationSettings how = settings("rk4", 100, 0.01);
+  how.constraints = ConstraintTreatment::baumgarte;
+  how.baumgarte_alpha = how.baumgarte_beta = 0;  // nothing holds the point against drift
+  const Certificate certificate = run(swinging_rod(), how).certificate;
+  EXPECT_FALSE(certificate.trusted);  // though its energy balance is good to 1e-6
+  EXPECT_NE(certificate.reason.find("constraint 'rod' is violated by"), std::string::npos)
+      << certificate.reason;
+  EXPECT_GT(certificate.residuals[0].position, 1e-3);
+  EXPECT_GT(certificate.reason_time, 50);
+}
+
+TEST(Certificate, WhatProjectionsMovedIsCountedApart) {
+  // with steps too long, projection keeps the point on its circle, but pays in energy
+  const Certificate certificate = run(swinging_rod(), settings("rk2", 10, 0.02)).certificate;
+  EXPECT_FALSE(certificate.trusted);
+  EXPECT_GT(certificate.work_projection_size, 0.1);
+  EXPECT_GE(certificate.work_projection_size, std::abs(certificate.work_projection));
+  EXPECT_LT(certificate.residuals[0].position, 1e-12);
+}
+
+TEST(Certificate, ItsThresholdIsTheUsersToSet) {
+  SimulationSettings how = settings("euler", 0.5, 0.01);
+  EXPECT_FALSE(run(roundabout(), how).certificate.trusted);
+  how.energy_threshold = 0.5;
+  const Certificate lax = run(roundabout(), how).certificate;
+  EXPECT_EQ(lax.energy_threshold, 0.5);
+  EXPECT_TRUE(lax.trusted) << lax.reason;
+  how = settings("rk4", 0.5, 0.01);
+  how.energy_threshold = 1e-12;
+  EXPECT_FALSE(run(roundabout(), how).certificate.trusted);
+}
+
+TEST(Certificate, ThresholdFollowsTheToleranceOfAnAdaptiveMethod) {
+  EXPECT_DOUBLE_EQ(run(roundabout(), settings("rk4", 0.1, 0.01)).certificate.energy_threshold, 1e-3);
+  EXPECT_DOUBLE_EQ(run(roundabout(), settings("rk4_adaptive", 0.1, 0.01, 1e-8)).certificate.energy_threshold,
+                   1e-5);
+  EXPECT_DOUBLE_EQ(run(roundabout(), settings("rk4_adaptive", 0.1, 0.01, 1e-14)).certificate.energy_threshold,
+                   1e-9);
+}
+
+TEST(Certificate, DriftOfAMomentumIsTheLargestSeen) {
+  Scene scene;
+  scene.gravity.setZero();
+  const Vector3d moments(1, 1.2, 1.5);
+  scene.solids = {solid("top", "world", {ball("turn", identity_quaternion(), {3, 0, 20})},
+                        {inertial(1, {0, 0, 0}, moments)})};
+  SimulationSettings how = settings("euler", 1, 0.01);
+  how.output_interval = 0;
+  const Trajectory path = run(scene, how);
+  double drift = 0, scale = 0;
+  const auto momentum = [&](std::size_t i) -> Vector3d {
+    return path.pose(i, 0).R * moments.asDiagonal() * path.v.row(Eigen::Index(i)).transpose();
+  };
+  for (std::size_t i = 0; i < path.times.size(); ++i) {
+    drift = std::max(drift, (momentum(i) - momentum(0)).norm());
+    scale = std::max(scale, momentum(i).norm());
+  }
+  ASSERT_EQ(path.certificate.conserved.size(), 1u);
+  EXPECT_NEAR(path.certificate.conserved[0].drift, drift, 1e-12 * scale);
+  EXPECT_NEAR(path.certificate.conserved[0].scale, scale, 1e-12 * scale);
+  EXPECT_FALSE(path.certificate.trusted);
+}
+
+TEST(Certificate, EnergyTurnedOverIsWhatPassedBetweenItsForms) {
+  // a bar let go level falls half a metre of its centre: 4.9 J from potential to kinetic
+  Scene scene = chain(1, false, M_PI / 2);
+  const Certificate certificate = run(scene, settings("rk4", 2, 0.01)).certificate;
+  EXPECT_NEAR(certificate.energy_turnover, 9.81 * 0.5, 1e-3);
+}
+
+TEST(Certificate, RoundingIsNoReasonForDistrust) {
+  Random random(4);
+  Scene falls;  // without turning: its spin is all rounding
+  falls.solids = {solid("stone", "world", free_switches("stone"), {random.inertia().inertial()})};
+  Scene stands = chain(1, false, M_PI);  // upside down, in balance: hardly any energy is turned over
+  Scene rests = chain(3, true, 0);
+  Scene held = chain(3, false, 0.5);  // folded in a zigzag that constraints keep at rest
+  held.constraints = {{"tip", PointOnPoint{{"l2", {0, 0, -1}}, {"world", {1, 0, -1}}}},
+                      {"first", CoordinateCoupling{{{"h0"}}, {1}, constant(0.5)}}};
+  Scene empty;
+  for (const Scene& scene : {falls, stands, rests, held, empty})
+    for (const char* method : {"rk4", "rk4_adaptive"}) {
+      const Certificate certificate = run(scene, settings(method, 1, 0.01, 1e-10)).certificate;
+      EXPECT_TRUE(certificate.trusted) << scene.name << ", " << method << ": " << certificate.reason;
+    }
+}
+
+// ---- steps longer than what the scene prescribes in time ----
+
+/// 1 kg on a slide under a force of F cos(w t): x = F (1 - cos w t) / w^2.
+Scene shaken(double F, double w) {
+  Scene scene;
+  scene.gravity.setZero();
+  scene.solids = {
+      solid("mass", "world", {slide("x", Vector3d::UnitX())}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  scene.efforts = {
+      {"shaker", Force{{"mass", {0, 0, 0}}, {F, 0, 0}, Axes::world, Sine{1, w, M_PI / 2, 0}, {}}}};
+  return scene;
+}
+
+TEST(Certificate, AFixedStepThatStepsOverASineIsDistrusted) {
+  const double w = 200 * M_PI;  // one step is one period: the method sees a steady force
+  const Trajectory over = run(shaken(1, w), settings("rk4", 1, 0.01));
+  EXPECT_GT(std::abs(last(over.q)[0]), 0.1);  // wrong: the mass stays within 2 / w^2, some micrometres
+  EXPECT_FALSE(over.certificate.trusted);
+  EXPECT_NE(over.certificate.reason.find("effort 'shaker'"), std::string::npos) << over.certificate.reason;
+  EXPECT_NE(over.certificate.reason.find("at most 0.00125 s"), std::string::npos) << over.certificate.reason;
+  // 50 steps to a period leave rk4 an energy error of (0.16 / 0.8)^4 of the 14 % that 8 steps leave
+  const Trajectory fine = run(shaken(1, w), settings("rk4", 1, 2e-4));
+  EXPECT_TRUE(fine.certificate.trusted) << fine.certificate.reason;
+}
+
+TEST(Certificate, AnAdaptiveStepIsHeldToAPartOfASinesPeriod) {
+  const double F = 1e4, w = 800 * M_PI, t = 1.00125;  // 0.01 s and its halves and quarters are whole periods
+  const Trajectory path = run(shaken(F, w), settings("rk4_adaptive", t, 0.01));
+  // x stays within 3 mm, 4 m/s; a tolerance of 1e-6 a step, whose errors wander through 400 periods
+  EXPECT_NEAR(last(path.q)[0], F * (1 - std::cos(w * t)) / (w * w), 1e-4);
+  EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+  for (double h : path.step_sizes) EXPECT_LE(h, 2 * M_PI / w / 8 * (1 + 1e-12));
+  ASSERT_EQ(path.certificate.notes.size(), 1u);
+  EXPECT_NE(path.certificate.notes[0].find("an eighth of the period of effort 'shaker'"), std::string::npos);
+}
+
+TEST(Certificate, SinesOfDrivesAndConstraintsCountToo) {
+  Scene drive = shaken(0, 1);
+  drive.efforts.clear();
+  drive.solids[0].switches.insert(drive.solids[0].switches.begin(),
+                                  driven(slide("pump", Vector3d::UnitY()), Sine{0.01, 200 * M_PI, 0, 0}));
+  Scene constraint = shaken(0, 1);
+  constraint.efforts.clear();
+  constraint.constraints = {{"cam", CoordinateCoupling{{{"x"}}, {1}, Sine{0.01, 200 * M_PI, 0, 0}}}};
+  for (const auto& [scene, name] : {std::pair(drive, "'pump'"), std::pair(constraint, "'cam'")}) {
+    const Certificate certificate = run(scene, settings("rk4", 1, 0.01)).certificate;
+    EXPECT_FALSE(certificate.trusted) << name;
+    EXPECT_NE(certificate.reason.find("cannot follow"), std::string::npos) << certificate.reason;
+    EXPECT_NE(certificate.reason.find(name), std::string::npos) << certificate.reason;
+  }
+}
+
+// ---- what assembly changed ----
+
+TEST(Certificate, TellsWhatAssemblyMoved) {
+  Scene scene;  // a wall at x = 2 for a mass that is to start at 0 with 5 m/s
+  scene.solids = {solid("a", "world", {slide("x", Vector3d::UnitX(), 0, 5), slide("z", Vector3d::UnitZ())},
+                        {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  scene.constraints = {
+      {"wall", PointOnPlane{{"a", {0, 0, 0}}, {"world", {2, 0, 0}}, {1, 0, 0}, constant(0)}}};
+  const Certificate moved = run(scene, settings("rk4_adaptive", 0.1, 0.01)).certificate;
+  EXPECT_NEAR(moved.assembly_position, 2, 1e-12);
+  EXPECT_EQ(moved.assembly_position_coordinate, "x");
+  EXPECT_NEAR(moved.assembly_velocity, 5, 1e-12);
+  EXPECT_EQ(moved.assembly_velocity_coordinate, "x");
+  ASSERT_EQ(moved.notes.size(), 2u);
+  EXPECT_NE(moved.notes[0].find("initial positions, most that of coordinate 'x', by 2 m"), std::string::npos);
+  EXPECT_NE(moved.notes[1].find("initial velocities, most that of coordinate 'x', by 5 m/s"),
+            std::string::npos);
+  EXPECT_TRUE(run(swinging_rod(), settings("rk4", 0.1, 0.001)).certificate.notes.empty());
+}
+
+// ---- singular positions ----
+
+TEST(Certificate, AChangeOfTheRowsRankIsDistrusted) {
+  // y = 0 and y = x z hold z at 0 too, but where x passes 0 the second row says no more than the first
+  Scene scene;
+  scene.gravity.setZero();
+  // 1 nm beside the singular position at t = 0.5 s, an end of a step
+  scene.solids = {solid("a", "world",
+                        {slide("x", Vector3d::UnitX(), -0.5 + 1e-9, 1), slide("y", Vector3d::UnitY()),
+                         slide("z", Vector3d::UnitZ())},
+                        {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  FunctionConstraint saddle;
+  saddle.coordinates = {{"x"}, {"y"}, {"z"}};
+  saddle.function = [](double, const Eigen::VectorXd& x, FunctionDerivatives& h) {
+    h.value = x[1] - x[0] * x[2];
+    h.gradient << -x[2], 1, -x[0];
+    h.hessian(0, 2) = h.hessian(2, 0) = -1;
+  };
+  scene.constraints = {{"level", CoordinateCoupling{{{"y"}}, {1}, constant(0)}}, {"saddle", saddle}};
+  const Certificate certificate = run(scene, settings("rk4", 1, 0.125)).certificate;
+  EXPECT_EQ(certificate.constraint_rank, 2);
+  EXPECT_FALSE(certificate.trusted);
+  EXPECT_EQ(certificate.reason,
+            "the rank of the constraint rows changed from 2 to 1 at t = 0.5 s: a singular position");
+  EXPECT_EQ(certificate.reason_time, 0.5);
+  EXPECT_EQ(certificate.notes.size(), 1u);
+}
+
+// ---- independent parts, each by its own measure ----
+
+/// A bar under too long steps beside a weight of a ton that falls freely, on which any method is exact.
+Scene bar_beside_weight() {
+  Scene scene = chain(1, false, 1);
+  scene.solids.push_back(
+      solid("weight", "world", {slide("fall", Vector3d::UnitZ())}, {inertial(1000, {0, 0, 0}, {1, 1, 1})}));
+  return scene;
+}
+
+TEST(Certificate, AHeavyNeighbourDoesNotHideABarsDrift) {
+  const SimulationSettings how = settings("rk2", 5, 0.1);
+  const Certificate alone = run(chain(1, false, 1), how).certificate;
+  const Certificate beside = run(bar_beside_weight(), how).certificate;
+  EXPECT_FALSE(alone.trusted);
+  EXPECT_LT(beside.energy_drift, beside.energy_threshold * beside.energy_turnover);  // pooled, all looks well
+  EXPECT_FALSE(beside.trusted);
+  EXPECT_NE(beside.reason.find("the energy balance of 'l0' and what it is tied to is off"), std::string::npos)
+      << beside.reason;
+  EXPECT_EQ(beside.reason_time, alone.reason_time);
+}
+
+TEST(Certificate, WorkIsCountedToTheGroupThatItIsDoneOn) {
+  Scene scene = bar_beside_weight();  // with a force, a damper, a drive and a moving constraint, unlike ones
+  scene.solids.push_back(solid("carriage", "world", {driven(slide("ride", Vector3d::UnitX()), Sine{})}, {}));
+  scene.solids.push_back(solid("bob", "carriage", {hinge("swing", Vector3d::UnitY(), 0.3)}, {link()}));
+  scene.solids.push_back(
+      solid("lift", "world", {slide("height", Vector3d::UnitZ())}, {inertial(3, {0, 0, 0}, {1, 1, 1})}));
+  scene.efforts = {{"push", Force{{"weight", {0, 0, 0}}, {0, 0, 700}, Axes::world, Sine{}, {}}},
+                   {"damper", CoordinateSpring{{"h0"}, 3, 0.5, 0}}};
+  scene.constraints = {{"rise", CoordinateCoupling{{{"height"}}, {1}, Sine{0.5, 2, 0, 0}}}};
+  SimulationSettings how = settings("rk4", 2, 0.002);
+  how.energy_threshold = 1e-6;  // work put on a wrong group would break two balances by whole joules
+  for (const auto treatment : {ConstraintTreatment::projection, ConstraintTreatment::baumgarte}) {
+    how.constraints = treatment;
+    const System system = compiled(scene);
+    EXPECT_EQ(system.groups, 4);
+    const Certificate certificate = run(system, how).certificate;
+    EXPECT_TRUE(certificate.trusted) << certificate.reason;
+    EXPECT_GT(std::abs(certificate.work_drives), 0.1);
+    EXPECT_GT(std::abs(certificate.work_constraints), 0.1);
+    EXPECT_GT(std::abs(certificate.work_efforts), 0.1);
+  }
+}
+
+TEST(Certificate, AFarThingLoosensNeitherResidualsNorTolerances) {
+  // a solid welded to the world, and one that moves on its own, five kilometres away
+  const auto with_far = [](Scene scene) {
+    const Inertial block = inertial(1, {0, 0, 0}, {1, 1, 1});
+    scene.solids.push_back(solid("tower", "world", {fixed({5000, 0, 0})}, {block}));
+    scene.solids.push_back(
+        solid("mill", "world", {fixed({0, 5000, 0}), hinge("sail", Vector3d::UnitY())}, {block}));
+    return scene;
+  };
+  SimulationSettings how = settings("rk4", 100, 0.01);
+  how.constraints = ConstraintTreatment::baumgarte;
+  how.baumgarte_alpha = how.baumgarte_beta = 0;  // the point drifts off its circle
+  const Certificate alone = run(swinging_rod(), how).certificate;
+  const Certificate far = run(with_far(swinging_rod()), how).certificate;
+  EXPECT_FALSE(alone.trusted);
+  EXPECT_FALSE(far.trusted);
+  EXPECT_EQ(far.reason, alone.reason);
+
+  Scene spring;  // 1 cm on a spring: an adaptive method takes the same steps
+  spring.gravity.setZero();
+  spring.solids = {
+      solid("mass", "world", {slide("x", Vector3d::UnitX(), 0.01)}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  spring.efforts = {{"spring", CoordinateSpring{{"x"}, 100, 0, 0}}};
+  SimulationSettings adaptive = settings("rk4_adaptive", 2, 0.01, 1e-8);
+  EXPECT_EQ(run(with_far(spring), adaptive).step_sizes, run(spring, adaptive).step_sizes);
+}
+
+TEST(Certificate, CountsStepsAndEvaluations) {
+  const Certificate fixed_step = run(roundabout(), settings("rk4", 1, 0.1)).certificate;
+  EXPECT_EQ(fixed_step.steps_accepted, 10);
+  EXPECT_EQ(fixed_step.steps_rejected, 0);
+  EXPECT_EQ(fixed_step.evaluations, 1 + 10 * 4);
+  EXPECT_DOUBLE_EQ(fixed_step.smallest_step, 0.1);
+  const Trajectory adaptive = run(roundabout(), settings("rk4_adaptive", 1, 0.5, 1e-6));
+  EXPECT_GT(adaptive.certificate.steps_rejected, 0);
+  EXPECT_EQ(adaptive.certificate.steps_accepted, long(adaptive.step_sizes.size()));
+}
+
+}  // namespace
+}  // namespace borelli::test

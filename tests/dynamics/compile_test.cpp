@@ -1,0 +1,178 @@
+// compile(): what is merged, folded and numbered, and what is refused, by name.
+#include <algorithm>
+
+#include "dynamics/evaluate.hpp"
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+TEST(Compile, SupportsHoldTheCoordinatesOnTheWayToASolid) {
+  const System system = compiled(roundabout());
+  ASSERT_EQ(system.bodies.size(), 4u);  // the world and three
+  const auto support = [&](int b) {
+    const auto first = system.support.begin() + system.bodies[b].first_support;
+    return std::vector<int>(first, first + system.bodies[b].support_count);
+  };
+  EXPECT_EQ(support(1), (std::vector<int>{0}));
+  EXPECT_EQ(support(2), (std::vector<int>{0, 1}));
+  EXPECT_EQ(support(3), (std::vector<int>{0, 2}));
+}
+
+TEST(Compile, ParentsMayComeAfterTheirChildren) {
+  Scene scene = chain(3, true, 0.3);
+  const System in_order = compiled(scene);
+  std::swap(scene.solids[0], scene.solids[2]);
+  const System mixed = compiled(scene);
+  EXPECT_EQ(mixed.solids[0], "l2");
+  EXPECT_EQ(mixed.coordinates[0].name, "h0");
+  const Evaluation a = need(evaluate(in_order, in_order.initial)), b = need(evaluate(mixed, mixed.initial));
+  EXPECT_EQ(a.acceleration, b.acceleration);
+}
+
+TEST(Compile, WeldedSolidsMergeAndKeepNamesAndPoses) {
+  Scene scene = chain(2, true, 0.4);
+  const Inertial extra = inertial(0.7, {0.1, 0, 0}, {0.01, 0.02, 0.025});
+  const Pose X{rotation_matrix(Random(1).turn()), {0.2, -0.1, 0.3}};
+  scene.solids.insert(scene.solids.begin() + 1, solid("tool", "l0", {fixed(X.p, X.R)}, {extra}));
+  scene.solids.push_back(solid("tip", "tool", {fixed({0, 0, 0.1})}, {}));
+  const System welded = compiled(scene);
+  EXPECT_EQ(welded.bodies.size(), 3u);
+  EXPECT_EQ(welded.nv, 2);
+
+  // the same by hand: one solid with both inertials
+  Scene by_hand = chain(2, true, 0.4);
+  by_hand.solids[0].inertials.push_back(extra.expressed_in(X.R, X.p));
+  const System merged = compiled(by_hand);
+  const Evaluation a = need(evaluate(welded, welded.initial)), b = need(evaluate(merged, merged.initial));
+  EXPECT_LT((a.acceleration - b.acceleration).norm(), 1e-13);
+
+  const Trajectory trajectory = run(welded, settings("rk4", 0.01, 0.01));
+  ASSERT_EQ(trajectory.solids, (std::vector<std::string>{"l0", "tool", "l1", "tip"}));
+  const Pose expected = trajectory.pose(1, 0) * X;
+  EXPECT_LT((trajectory.pose(1, 1).R - expected.R).norm() + (trajectory.pose(1, 1).p - expected.p).norm(),
+            1e-14);
+}
+
+TEST(Compile, LockedCoordinatesAreFoldedAway) {
+  Scene scene = chain(3, true, 0.3);
+  scene.solids[1].switches[1].motion = Locked{};
+  const System locked = compiled(scene);
+  EXPECT_EQ(locked.nv, 2);
+  EXPECT_EQ(locked.bodies.size(), 3u);  // l0 with l1, and l2
+  // the same by a constraint instead of folding: another way through the engine
+  Scene held = chain(3, true, 0.3);
+  held.constraints.push_back({"hold", CoordinateCoupling{{{"h1"}}, {1}, constant(0.3)}});
+  const System constrained = compiled(held);
+  const Evaluation a = need(evaluate(locked, locked.initial)),
+                   b = need(evaluate(constrained, constrained.initial));
+  EXPECT_NEAR(a.acceleration[0], b.acceleration[0], 1e-12);
+  EXPECT_NEAR(a.acceleration[1], b.acceleration[2], 1e-12);
+  EXPECT_NEAR(b.acceleration[1], 0, 1e-12);
+}
+
+TEST(Compile, ALockedCoordinateKeepsItsValueInConstraintsAndSprings) {
+  Scene scene = chain(2, false, 0.3);
+  scene.solids[0].switches[0].motion = Locked{};
+  scene.constraints.push_back({"ratio", CoordinateCoupling{{{"h0"}, {"h1"}}, {2, 1}, constant(1)}});
+  System system = compiled(scene);
+  Result<Trajectory> trajectory = simulate(system, system.initial, settings("rk4", 0.1, 0.01));
+  EXPECT_NEAR(last(need(std::move(trajectory)).q)[0], 1 - 2 * 0.3, 1e-12);
+}
+
+TEST(Compile, CoordinatesAreNamedAfterTheirSolidWhereNotNamed) {
+  Scene scene = bars(1);
+  scene.solids[0].switches[1].coordinate.clear();
+  EXPECT_EQ(compiled(scene).coordinates[0].name, "b0");
+  scene.solids[0].switches.push_back(hinge("", Vector3d::UnitX()));
+  EXPECT_EQ(compiled(scene).coordinates[1].name, "b0.2");
+}
+
+TEST(Compile, LengthIsTheScenesSize) { EXPECT_NEAR(compiled(bars(5)).length, 8, 1e-12); }
+
+// ---- refusals ----
+
+void expect_refused(const Scene& scene, const std::string& where, const std::string& what) {
+  const Result<System> system = compile(scene);
+  ASSERT_FALSE(system) << "accepted; expected: " << what;
+  EXPECT_EQ(system.error().where, where);
+  EXPECT_NE(system.error().what.find(what), std::string::npos) << system.error().what;
+  EXPECT_EQ(system.error().kind, Error::Kind::use);
+}
+
+TEST(CompileRefuses, SolidsWithoutGoodNamesOrParents) {
+  Scene scene = chain(2, false);
+  scene.solids[1].name = "l0";
+  expect_refused(scene, "solid 'l0'", "two solids of this name");
+  scene.solids[1].name = "world";
+  expect_refused(scene, "solid 'world'", "call it something else");
+  scene.solids[1].name = "";
+  expect_refused(scene, "solid 2", "has no name");
+  scene.solids[1].name = "l1";
+  scene.solids[1].parent = "l7";
+  expect_refused(scene, "solid 'l1'", "'l7' is not in the scene; there are world, l0, l1");
+  scene.solids[1].parent = "l1";
+  expect_refused(scene, "solid 'l1'", "its own ancestor");
+}
+
+TEST(CompileRefuses, ImpossibleInertia) {
+  Scene scene = chain(1, false);
+  scene.solids[0].inertials[0].tensor.diagonal() << 1, 1, 3;
+  expect_refused(scene, "solid 'l0'", "triangle inequality");
+  scene.solids[0].inertials[0] = inertial(-1, {0, 0, 0}, {1, 1, 1});
+  expect_refused(scene, "solid 'l0'", "mass is -1");
+}
+
+TEST(CompileRefuses, AMasslessLeaf) {
+  Scene scene = chain(2, false);
+  scene.solids[1].inertials.clear();
+  expect_refused(scene, "solid 'l1', coordinate 'h1'", "moves no mass");
+}
+
+TEST(CompileRefuses, CoordinatesWithBadNumbers) {
+  const auto with = [](auto change) {
+    Scene scene = chain(1, false);
+    change(scene.solids[0].switches[0]);
+    return scene;
+  };
+  const std::string where = "solid 'l0', coordinate 'h0'";
+  expect_refused(with([](Switch& s) { s.kind = Rotation{Vector3d::Zero()}; }), where, "has no direction");
+  expect_refused(with([](Switch& s) { s.q = {1, 2}; }), where, "2 numbers; expected 1");
+  expect_refused(with([](Switch& s) { s.v = {1, 2}; }), where, "2 numbers");
+  expect_refused(with([](Switch& s) { s.q = {NAN}; }), where + ", initial q", "not a finite number");
+  expect_refused(with([](Switch& s) { s.range = Range{1, 2}; }), where, "outside its range of 1 to 2");
+  expect_refused(with([](Switch& s) { s.range = Range{2, 1}; }), where, "range runs from 2 to 1");
+  expect_refused(with([](Switch& s) {
+                   s.motion = Driven{{constant(1)}};
+                   s.range = Range{0, 2};
+                 }),
+                 where, "remove its range");
+  expect_refused(with([](Switch& s) { s.motion = Driven{}; }), where,
+                 "driven by 0 functions of time; expected 1");
+  expect_refused(with([](Switch& s) { s.motion = Driven{{constant(1)}}; }), where, "remove q and v");
+  expect_refused(with([](Switch& s) { s = ball("h0", Quaternion(1, 1, 0, 0)); }), where,
+                 "quaternion has length 1.41421");
+  Scene scene = chain(2, false);
+  scene.solids[1].switches[1].coordinate = "h0";
+  expect_refused(scene, "solid 'l1', coordinate 'h0'", "names must differ");
+}
+
+TEST(CompileRefuses, EffortsAndConstraintsOnWhatIsNotThere) {
+  Scene scene = chain(1, false);
+  scene.efforts = {{"pull", Force{{"l9", {0, 0, 0}}, {1, 0, 0}, Axes::world, constant(1), {}}}};
+  expect_refused(scene, "effort 'pull'", "its 'at' is on solid 'l9', which is not in the scene");
+  scene.efforts = {{"spring", CoordinateSpring{{"h9"}, 1, 0, 0}}};
+  expect_refused(scene, "effort 'spring'", "coordinate 'h9', which is not in the scene; there are h0");
+  scene.efforts = {{"spring", CoordinateSpring{{"h0"}, NAN, 0, 0}}};
+  expect_refused(scene, "effort 'spring'", "'stiffness' is not a finite number");
+  scene.efforts.clear();
+  scene.constraints = {{"rod", Distance{}}, {"rod", Distance{}}};
+  expect_refused(scene, "constraint 'rod'", "two constraints of this name");
+  scene.constraints = {{"gear", CoordinateCoupling{{{"h0"}}, {}, constant(0)}}};
+  expect_refused(scene, "constraint 'gear'", "one ratio for each coordinate");
+  scene.constraints = {{"own", FunctionConstraint{}}};
+  expect_refused(scene, "constraint 'own'", "has no function");
+}
+
+}  // namespace
+}  // namespace borelli::test

@@ -1,0 +1,85 @@
+// Least corrections and multipliers against a dense saddle-point solve (full rank) and a pseudo-inverse
+// (dependent rows).
+#include "dynamics/constraint_solver.hpp"
+
+#include <Eigen/Dense>
+
+#include "dynamics/equations.hpp"
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+/// Five hinged links whose end is held on a point of the world: a loop.
+Scene loop() {
+  Scene scene = chain(5, true, 0.5);
+  scene.constraints = {{"end", PointOnPoint{{"l4", {0, 0, -1}}, {"world", {0, 0, -2}}}}};
+  return scene;
+}
+
+Workspace accelerated(const System& system, const State& state) {
+  Workspace w(system);
+  EXPECT_FALSE(accelerate(system, system.parameters, state.t, state.q.data(), state.v.data(), {}, w));
+  return w;
+}
+
+TEST(ConstraintSolver, AgreesWithTheSaddlePointSystem) {
+  const System system = compiled(loop());
+  const State state = Random(1).state(system);
+  const Workspace w = accelerated(system, state);
+  const int n = system.nv, m = system.rows;
+  ASSERT_EQ(w.solver.rank(), m);
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n + m, n + m);  // equations 3 and 4 of the paper
+  K.topLeftCorner(n, n) = Eigen::MatrixXd(w.terms.A).selfadjointView<Eigen::Lower>();
+  K.bottomLeftCorner(m, n) = w.rows.L;
+  K.topRightCorner(n, m) = -w.rows.L.transpose();
+  Eigen::VectorXd rest(n + m);
+  rest << w.terms.Q - w.terms.B, -w.rows.E;
+  const Eigen::VectorXd x = K.fullPivLu().solve(rest);
+  // rounding times the condition of the system, some 1e3
+  EXPECT_LT((w.a - x.head(n)).norm(), 1e-12 * x.norm());
+  EXPECT_LT((w.multipliers - x.tail(m)).norm(), 1e-12 * x.norm());
+}
+
+TEST(ConstraintSolver, SurvivesDependentRowsWithTheLeastMultipliers) {
+  Scene scene = loop();
+  scene.constraints.push_back(scene.constraints[0]);
+  scene.constraints[1].name = "again";
+  const System system = compiled(scene), once = compiled(loop());
+  const State state = Random(1).state(system);
+  const Workspace twice = accelerated(system, state), single = accelerated(once, state);
+  EXPECT_EQ(twice.solver.rank(), 3);
+  EXPECT_LT((twice.a - single.a).norm(), 1e-11);
+  // two equal constraints bear half each: of all sharings the one with the least squares
+  EXPECT_LT((twice.multipliers.head(3) - single.multipliers / 2).norm(), 1e-11);
+  EXPECT_LT((twice.multipliers.tail(3) - single.multipliers / 2).norm(), 1e-11);
+}
+
+TEST(ConstraintSolver, RankDoesNotHangOnUnits) {
+  // one row scaled by 1e-9 (a coupling in other units) is as independent as before
+  Scene scene = chain(3, false, 0.2);
+  scene.constraints = {{"tie", CoordinateCoupling{{{"h0"}, {"h1"}}, {1e-9, -1e-9}, constant(0)}},
+                       {"other", CoordinateCoupling{{{"h1"}, {"h2"}}, {1e6, -1e6}, constant(0)}}};
+  const System system = compiled(scene);
+  const Workspace w = accelerated(system, system.initial);
+  EXPECT_EQ(w.solver.rank(), 2);
+  EXPECT_NEAR(w.a[0], w.a[1], 1e-12);
+  EXPECT_NEAR(w.a[1], w.a[2], 1e-12);
+}
+
+TEST(ConstraintSolver, NamesTheRowsThatADependentOneIsMadeOf) {
+  Scene scene = chain(3, false, 0.2);
+  scene.constraints = {{"first", CoordinateCoupling{{{"h0"}, {"h1"}}, {1, -1}, constant(0)}},
+                       {"second", CoordinateCoupling{{{"h1"}, {"h2"}}, {1, -1}, constant(0)}},
+                       {"sum", CoordinateCoupling{{{"h0"}, {"h2"}}, {1, -1}, constant(0)}}};
+  const System system = compiled(scene);
+  const Workspace w = accelerated(system, system.initial);
+  ASSERT_EQ(w.solver.rank(), 2);
+  const int dependent = w.solver.order()[2];
+  std::vector<std::string> others = w.solver.rows_behind(dependent);
+  EXPECT_EQ(others.size(), 2u);
+  EXPECT_TRUE(w.solver.rows_behind(w.solver.order()[0]).empty());
+}
+
+}  // namespace
+}  // namespace borelli::test

@@ -1,0 +1,162 @@
+// What each sample scene says is to be seen there, checked: closed forms, published numbers, and another
+// program.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "dynamics/scene_file.hpp"
+#include "dynamics/simulate.hpp"
+
+#ifdef BORELLI_MUJOCO
+#include <mujoco/mujoco.h>
+#endif
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+Scene sample(const std::string& name) {
+  auto scene = read_scene(std::string(BORELLI_SOURCE) + "/samples/" + name);
+  EXPECT_TRUE(scene) << scene.error().message();
+  return scene.value_or(Scene{});
+}
+
+Trajectory run(const Scene& scene) {
+  auto trajectory = compile(scene).and_then([](const System& system) { return simulate(system); });
+  EXPECT_TRUE(trajectory) << trajectory.error().message();
+  return trajectory.value_or(Trajectory{});
+}
+
+double last(const Trajectory& t, int i) { return t.q(t.q.rows() - 1, i); }
+double last_velocity(const Trajectory& t, int i) { return t.v(t.v.rows() - 1, i); }
+
+// Each sample, run by its own settings, is trusted by its certificate.
+TEST(Samples, AllRunAndAreTrusted) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(BORELLI_SOURCE "/samples")) {
+    if (entry.path().extension() != ".toml") continue;
+    SCOPED_TRACE(entry.path().filename());
+    const Trajectory t = run(sample(entry.path().filename()));
+    EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
+    ++count;
+  }
+  EXPECT_GE(count, 16);
+}
+
+TEST(Samples, PendulumIsBackAfterItsPeriod) {
+  // 4 K(sin 45 degrees) sqrt(l/g): IFToMM problem A01
+  Scene scene = sample("pendulum.toml");
+  scene.simulation.end_time = 2.36784194757623745;
+  EXPECT_NEAR(4 * std::comp_ellint_1(std::sqrt(0.5)) / std::sqrt(9.81), scene.simulation.end_time, 1e-14);
+  const Trajectory t = run(scene);
+  // at rest there, the angle is off by the square of a shift in time, the velocity by g/l times the shift;
+  // adaptive RK4 at 1e-9 per step and about 200 steps to a period accumulates some 1e-7
+  EXPECT_NEAR(last(t, 0), std::acos(0.), 1e-7);
+  EXPECT_NEAR(last_velocity(t, 0), 0, 1e-7);
+}
+
+TEST(Samples, PendulumEndsWhereTheBenchmarkSays) {
+  const Trajectory t = run(sample("pendulum.toml"));
+  const Vector3d bob = t.gravity_centre.bottomRows(1).transpose();
+  // IFToMM A01: P(10) = (-.275087462576117, -.961419205099125), let go on the other side of the pivot
+  EXPECT_NEAR(std::abs(bob.x()), 0.275087462576117,
+              1e-6);  // ten seconds at a tolerance of 1e-9 a step, 800 steps
+  EXPECT_NEAR(bob.z(), -0.961419205099125, 1e-6);
+}
+
+TEST(Samples, HeavyTopEndsWhereTheLiteratureSays) {
+  const Trajectory t = run(sample("heavy_top.toml"));
+  const Vector3d centre = t.gravity_centre.bottomRows(1).transpose();
+  // Arnold & Bruels' heavy top at 2 s; 47 turns at a tolerance of 1e-9 a step, 9000 steps
+  EXPECT_LT((centre - Vector3d(-0.15041682275, -0.72416559164, -0.67302226956)).norm(), 1e-6);
+}
+
+TEST(Samples, SpinningPlateTurnsOverAndKeepsItsMomentum) {
+  const Trajectory t = run(sample("spinning_plate.toml"));
+  const Vector3d moments(1, 2, 3);
+  Vector3d first;
+  double lowest = 10;
+  for (Eigen::Index i = 0; i < t.v.rows(); ++i) {
+    const Vector3d spin = t.v.row(i).tail(3).transpose();
+    const Vector3d momentum = t.pose(static_cast<std::size_t>(i), 0).R * moments.cwiseProduct(spin);
+    if (i == 0) first = momentum;
+    EXPECT_LT((momentum - first).norm(), 1e-7);  // of 20 kg m^2/s; 1100 steps at 1e-9
+    lowest = std::min(lowest, spin.y());
+  }
+  EXPECT_LT(lowest, -9.99);  // the middle axis has turned over
+}
+
+TEST(Samples, RoundaboutMeetsItsReference) {
+  Scene scene = sample("roundabout.toml");
+  scene.simulation.method = "rk4_adaptive";
+  scene.simulation.tolerance = 1e-11;
+  scene.simulation.step = 1e-4;
+  const Trajectory t = run(scene);
+  // 8 and more digits agree between two unlike methods of other programs
+  const double q[] = {36.589803206456790, -0.491961391081574, 0.009149081659433};
+  const double v[] = {7.73755291360600, 12.9839351301372, -9.92117999987793};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(last(t, i), q[i], 1e-7);
+    EXPECT_NEAR(last_velocity(t, i), v[i], 1e-6);
+  }
+}
+
+TEST(Samples, ShockIsSymmetricAndItsCubeIsStoppedAtTheBarsLength) {
+  const Trajectory t = run(sample("shock.toml"));
+  double lowest = 0;
+  for (Eigen::Index i = 0; i < t.q.rows(); ++i) {
+    // the slide holds the bar's far end at z = 0, so height = -cos(tilt): the certificate's own residual,
+    // computed anew
+    EXPECT_NEAR(t.q(i, 0) + std::cos(t.q(i, 1)), 0, 1e-9);
+    lowest = std::min(lowest, t.q(i, 0));
+  }
+  EXPECT_NEAR(lowest, -1, 1e-4);
+  // until the bar whips round, energy makes the fall nearly free: m v^2 / 2 + I w^2 / 2 with the bar's share
+  // below 1 %
+  const auto& c = t.certificate;
+  EXPECT_NEAR(std::fmod(c.smallest_step_time, 2 * std::sqrt(2 / 9.81)), std::sqrt(2 / 9.81), 0.01);
+}
+
+// Motion of 10 s against another program, by its own equations and its own Runge-Kutta steps.
+TEST(Samples, DoublePendulumEndsWhereMuJoCoEnds) {
+  const Trajectory t = run(sample("double_pendulum.toml"));
+  const double q[] = {0.805048150457940, -0.638326467639700}, v[] = {-1.53027089632793, 1.08898678404824};
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_NEAR(last(t, i), q[i],
+                2e-6);  // the sample's own tolerance: 1e-9 a step, 1200 steps, errors grow tenfold
+    EXPECT_NEAR(last_velocity(t, i), v[i], 1e-5);
+  }
+#ifdef BORELLI_MUJOCO
+  const auto path =
+      std::filesystem::temp_directory_path() / ("borelli_pendulum_" + std::to_string(getpid()) + ".xml");
+  std::ofstream(path) << R"(<mujoco><compiler angle="radian"/>
+<option timestep="1e-4" integrator="RK4" gravity="0 0 -9.81"><flag contact="disable"/></option><worldbody><body>
+<joint type="hinge" axis="0 1 0"/><inertial pos="0 0 -.5" mass="1" diaginertia=".08333333333333333 .08333333333333333 .001"/>
+<body pos="0 0 -1"><joint type="hinge" axis="1 0 0"/>
+<inertial pos="0 0 -.5" mass="1" diaginertia=".08333333333333333 .08333333333333333 .001"/></body></body></worldbody></mujoco>)";
+  char error[500] = "";
+  mjModel* model = mj_loadXML(path.c_str(), nullptr, error, sizeof error);
+  std::filesystem::remove(path);
+  ASSERT_TRUE(model) << error;
+  mjData* data = mj_makeData(model);
+  data->qpos[0] = 1, data->qpos[1] = 0.7;
+  for (int i = 0; i < 100000; ++i) mj_step(model, data);
+  Scene scene = sample("double_pendulum.toml");
+  scene.simulation.tolerance = 1e-12;
+  const Trajectory fine = run(scene);
+  for (int i = 0; i < 2; ++i) {
+    // both of fourth order: 1e5 steps of 1e-4 s, (1e-4)^4 a second with a factor of some hundreds, and
+    // rounding
+    EXPECT_NEAR(last(fine, i), data->qpos[i], 1e-9);
+    EXPECT_NEAR(last_velocity(fine, i), data->qvel[i], 1e-8);
+  }
+  mj_deleteData(data);
+  mj_deleteModel(model);
+#endif
+}
+
+}  // namespace
+}  // namespace borelli

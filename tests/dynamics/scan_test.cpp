@@ -1,0 +1,199 @@
+// Efforts and constraints on random trees (free and driven): springs against the slope of their potential,
+// dampers against their power, constraint rows against central differences in position and in time.
+#include "dynamics/scan.hpp"
+
+#include "dynamics/chart.hpp"
+#include "dynamics/equations.hpp"
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+// of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
+constexpr double h = 1e-5, tolerance = 2e-7;
+
+/// A system with its state, evaluated at displaced states.
+class Probe {
+ public:
+  Probe(const Scene& scene, unsigned seed) : system(compiled(scene)), state(Random(seed).state(system)) {
+    state.t = 0.3;
+  }
+
+  /// Terms after a displacement x in the chart, at time t + s.
+  Workspace at(const Eigen::VectorXd& x, double s) const {
+    Eigen::VectorXd q = state.q;
+    from_chart(system, state.q.data(), x.data(), q.data());
+    Workspace w(system);
+    EXPECT_FALSE(update_terms(system, system.parameters, state.t + s, q.data(), state.v.data(), w));
+    return w;
+  }
+  Workspace now() const { return at(Eigen::VectorXd::Zero(system.nv), 0); }
+  Workspace along(int i, double s) const { return at(s * Eigen::VectorXd::Unit(system.nv, i), 0); }
+  Workspace later(double s) const { return at(s * state.v, s); }
+
+  System system;
+  State state;
+};
+
+// ---- efforts ----
+
+Scene tree_with(const EffortKind& kind, bool drives) {
+  Scene scene = random_tree(4, {.balls = true, .drives = drives});
+  scene.gravity.setZero();
+  scene.efforts = {{"effort", kind}};
+  return scene;
+}
+
+std::vector<EffortKind> springs(double stiffness, double damping) {
+  return {PointSpring{{"s3", {0.1, 0.2, 0.3}}, {"s5", {-0.2, 0.1, 0}}, stiffness, damping, 0.4},
+          PointSpring{{"s2", {0.1, 0.2, 0.3}}, {"world", {1, 2, 3}}, stiffness, damping, 0},
+          TorsionSpring{{"s3"}, {"s4"}, stiffness, damping, {0.3, -0.2, 0.5}},
+          TorsionSpring{{"s5"}, {"world"}, stiffness, damping, {0, 0, 0}},
+          CoordinateSpring{{"c20"}, stiffness, damping, 0.2},
+          CoordinateSpring{{"c01"}, stiffness, damping, 0.2}};
+}
+
+TEST(Efforts, SpringsPushDownTheSlopeOfTheirPotential) {
+  for (const EffortKind& kind : springs(30, 0)) {
+    const Probe probe(tree_with(kind, false), 11);
+    const Workspace now = probe.now();
+    EXPECT_GT(now.terms.potential, 0);
+    for (int i = 0; i < probe.system.nv; ++i) {
+      const double slope = (probe.along(i, h).terms.potential - probe.along(i, -h).terms.potential) / (2 * h);
+      EXPECT_NEAR(now.terms.Q[i], -slope, 30 * tolerance) << kind.index() << ", " << i;
+    }
+    EXPECT_EQ(now.efforts.power, 0);
+  }
+}
+
+TEST(Efforts, SpringsWorkIsWhatTheirPotentialLosesAlsoOnDrivenSolids) {
+  for (const EffortKind& kind : springs(30, 2)) {
+    const Probe probe(tree_with(kind, true), 12);
+    const Workspace now = probe.now();
+    const double loss = (probe.later(h).terms.potential - probe.later(-h).terms.potential) / (2 * h);
+    // all that the effort does: from the potential, and by the damper
+    EXPECT_NEAR(now.terms.Q.dot(now.kinematics.u), now.efforts.power - loss, 30 * tolerance) << kind.index();
+    EXPECT_LE(now.efforts.power, 0);
+  }
+}
+
+TEST(Efforts, AnInternalPairMovesNoGravityCentre) {
+  Scene scene;
+  scene.gravity.setZero();
+  Random random(3);
+  for (const char* name : {"a", "b"})
+    scene.solids.push_back(solid(name, "world", free_switches(name), {random.inertia().inertial()}));
+  scene.efforts = {
+      {"force", Force{{"a", {1, 0, 0}}, {1, 2, 3}, Axes::solid, constant(2), SolidPoint{"b", {0, 1, 0}}}},
+      {"torque", Torque{{"a"}, {1, -2, 3}, Axes::world, Sine{}, SolidName{"b"}}},
+      {"point", PointSpring{{"a", {0, 0, 1}}, {"b", {1, 0, 0}}, 5, 1, 0.1}},
+      {"twist", TorsionSpring{{"a"}, {"b"}, 5, 1, {0, 0, 0}}},
+  };
+  const Probe probe(scene, 5);
+  const Workspace w = probe.now();
+  EXPECT_LT((w.efforts.force[1] + w.efforts.force[2]).norm(), 1e-13);
+  // the moments about the world's origin: all but the pair of forces, whose lines of action differ
+  Vector3d moment = Vector3d::Zero();
+  for (int b : {1, 2}) moment += w.efforts.moment[b] + w.kinematics.bodies[b].g.cross(w.efforts.force[b]);
+  const Pose &X_a = w.kinematics.bodies[1].X, &X_b = w.kinematics.bodies[2].X;
+  const Vector3d f = X_a.R * Vector3d(2, 4, 6);
+  const Vector3d couple = (X_a * Vector3d(1, 0, 0) - X_b * Vector3d(0, 1, 0)).cross(f);
+  EXPECT_LT((moment - couple).norm(), 1e-13);
+}
+
+TEST(Efforts, AForceWorksAlongItsPointsVelocity) {
+  Scene scene = random_tree(7, {.balls = true});
+  scene.gravity.setZero();
+  const Vector3d point(0.3, 0.1, -0.2), force(1, -2, 0.5);
+  scene.efforts = {{"push", Force{{"s5", point}, force, Axes::world, Polynomial{{1, 2}}, {}}}};
+  const Probe probe(scene, 5);
+  const Workspace w = probe.now();
+  const auto place = [&](const Workspace& at) {
+    return at.kinematics.bodies[probe.system.solid_bodies[5]].X * point;
+  };
+  const Vector3d velocity = (place(probe.later(h)) - place(probe.later(-h))) / (2 * h);
+  const double power = (1 + 2 * 0.3) * force.dot(velocity);
+  EXPECT_NEAR(w.efforts.power, power, tolerance);
+  EXPECT_NEAR(w.terms.Q.dot(w.kinematics.u), power, tolerance);
+}
+
+// ---- constraints ----
+
+std::vector<ConstraintKind> constraints() {
+  FunctionConstraint own;  // |p|^2 c21 sin t + c20^2 - 1
+  own.coordinates = {{"c21"}, {"c20"}};
+  own.points = {{"s4", {0.1, 0.2, 0.3}}};
+  own.function = [](double t, const Eigen::VectorXd& x, FunctionDerivatives& f) {
+    const Vector3d p = x.tail<3>();
+    const double s = std::sin(t), c = std::cos(t), p2 = p.squaredNorm();
+    f.value = p2 * x[0] * s + x[1] * x[1] - 1;
+    f.gradient << p2 * s, 2 * x[1], 2 * p * x[0] * s;
+    f.hessian.block<3, 1>(2, 0) = 2 * p * s;
+    f.hessian.block<1, 3>(0, 2) = 2 * p.transpose() * s;
+    f.hessian.block<3, 3>(2, 2) = 2 * x[0] * s * Matrix3d::Identity();
+    f.hessian(1, 1) = 2;
+    f.rate = p2 * x[0] * c;
+    f.gradient_rate << p2 * c, 0, 2 * p * x[0] * c;
+    f.acceleration = -p2 * x[0] * s;
+  };
+  const Pose pose{rotation_matrix(Random(2).turn()), {0.3, 0.1, 0.2}};
+  return {PointOnPoint{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}},
+          PointOnPoint{{"s4", {0.1, 0.2, 0.3}}, {"world", {1, 0, 0}}},
+          PointOnPlane{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, {1, 2, -1}, Sine{}},
+          PointOnPlane{{"s5", {0.1, 0.2, 0.3}}, {"world", {1, 0, 0}}, {1, 2, -1}, constant(0)},
+          Distance{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, Polynomial{{2, 1, 0.5}}},
+          Distance{{"s2", {0.1, 0.2, 0.3}}, {"world", {1, 3, 0}}, constant(1)},
+          CoordinateCoupling{{{"c20"}, {"c21"}, {"c01"}}, {2, -1, 0.5}, Sine{}},
+          WeldConstraint{{"s3"}, {"s5"}, pose},
+          WeldConstraint{{"s4"}, {"world"}, pose},
+          own};
+}
+
+class ConstraintKinds : public testing::TestWithParam<std::tuple<int, bool>> {
+ protected:
+  static Scene scene() {
+    Scene out = random_tree(4, {.balls = true, .drives = std::get<1>(GetParam())});
+    out.constraints = {{"constraint", constraints()[std::get<0>(GetParam())]}};
+    return out;
+  }
+  Probe probe{scene(), 21};
+};
+
+TEST_P(ConstraintKinds, JacobianHoldsTheSlopesOfTheResidual) {
+  const Workspace now = probe.now();
+  for (int i = 0; i < probe.system.nv; ++i) {
+    const Eigen::VectorXd slope = (probe.along(i, h).rows.h - probe.along(i, -h).rows.h) / (2 * h);
+    EXPECT_LT((now.rows.L.col(i) - slope).norm(), tolerance) << i;
+  }
+}
+
+TEST_P(ConstraintKinds, RateAndBiasAreTheDerivativesInTime) {
+  const Workspace behind = probe.later(-h), now = probe.now(), ahead = probe.later(h);
+  EXPECT_LT((now.rows.rate - (ahead.rows.h - behind.rows.h) / (2 * h)).norm(), tolerance);
+  // with no free acceleration, d2h/dt2 is E alone
+  EXPECT_LT((now.rows.E - (ahead.rows.rate - behind.rows.rate) / (2 * h)).norm(), tolerance);
+}
+
+TEST_P(ConstraintKinds, TheSolvedAccelerationKeepsTheSecondDerivativeZero) {
+  Workspace w(probe.system);
+  ASSERT_FALSE(accelerate(probe.system, probe.system.parameters, probe.state.t, probe.state.q.data(),
+                          probe.state.v.data(), {}, w));
+  const Eigen::VectorXd second = w.rows.L.leftCols(probe.system.nv) * w.a + w.rows.E;
+  for (int k = 0; k < w.solver.rank(); ++k)  // a weld may ask more than its solids' free coordinates can give
+    EXPECT_LT(std::abs(second[w.solver.order()[k]]), 1e-11 * (1 + w.rows.E.norm() + w.a.norm()));
+  EXPECT_GE(w.solver.rank(), std::min(probe.system.rows, 3));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ConstraintKinds, testing::Combine(testing::Range(0, 10), testing::Bool()));
+
+TEST(Constraints, ARodBetweenPointsThatMeetIsNamed) {
+  Scene scene = chain(1, false);
+  scene.constraints = {{"rod", Distance{{"l0", {0, 0, 0}}, {"world", {0, 0, 0}}, constant(1)}}};
+  const Result<Trajectory> out = simulate(compiled(scene));
+  ASSERT_FALSE(out);
+  EXPECT_EQ(out.error().where, "constraint 'rod'");
+  EXPECT_NE(out.error().what.find("two points meet"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace borelli::test

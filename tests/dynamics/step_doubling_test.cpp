@@ -1,0 +1,67 @@
+// Step doubling: the order that extrapolation gives, steps chosen by the error, and evaluations as Press et
+// al. count.
+#include "dynamics/step_doubling.hpp"
+
+#include <cmath>
+
+#include "functions.hpp"
+
+namespace borelli::test {
+namespace {
+
+FunctionFlow bernoulli() {  // y = 1 / (2 + sin t)
+  return {
+      1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) { dy[0] = -y[0] * y[0] * std::cos(t); }};
+}
+
+TEST(StepDoubling, LocalExtrapolationAddsAnOrder) {
+  const auto error = [](int steps) {
+    FunctionFlow flow = bernoulli();
+    StepDoubling method(classical_runge_kutta(), 1);  // any step is accepted
+    EXPECT_EQ(method.order(), 5);
+    return std::abs(integrate(flow, method, Eigen::VectorXd::Constant(1, 0.5), 2, steps)[0] -
+                    1 / (2 + std::sin(2.0)));
+  };
+  EXPECT_NEAR(std::log2(error(10) / error(20)), 5, 0.35);  // the next order's share at so few steps
+}
+
+TEST(StepDoubling, TakesElevenEvaluationsAStep) {
+  FunctionFlow flow = bernoulli();
+  StepDoubling method(classical_runge_kutta(), 1);
+  integrate(flow, method, Eigen::VectorXd::Constant(1, 0.5), 1, 3);
+  EXPECT_EQ(flow.evaluations, 3 * 11);
+}
+
+TEST(StepDoubling, ProposesTheStepThatMeetsTheTolerance) {
+  FunctionFlow flow = bernoulli();
+  const Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5);
+  Eigen::VectorXd dy(1), out(1);
+  flow.derivative(0, y, dy);
+  StepDoubling method(classical_runge_kutta(), 1e-9);
+  const Attempt large = method.attempt(flow, 0, 1, y, dy, out);
+  EXPECT_FALSE(large.accepted);
+  EXPECT_EQ(large.worst, 0);
+  double h = large.next_step;
+  Attempt attempt;
+  for (int i = 0; i < 6 && !(attempt = method.attempt(flow, 0, h, y, dy, out)).accepted; ++i)
+    h = attempt.next_step;
+  ASSERT_TRUE(attempt.accepted);
+  EXPECT_LT(std::abs(out[0] - 1 / (2 + std::sin(h))), 1e-9);
+  EXPECT_GT(attempt.next_step, 0.5 * h);
+  EXPECT_LE(attempt.next_step, 4 * h);
+}
+
+TEST(StepDoubling, ShortensTheStepWhereTheFunctionEnds) {
+  FunctionFlow flow(
+      1, [](double, const Eigen::VectorXd&, Eigen::VectorXd& dy) { dy[0] = 1; }, 0.5);
+  StepDoubling method(classical_runge_kutta(), 1e-6);
+  const Eigen::VectorXd y = Eigen::VectorXd::Zero(1), dy = Eigen::VectorXd::Ones(1);
+  Eigen::VectorXd out(1);
+  const Attempt attempt = method.attempt(flow, 0, 1, y, dy, out);
+  EXPECT_FALSE(attempt.evaluated);
+  EXPECT_FALSE(attempt.accepted);
+  EXPECT_DOUBLE_EQ(attempt.next_step, 0.25);
+}
+
+}  // namespace
+}  // namespace borelli::test

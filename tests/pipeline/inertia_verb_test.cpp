@@ -1,0 +1,116 @@
+// `borelli inertia` as a user runs it: files in, table out, exit codes and sentences.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "inertia/csv.hpp"
+#include "inertia/table_file.hpp"
+#include "samples/phantom.hpp"
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/write.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Answer {
+  int exit_code;
+  std::string out;
+};
+
+Answer run(const std::string& arguments) {
+  std::FILE* pipe = popen((BORELLI_PROGRAM " " + arguments).c_str(), "r");
+  std::string out;
+  std::array<char, 4096> buffer;
+  for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;)
+    out.append(buffer.data(), n);
+  const int status = pclose(pipe);
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out};
+}
+
+class InertiaVerb : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(BORELLI_PROGRAM)) GTEST_SKIP() << "the program is not built";
+    folder = fs::temp_directory_path() /
+             ("borelli_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::create_directories(folder);
+    const Phantom phantom = build_phantom({}).value();
+    GridOptions grid;
+    grid.spacing.setConstant(8);
+    grid.rotation_deg << 3, 5, -8;  // so that the file's rounded grids differ in their last digits
+    Scan scan = voxelise(phantom, phantom_grid(phantom, grid));
+    for (const Part& part : parts)
+      scan.labels.names.resize(parts.size()),
+          scan.labels.names[static_cast<std::size_t>(part_label(part.name))] = part.name;
+    scan.labels.names[0] = "outside";
+    ASSERT_TRUE(write_volume(folder / "body.nii.gz", scan.grey));
+    ASSERT_TRUE(write_labels(folder / "labels.nrrd", scan.labels));
+    ASSERT_TRUE(write_landmarks(folder / "landmarks.json", phantom.landmarks));
+    mass = phantom.whole.mass;
+  }
+  void TearDown() override { fs::remove_all(folder); }
+
+  std::string file(const char* name) const { return (folder / name).string(); }
+  std::string inputs() const {
+    return " --volume " + file("body.nii.gz") + " --labels " + file("labels.nrrd");
+  }
+
+  fs::path folder;
+  double mass = 0;
+};
+
+TEST_F(InertiaVerb, WritesTheSameTableAsCsvJsonAndAnswer) {
+  const Answer answer =
+      run("inertia" + inputs() + " --landmarks " + file("landmarks.json") +
+          " --sex male --pose standing --json -o " + file("t.csv") + " -o " + file("t.json"));
+  ASSERT_EQ(answer.exit_code, 0) << answer.out;
+  const auto table = read_table(file("t.json"));
+  ASSERT_TRUE(table) << table.error().message();
+  EXPECT_NEAR(table->whole.inertial.mass / mass, 1, 0.003);  // 8 mm
+  EXPECT_EQ(table->rows.size(), 16u);
+  EXPECT_EQ(table->source.density_curve, "schneider2000");
+  EXPECT_NE(table->source.quantity.find("CT numbers"), std::string::npos);
+  const auto answered = nlohmann::json::parse(answer.out);
+  EXPECT_EQ(answered.at("body").at("mass_kg").get<double>(), table->whole.inertial.mass);
+  std::ifstream csv(file("t.csv"));
+  const auto rows = parse_csv(std::string(std::istreambuf_iterator<char>(csv), {}), "t.csv");
+  ASSERT_TRUE(rows) << rows.error().message();
+  ASSERT_EQ(rows->rows.size(), 17u);
+  double sum = 0;
+  for (std::size_t n = 0; n < 16; ++n) sum += rows->number(n, "mass_kg");
+  EXPECT_NEAR(sum, rows->number(16, "mass_kg"), 1e-6);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 6);  // and nothing half-written beside
+}
+
+TEST_F(InertiaVerb, TellsPeopleOfPartsAndPublishedValues) {
+  const Answer answer =
+      run("inertia" + inputs() + " --landmarks " + file("landmarks.json") + " --sex female");
+  ASSERT_EQ(answer.exit_code, 0);
+  for (const char* word : {"thigh_left", "HJC-KJC", "14.78", "36.1", "body", "schneider2000", "deleva1996"})
+    EXPECT_NE(answer.out.find(word), std::string::npos) << word;
+  // without landmarks there is no length to compare by
+  const Answer bare = run("inertia" + inputs());
+  EXPECT_EQ(bare.exit_code, 0);
+  EXPECT_EQ(bare.out.find("HJC-KJC"), std::string::npos);
+}
+
+TEST_F(InertiaVerb, RefusesBadUseWithCodeTwo) {
+  EXPECT_EQ(run("inertia --volume nowhere.nii.gz --labels " + file("labels.nrrd") + " 2>&1").exit_code, 2);
+  EXPECT_EQ(run("inertia" + inputs() + " --density-curve mine 2>&1").exit_code, 2);
+  EXPECT_EQ(run("inertia" + inputs() + " -o " + file("table.txt") + " 2>&1").exit_code, 2);
+  EXPECT_EQ(run("inertia" + inputs() + " --quantity mr 2>&1").exit_code, 2);
+  EXPECT_FALSE(fs::exists(file("table.txt")));
+  const Answer curve = run("inertia" + inputs() + " --density-curve mine 2>&1");
+  EXPECT_NE(curve.out.find("schneider2000"), std::string::npos) << curve.out;
+}
+
+}  // namespace
+}  // namespace borelli

@@ -1,0 +1,59 @@
+// `borelli info` on scenes and trajectories.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "program_run.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+const std::string samples = BORELLI_SOURCE "/samples/";
+
+TEST(Info, SaysWhatASceneHolds) {
+  const ProgramRun run = run_program("info --json " + samples + "shock.toml");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json info = json::parse(run.out, nullptr, false);
+  EXPECT_EQ(info["holds"], "scene");
+  EXPECT_EQ(info["name"], "shock");
+  EXPECT_EQ(info["mass"], 201);
+  EXPECT_EQ(info["degrees_of_freedom"], 2);
+  EXPECT_EQ(info["constraint_rows"], 1);
+  EXPECT_EQ(info["solids"][1]["parent"], "cube");
+  EXPECT_EQ(info["constraints"][0]["kind"], "point_on_plane");
+  const ProgramRun said = run_program("info " + samples + "shock.toml");
+  EXPECT_TRUE(
+      said.out.starts_with("scene 'shock': 2 solids of 201 kg, 2 degrees of freedom, 1 constraint rows\n"))
+      << said.out;
+}
+
+TEST(Info, SaysWhatATrajectoryHolds) {
+  const TestFolder folder;
+  const std::string file = (folder / "a.h5").string();
+  ASSERT_EQ(run_program("simulate " + samples + "pendulum.toml --end 0.5 -o " + file).code, 0);
+  const ProgramRun run = run_program("info --json " + file);
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json info = json::parse(run.out, nullptr, false);
+  EXPECT_EQ(info["holds"], "trajectory");
+  EXPECT_EQ(info["scene"], "pendulum");
+  EXPECT_EQ(info["coordinates"][0]["name"], "swing");
+  EXPECT_EQ(info["end"]["t"], 0.5);
+  EXPECT_TRUE(info["certificate"]["trusted"]);
+  const ProgramRun said = run_program("info " + file);
+  EXPECT_NE(said.out.find("\ntrusted\n"), std::string::npos) << said.out;
+}
+
+TEST(Info, BadScenesAndTrajectoriesEndInOneSentence) {
+  const TestFolder folder;
+  ProgramRun run = run_program("info " + folder.write("a.toml", "solid = 3\n").string());
+  EXPECT_EQ(run.code, 2);
+  EXPECT_NE(run.err.find("a.toml:1: "), std::string::npos) << run.err;
+  run = run_program("info " + folder.write("a.h5", "\x89HDF\r\n\x1a\n and no more").string());
+  EXPECT_NE(run.code, 0);
+  EXPECT_EQ(run.out, "");
+  EXPECT_FALSE(run.err.empty());
+}
+
+}  // namespace
+}  // namespace borelli

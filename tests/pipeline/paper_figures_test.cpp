@@ -1,0 +1,105 @@
+// The paper's figures say what the paper says of them: Euler gains, Runge-Kutta does not, the adaptive method
+// shortens its step at the shocks and there only.
+#include "pipeline/paper_figures.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace borelli {
+namespace {
+
+const std::vector<PaperFigure>& figures() {
+  static const auto all = [] {
+    PaperFigureSettings s;
+    s.shock_end = 1;  // the first shock, at about 0.45 s
+    s.shock_step = 2e-4;
+    s.bars_end = 0.5;
+    s.counts = {3, 7};
+    s.repeats = 3;
+    return paper_figures(s);
+  }();
+  EXPECT_TRUE(all) << all.error().message();
+  static const std::vector<PaperFigure> none;
+  return all ? *all : none;
+}
+
+const Plot& figure(const std::string& name) {
+  static const Plot empty;
+  for (const PaperFigure& f : figures())
+    if (f.name == name) return f.plot;
+  ADD_FAILURE() << "no " << name;
+  return empty;
+}
+
+// Largest distance of the total energy from its start.
+double strays(const std::string& name) {
+  double most = 0;
+  for (const double e : figure(name).curves.at(1).y)
+    most = std::max(most, std::abs(e - figure(name).curves[1].y[0]));
+  return most;
+}
+
+TEST(PaperFigures, AreAllThere) {
+  for (const char* name :
+       {"figure_2", "figure_3", "figure_4", "figure_6", "figure_7", "figure_8", "figure_10"}) {
+    const Plot& plot = figure(name);
+    EXPECT_FALSE(plot.curves.empty());
+    EXPECT_NE(plot.x.label.find(name == std::string("figure_10") ? "n" : "(s)"), std::string::npos);
+    EXPECT_NE(plot.y.label.find('('), std::string::npos) << "an axis without its unit";
+    EXPECT_FALSE(plot.notes.empty());
+  }
+}
+
+TEST(PaperFigures, EulerGainsAndIsMarkedUntrusted) {
+  const std::vector<double>& total = figure("figure_2").curves.at(1).y;
+  // mean of the last second over mean of the first, in J of about 89
+  const std::size_t second = total.size() / 5;
+  double begin = 0, end = 0;
+  for (std::size_t i = 0; i < second; ++i)
+    begin += total[i] / static_cast<double>(second),
+        end += total[total.size() - 1 - i] / static_cast<double>(second);
+  EXPECT_GT(end - begin, 4);  // found: 6.6
+  EXPECT_NE(figure("figure_2").notes.at(0).find("UNTRUSTED"), std::string::npos);
+  EXPECT_EQ(figure("figure_4").notes.at(0).find("UNTRUSTED"), std::string::npos);
+}
+
+TEST(PaperFigures, HigherOrderStraysLess) {
+  // found: Euler 8.9, RK2 0.12, RK4 1.2e-4 J; each step up in order buys well over a factor of ten at this
+  // step
+  EXPECT_GT(strays("figure_2"), 10 * strays("figure_3"));
+  EXPECT_GT(strays("figure_3"), 100 * strays("figure_4"));
+}
+
+TEST(PaperFigures, KineticAndPotentialMakeUpTheTotal) {
+  for (const char* name : {"figure_2", "figure_3", "figure_4", "figure_6", "figure_7"}) {
+    const auto& c = figure(name).curves;
+    for (std::size_t i = 0; i < c[0].y.size(); i += 10) EXPECT_DOUBLE_EQ(c[0].y[i] + c[2].y[i], c[1].y[i]);
+  }
+}
+
+TEST(PaperFigures, AdaptiveStepsAreShortAtTheShockOnly) {
+  const Curve& steps = figure("figure_8").curves.at(0);
+  const auto smallest = std::min_element(steps.y.begin() + 5, steps.y.end()) - steps.y.begin();
+  // the cube falls 1 m almost freely: sqrt(2 / g), the bar's share of the inertia below 1 %
+  EXPECT_NEAR(steps.x[static_cast<std::size_t>(smallest)], std::sqrt(2 / 9.81), 0.01);
+  const double largest = *std::max_element(steps.y.begin(), steps.y.end());
+  EXPECT_GT(largest, 100 * steps.y[static_cast<std::size_t>(smallest)]);
+  EXPECT_LT(strays("figure_7"),
+            0.1 * strays("figure_6"));  // and yet it keeps the energy better than the fixed step
+}
+
+TEST(PaperFigures, ExecutionTimesGrowWithN) {
+  const Plot& plot = figure("figure_10");
+  ASSERT_EQ(plot.curves.size(), 4u);
+  for (const Curve& c : plot.curves) {
+    ASSERT_EQ(c.y.size(), 2u);
+    EXPECT_GT(c.y[0], 0) << c.name;
+  }
+  // an n-pendulum's equations cost more than n bars' (7 of each, the same fixed steps)
+  EXPECT_GT(plot.curves[2].y[1], plot.curves[0].y[1]);
+}
+
+}  // namespace
+}  // namespace borelli

@@ -1,0 +1,135 @@
+// A plot is read back with an independent XML parser and measured with a ruler: its own ticks.
+#include "pipeline/plot.hpp"
+
+#include <gtest/gtest.h>
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <sstream>
+
+namespace borelli {
+namespace {
+
+struct Drawn {
+  std::map<std::string, double> x_ticks, y_ticks;             // tick text -> pixel
+  std::vector<std::vector<std::pair<double, double>>> lines;  // polylines, in pixels
+  std::vector<std::string> texts;
+};
+
+void gather(const tinyxml2::XMLElement* element, Drawn& drawn) {
+  for (; element; element = element->NextSiblingElement()) {
+    const std::string name = element->Name();
+    if (name == "text" && element->GetText()) {
+      const std::string text = element->GetText(),
+                        anchor = element->Attribute("text-anchor", "end") ? "end" : "";
+      drawn.texts.push_back(text);
+      if (anchor == "end")
+        drawn.y_ticks[text] = element->DoubleAttribute("y") - 4;  // text sits 4 px below its tick
+      else if (element->Attribute("text-anchor", "middle") && !element->Attribute("transform"))
+        drawn.x_ticks[text] = element->DoubleAttribute("x");
+    } else if (name == "polyline") {
+      std::istringstream points(element->Attribute("points"));
+      std::vector<std::pair<double, double>> line;
+      double u, v;
+      char comma;
+      while (points >> u >> comma >> v) line.emplace_back(u, v);
+      drawn.lines.push_back(line);
+    }
+    gather(element->FirstChildElement(), drawn);
+  }
+}
+
+Drawn drawn(const Plot& plot) {
+  tinyxml2::XMLDocument document;
+  EXPECT_EQ(document.Parse(svg(plot).c_str()), tinyxml2::XML_SUCCESS) << document.ErrorStr();
+  Drawn out;
+  gather(document.RootElement(), out);
+  return out;
+}
+
+// pixels are written with two decimals
+constexpr double pixel = 0.011;
+
+TEST(Plot, CurvesMeetTheTicksOfTheirValues) {
+  Plot plot{"t", {"time (s)"}, {"energy (J)"}, {{"a", {0, 1, 2, 4}, {-20, 0, 40, 60}}}, {}};
+  const Drawn d = drawn(plot);
+  ASSERT_EQ(d.lines.size(), 1u);
+  const std::vector<std::pair<std::string, std::string>> expected{
+      {"0", "−20"}, {"1", "0"}, {"2", "40"}, {"4", "60"}};
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_TRUE(d.x_ticks.count(expected[i].first)) << expected[i].first;
+    ASSERT_TRUE(d.y_ticks.count(expected[i].second)) << expected[i].second;
+    EXPECT_NEAR(d.lines[0][i].first, d.x_ticks.at(expected[i].first), pixel);
+    EXPECT_NEAR(d.lines[0][i].second, d.y_ticks.at(expected[i].second), pixel);
+  }
+}
+
+TEST(Plot, LogarithmicAxisHasEvenDecades) {
+  Plot plot{"t", {"time (s)"}, {"step (s)", true}, {{"a", {0, 1, 2, 3}, {1e-6, 1e-4, 1, 0}}}, {}};
+  const Drawn d = drawn(plot);
+  ASSERT_EQ(d.lines.size(), 1u);
+  ASSERT_EQ(d.lines[0].size(), 3u);  // the zero has no place on the axis
+  EXPECT_NEAR(d.lines[0][0].second, d.y_ticks.at("10⁻⁶"), pixel);
+  EXPECT_NEAR(d.lines[0][1].second, d.y_ticks.at("10⁻⁴"), pixel);
+  EXPECT_NEAR(d.lines[0][2].second, d.y_ticks.at("1"), pixel);
+  EXPECT_NEAR(d.y_ticks.at("10⁻⁶") - d.y_ticks.at("10⁻⁴"), d.y_ticks.at("10⁻⁴") - d.y_ticks.at("10⁻²"),
+              2 * pixel);
+}
+
+TEST(Plot, ThinningKeepsASpikeAndBreaksStayBroken) {
+  Curve curve{"a"};
+  for (int i = 0; i < 100000; ++i) {
+    curve.x.push_back(i);
+    curve.y.push_back(i == 77777 ? 5 : 0);
+  }
+  curve.y[50000] = std::numeric_limits<double>::quiet_NaN();
+  const Drawn d = drawn({"t", {"x"}, {"y"}, {curve}, {}});
+  ASSERT_EQ(d.lines.size(), 2u);
+  EXPECT_LT(d.lines[0].size() + d.lines[1].size(), 10000u);
+  double highest = 1e9;
+  for (const auto& p : d.lines[1]) highest = std::min(highest, p.second);
+  EXPECT_NEAR(highest, d.y_ticks.at("5"), pixel);
+}
+
+TEST(Plot, DivergedValuesAndMarkupInNamesStayReadable) {
+  const double inf = std::numeric_limits<double>::infinity();
+  const Drawn d =
+      drawn({"a < b & c > d", {"x"}, {"y", false, 0, 1}, {{"k<1>", {0, 1, 2}, {0, 1e300, inf}}}, {"n & m"}});
+  ASSERT_EQ(d.lines.size(), 1u);
+  for (const auto& p : d.lines[0]) EXPECT_LT(std::abs(p.second), 1e4);
+  for (const char* text : {"a < b & c > d", "k<1>", "n & m"})
+    EXPECT_NE(std::find(d.texts.begin(), d.texts.end(), text), d.texts.end()) << text;
+  EXPECT_TRUE(drawn({"empty", {"x"}, {"y"}, {}, {}}).lines.empty());
+}
+
+TEST(Plot, CsvGivesBackEveryDigit) {
+  const Plot plot{
+      "t", {"x"}, {"y"}, {{"a", {0.1, 1. / 3}, {1e-300, M_PI}}, {"b, c", {0.1, 1. / 3}, {2, -3}}}, {"note"}};
+  std::istringstream lines(csv(plot));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "# t");
+  std::getline(lines, line);
+  EXPECT_EQ(line, "# note");
+  std::getline(lines, line);
+  EXPECT_EQ(line, "x,a,\"b, c\"");
+  for (int i = 0; i < 2; ++i) {
+    double x, a, b;
+    std::getline(lines, line);
+    ASSERT_EQ(std::sscanf(line.c_str(), "%lf,%lf,%lf", &x, &a, &b), 3) << line;
+    EXPECT_EQ(x, plot.curves[0].x[i]);
+    EXPECT_EQ(a, plot.curves[0].y[i]);
+    EXPECT_EQ(b, plot.curves[1].y[i]);
+  }
+}
+
+TEST(Plot, CsvOfCurvesWithUnlikeTimesIsLong) {
+  const Plot plot{"t", {"x"}, {"y"}, {{"a", {0, 1}, {2, 3}}, {"b", {0}, {4}}}, {}};
+  EXPECT_EQ(csv(plot), "# t\ncurve,x,y\na,0,2\na,1,3\nb,0,4\n");
+}
+
+}  // namespace
+}  // namespace borelli

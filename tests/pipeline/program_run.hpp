@@ -1,0 +1,63 @@
+// Runs the borelli program as a person would, and holds what it said.
+#pragma once
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+
+namespace borelli {
+
+/// A folder of its own for one test, gone with it.
+class TestFolder {
+ public:
+  TestFolder()
+      : path_(std::filesystem::temp_directory_path() /
+              ("borelli_" + std::to_string(std::random_device{}()))) {
+    std::filesystem::create_directories(path_);
+  }
+  ~TestFolder() { std::filesystem::remove_all(path_); }
+  TestFolder(const TestFolder&) = delete;
+  TestFolder& operator=(const TestFolder&) = delete;
+
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  std::filesystem::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name, std::ios::binary) << text;
+    return path_ / name;
+  }
+  /// Every file below, hidden ones too.
+  int count() const {
+    int files = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path_))
+      files += entry.is_regular_file();
+    return files;
+  }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+struct ProgramRun {
+  int code = -1;  ///< exit code; -1: it was killed by a signal
+  std::string out, err;
+};
+
+/// `before`: what the shell does first, e.g. "ulimit -f 20;", or what starts the program.
+inline ProgramRun run_program(const std::string& arguments, const std::string& before = "") {
+  const TestFolder said;
+  const std::string out = said / "out", err = said / "err";
+  const int status = std::system(
+      (before + " " + std::string(BORELLI_PROGRAM) + " >" + out + " 2>" + err + " " + arguments).c_str());
+  const auto text = [](const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  };
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, text(out), text(err)};
+}
+
+}  // namespace borelli

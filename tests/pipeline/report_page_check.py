@@ -1,0 +1,163 @@
+"""report_page_check.py FULL.html LITTLE.html: opens both reports in headless Chromium from file://, poses the body,
+moves what can be moved, and says what is not as it should be. FULL is the report of report_test.cpp's capsule body."""
+
+import os
+import sys
+
+from page_browser import Browser
+
+problems = []
+
+
+def expect(truth, what):
+    if not truth:
+        problems.append(what)
+
+
+# A picture's fingerprint and whether it shows anything: the sum of its pixels' hashes, its distinct colours.
+PICTURE = """(canvas => {
+  const copy = document.createElement('canvas'); copy.width = canvas.width; copy.height = canvas.height;
+  const pen = copy.getContext('2d'); pen.drawImage(canvas, 0, 0);
+  const data = new Uint32Array(pen.getImageData(0, 0, copy.width, copy.height).data.buffer);
+  let hash = 0; for (const pixel of data) hash = (Math.imul(hash, 31) + pixel) | 0;
+  return {hash, colours: new Set(data).size, pixels: data.length};
+})"""
+
+# WCAG 2.1 contrast of an element's text against the first opaque background behind it
+CONTRAST = """(selector => {
+  const probe = document.createElement('canvas').getContext('2d', {willReadFrequently: true});
+  const rgba = colour => { probe.clearRect(0, 0, 1, 1); probe.fillStyle = colour; probe.fillRect(0, 0, 1, 1);
+    return probe.getImageData(0, 0, 1, 1).data; };
+  const light = c => [0, 1, 2].map(i => c[i] / 255).map(v => v <= .04045 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4)
+    .reduce((sum, v, i) => sum + v * [.2126, .7152, .0722][i], 0);
+  const element = document.querySelector(selector);
+  if (!element) return -1;
+  let back = element; while (back.parentElement && rgba(getComputedStyle(back).backgroundColor)[3] < 255) back = back.parentElement;
+  const [a, b] = [light(rgba(getComputedStyle(element).color)), light(rgba(getComputedStyle(back).backgroundColor))];
+  return (Math.max(a, b) + .05) / (Math.min(a, b) + .05);
+})"""
+
+
+def picture(browser, selector):
+    return browser.run(f"{PICTURE}(document.querySelector('{selector}'))")
+
+
+def check_body(browser):
+    expect(abs(browser.run("window.borelli.duration") - 2) < 1e-6, "the player does not know the motion's two seconds")
+    # seek() draws before it returns, so picture and pose come from one task
+    at = {t: browser.run(f"window.borelli.seek({t}), {PICTURE}(document.querySelector('.stage canvas'))")
+          for t in (0, 0.25, 1.1, 2)}
+    for t, seen in at.items():
+        expect(seen["colours"] > 200, f"the body's picture at {t} s has only {seen['colours']} colours")
+    expect(len({seen["hash"] for seen in at.values()}) == 4, "the body does not move with seek()")
+    again = browser.run(f"window.borelli.seek(0.25), {PICTURE}(document.querySelector('.stage canvas'))")
+    expect(again["hash"] == at[0.25]["hash"], "the same time gives another picture")
+    expect(browser.run("document.querySelector('.time').textContent") == "0.25 / 2.00 s", "the clock is wrong")
+    expect(browser.run("document.querySelectorAll('.legend .part').length") == 16, "the legend has not 16 parts")
+    lit = browser.run("document.querySelector('.legend .part').click(), new Promise(r => setTimeout(r, 200)).then(() => "
+                      f"{PICTURE}(document.querySelector('.stage canvas')))")
+    expect(lit["hash"] != again["hash"], "choosing a part changes nothing")
+    browser.run("document.querySelector('.legend .part').click()")
+    browser.run("window.borelli.seek(0), document.querySelector('.round').click()")
+    # however slowly this machine draws, the clock goes on within 20 s
+    moved = browser.run("""new Promise(resolve => { const began = performance.now(), look = () => {
+      const time = Number(document.querySelector('.transport input').value);
+      if (time > 0.05 || performance.now() - began > 20000) resolve(time); else setTimeout(look, 50); }; look(); })""")
+    expect(0.05 < moved < 2, f"after play the clock stands at {moved} s")
+    browser.run("document.querySelector('.round').click()")
+
+
+def check_scan(browser):
+    for plane in ("coronal", "sagittal", "axial"):
+        before = picture(browser, f".view.{plane} canvas")
+        expect(before["colours"] > 10, f"the {plane} slice is blank")
+        browser.run(f"(s => {{ s.value = Number(s.value) + 6; s.dispatchEvent(new Event('input')); }})"
+                    f"(document.querySelector('.view.{plane} input'))")
+        expect(picture(browser, f".view.{plane} canvas")["hash"] != before["hash"], f"the {plane} slider moves nothing")
+    before = picture(browser, ".view.axial canvas")
+    browser.run("(s => { s.value = 0; s.dispatchEvent(new Event('input')); })"
+                "([...document.querySelectorAll('.slice-controls label')].find(l => l.textContent == 'Parts').querySelector('input'))")
+    expect(picture(browser, ".view.axial canvas")["hash"] != before["hash"], "the parts' opacity changes nothing")
+    expect(browser.run("document.querySelectorAll('.coronal-sum circle').length") == 15, "not 15 joint centres drawn")
+    # where the left knee (97, 0, 440) mm is drawn, by the picture's own size: the copy reaches from -292 to 292 mm
+    # and from the grid's end at -26 mm to 1756 mm, a voxel of 12 mm more or less
+    x, y = browser.run("""(() => { const text = [...document.querySelectorAll('.coronal-sum text')].find(t => t.textContent == 'Left knee');
+      const ring = text.previousElementSibling, box = document.querySelector('.coronal-sum canvas').getBoundingClientRect(),
+      at = ring.getBoundingClientRect(); return [(at.x + at.width / 2 - box.x) / box.width, (at.y + at.height / 2 - box.y) / box.height]; })()""")
+    expect(abs(x - (97 + 292) / 584) < 0.025 and abs(y - (1756 - 440) / 1782) < 0.01, f"the left knee's ring lies at {x:.3f}, {y:.3f}")
+
+
+def check_words(browser):
+    expect(browser.run("document.querySelector('h1').children.length") == 0, "the subject's name became markup")
+    expect("</script><b id=x>" in browser.run("document.querySelector('h1').textContent"), "the subject's name is not whole")
+    for id in ("body", "inertia", "scan", "motion", "run"):
+        expect(browser.run(f"document.querySelector('section#{id} h2') !== null"), f"the section '{id}' is missing")
+    expect(browser.run("document.querySelectorAll('#panel-mass tbody tr').length") == 16, "the table has not 16 rows")
+    expect(browser.run("document.querySelectorAll('.masses g').length") == 16, "the chart has not 16 bars")
+    expect(browser.run("document.querySelectorAll('#motion .uplot').length") == 3, "not three charts (energy, drift, multipliers)")
+    # a capsule's gravity centre is at 50 % of its length; de Leva (1996), table 4, male shank KJC-AJC: 43.95 %;
+    # Dumas et al. (2007), table 2, male shank: 41.0 %
+    differs = browser.run("[...document.querySelectorAll('#panel-gravity-centre .difference')].map(cell => cell.textContent)")
+    expect(differs == ["+13.8 %", "+22.0 %"] * 2, f"the shanks' gravity centres differ by {differs}")
+    # one foot is cut, so that no share of the body's mass compares
+    expect(browser.run("document.querySelector('#panel-mass .difference') === null"), "a cut body's shares are compared")
+    expect("and no shank</i>" in browser.run("document.querySelector('#panel-how-measured').textContent"), "the remarks are not shown")
+    expect("can be trusted" in browser.run("document.querySelector('.certificate').textContent"), "no verdict")
+    expect("cut off" in browser.run("document.querySelector('.warnings').textContent"), "the warning is not shown")
+    expect(browser.run("document.querySelector('.files a').getAttribute('href')") == "inertia/table.csv", "no link to the table")
+
+
+def check_access(browser):
+    """Every control has a name for those who cannot see it."""
+    controls = {"button", "slider", "combobox", "checkbox", "tab", "link"}
+    for node in browser.call("Accessibility.getFullAXTree")["nodes"]:
+        role = node.get("role", {}).get("value")
+        if role in controls and not node.get("ignored") and not node.get("name", {}).get("value", "").strip():
+            problems.append(f"a {role} has no name")
+
+
+def check_layout(browser, page, width, **media):
+    browser.open(page, width, **media)
+    browser.run("window.borelli.ready")
+    wide = browser.run("document.documentElement.scrollWidth")
+    expect(wide <= width, f"at {width} pixels the page is {wide} wide")
+    for selector in ("h1", ".source", ".facts dt", ".warnings li", ".help", ".numbers tbody th", ".difference",
+                     "[role=tab]", ".certificate li", ".quiet", ".files a"):
+        contrast = browser.run(f"{CONTRAST}('{selector}')")
+        # WCAG 2.1, 1.4.3 (AA): 4.5 for text
+        expect(contrast >= 4.5, f"{selector} has a contrast of {contrast:.2f} at {width} pixels, {media or 'light'}")
+
+
+def main(full, little):
+    browser = Browser("chromium")
+    try:
+        browser.open(full)
+        browser.run("window.borelli.ready")
+        check_words(browser)
+        check_body(browser)
+        check_scan(browser)
+        check_access(browser)
+        check_layout(browser, full, 1280, dark=True)
+        check_layout(browser, full, 390)
+        browser.open(full, printed=True)
+        browser.run("window.borelli.ready")
+        shown = browser.run("[...document.querySelectorAll('[role=tabpanel]')].filter(p => p.offsetHeight > 0).length")
+        expect(shown == 5, f"print shows {shown} of the table's five views")
+        browser.open(little)
+        browser.run("window.borelli.ready")
+        expect(browser.run("document.querySelector('h1').textContent") == "little", "a report of little has no title")
+        expect(browser.run("document.querySelector('#body') === null"), "a report without a body has a player")
+        said = [line for line in browser.said if "GPU stall due to ReadPixels" not in line]  # this test reads them
+        expect(not said, f"the console says: {said}")
+        pages = {"file://" + os.path.abspath(path) for path in (full, little)}
+        foreign = [address for address in browser.requested if address not in pages and not address.startswith("data:")]
+        expect(not foreign, f"the page asked for {foreign}")
+    finally:
+        browser.close()
+    for problem in problems:
+        print(problem, file=sys.stderr)
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

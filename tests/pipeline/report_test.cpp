@@ -1,0 +1,183 @@
+// report.html taken apart: what it holds, that nothing in it can break out, and (where Chromium is installed)
+// that it draws itself.
+#include "pipeline/report.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <cstdlib>
+
+#include "pipeline/glb.hpp"
+#include "pipeline/thumbnail.hpp"
+#include "pipeline/whole_file.hpp"
+#include "tests/pipeline/capsule_body.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+constexpr const char* nasty = "Anna </script><b id=x>&\"quoted\" <!-- \xff \xe2\x80\xa8 µ";
+
+std::size_t count(const std::string& text, const std::string& what) {
+  std::size_t n = 0;
+  for (auto at = text.find(what); at != std::string::npos; at = text.find(what, at + what.size())) ++n;
+  return n;
+}
+
+/// The text of the script element with this id.
+std::string script(const std::string& page, const std::string& id) {
+  const auto tag = page.find("id=\"" + id + "\"");
+  if (tag == std::string::npos) return {};
+  const auto from = page.find('>', tag) + 1;
+  return page.substr(from, page.find("</script>", from) - from);
+}
+
+std::string inflated(const std::string& base64, std::size_t expected) {
+  std::string packed;
+  std::uint32_t bits = 0;
+  int held = 0;
+  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  for (const char c : base64) {
+    if (c == '=') break;
+    bits = bits << 6 | static_cast<std::uint32_t>(digits.find(c));
+    if ((held += 6) >= 8) packed += static_cast<char>(bits >> (held -= 8) & 255);
+  }
+  std::string bytes(expected + 1, '\0');
+  uLongf size = bytes.size();
+  EXPECT_EQ(uncompress(reinterpret_cast<Bytef*>(bytes.data()), &size,
+                       reinterpret_cast<const Bytef*>(packed.data()), packed.size()),
+            Z_OK);
+  bytes.resize(size);
+  return bytes;
+}
+
+struct Report : testing::Test {
+  CapsuleScan scan = capsule_scan(capsule_grid(12));
+  Landmarks joints = capsule_joints();
+  Trajectory motion = capsule_motion();
+  std::string body = *glb(capsule_meshes(), capsule_scan_poses(), motion);
+  json run = {{"program", "borelli"},
+              {"inputs", {{"path", "capsules.nii.gz"}}},
+              {"stages",
+               {{{"stage", "segmentation"},
+                 {"seconds", 1.5},
+                 {"peak_memory_mib", 300},
+                 {"warnings", {"The left foot is cut off by the scan <i>."}}},
+                {{"stage", "inertia"}, {"seconds", 0.25}, {"peak_memory_mib", 120}}}}};
+
+  ReportInputs inputs() {
+    ReportInputs in;
+    in.subject = nasty;
+    in.grey = &scan.grey;
+    in.labels = &scan.labels;
+    in.landmarks = &joints;
+    in.table = capsule_table();
+    in.trajectory = &motion;
+    in.glb = body;
+    in.run = run;
+    in.files = {{"inertia/table.csv", 1234}, {"body.glb", body.size()}, {"mesh/head.stl", 99}};
+    return in;
+  }
+  std::string page(const ReportInputs& in) {
+    const auto made = report_page(in);
+    EXPECT_TRUE(made) << made.error().message();
+    return *made;
+  }
+};
+
+TEST_F(Report, LoadsNothingFromAnywhere) {
+  const std::string text = page(inputs());
+  EXPECT_NE(text.find("default-src 'none'"), std::string::npos);
+  // outside scripts and styles no address but the empty icon's; no script with a source
+  std::string outside;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto next = std::min(text.find("<script", at), text.find("<style", at));
+    outside += text.substr(at, next == std::string::npos ? next : next - at);
+    if (next == std::string::npos) break;
+    at = text.find(text.compare(next, 7, "<script") == 0 ? "</script>" : "</style>", next);
+  }
+  EXPECT_EQ(outside.find("://"), std::string::npos);
+  EXPECT_EQ(count(outside, "href="), 1u);
+  EXPECT_NE(outside.find("href=\"data:,\""), std::string::npos);
+  EXPECT_EQ(count(text, "<script src"), 0u);
+  const auto style = text.substr(text.find("<style>"), text.find("</style>") - text.find("<style>"));
+  EXPECT_EQ(style.find("url("), std::string::npos);
+  EXPECT_EQ(style.find("@import"), std::string::npos);
+}
+
+TEST_F(Report, NoTextOfTheUserBecomesMarkup) {
+  const std::string text = page(inputs());
+  EXPECT_EQ(count(text, "<script"), count(text, "</script>"));
+  EXPECT_EQ(count(text, "<script"), 5u);  // the data, three blocks, the program
+  EXPECT_EQ(text.find("<b id=x>"), std::string::npos);
+  EXPECT_NE(text.find("<title>Anna &lt;/script&gt;&lt;b id=x&gt;&amp;&quot;quoted&quot;"), std::string::npos);
+  const json data = json::parse(script(text, "report"));
+  EXPECT_EQ(data["subject"], "Anna </script><b id=x>&\"quoted\" <!-- \xef\xbf\xbd \xe2\x80\xa8 µ");
+  EXPECT_EQ(data["run"], run);
+}
+
+TEST_F(Report, HoldsWhatItWasGiven) {
+  const std::string text = page(inputs());
+  const json data = json::parse(script(text, "report"));
+  for (std::size_t label = 1; label < parts.size(); ++label) {
+    EXPECT_EQ(data["parts"][label - 1]["name"], parts[label].name);
+    EXPECT_EQ(data["parts"][label - 1]["label"], label);
+  }
+  EXPECT_EQ(data["table"], capsule_table());
+  EXPECT_EQ(data["joints"].size(), 15u);
+  EXPECT_EQ(data["motion"]["times"].size(), motion.times.size());
+  EXPECT_EQ(data["motion"]["kinetic"][7], motion.kinetic[7]);
+  EXPECT_EQ(data["motion"]["certificate"]["trusted"], true);
+  EXPECT_EQ(data["source"]["quantity"], "hu");
+  EXPECT_EQ(inflated(script(text, "block-body"), body.size()), body);
+  const Thumbnail copy = thumbnail(&scan.grey, &scan.labels);
+  EXPECT_EQ(data["volume"]["size"], json(copy.size));
+  const auto labels = inflated(script(text, "block-labels"), copy.labels.size());
+  EXPECT_TRUE(std::equal(labels.begin(), labels.end(), copy.labels.begin(), copy.labels.end(),
+                         [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }));
+  EXPECT_EQ(inflated(script(text, "block-grey"), copy.grey.size()).size(), copy.grey.size());
+}
+
+TEST_F(Report, LongMotionsAreThinnedForTheCurves) {
+  motion = capsule_motion(20'000);
+  const json data = json::parse(script(page(inputs()), "report"));
+  EXPECT_LE(data["motion"]["times"].size(), 1502u);
+  EXPECT_GE(data["motion"]["times"].size(), 1400u);
+  EXPECT_EQ(data["motion"]["times"].back(), motion.times.back());
+}
+
+TEST_F(Report, LittleIsEnough) {
+  ReportInputs in;
+  in.subject = "nothing yet";
+  const json data = json::parse(script(page(in), "report"));
+  EXPECT_TRUE(data["table"].is_null());
+  EXPECT_FALSE(data.contains("motion"));
+  in.labels = &scan.labels;
+  EXPECT_EQ(json::parse(script(page(in), "report"))["source"]["quantity"], "labels");
+}
+
+// Opens the page in headless Chromium: see report_page_check.py for what it must do there.
+TEST_F(Report, DrawsItselfInABrowser) {
+  if (std::system("python3 --version > /dev/null 2>&1") != 0) GTEST_SKIP() << "needs python3";
+  if (std::system("command -v chromium > /dev/null 2>&1") != 0) GTEST_SKIP() << "needs chromium";
+  const auto folder = fs::path(testing::TempDir()) / ("report_test_" + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  motion.multiplier_names = {"grip[0]", "grip[1]"};
+  motion.multipliers = Rows::Constant(std::ssize(motion.times), 2, 5);
+  ASSERT_TRUE(write_report(inputs(), folder / "full.html"));
+  ReportInputs little;
+  little.subject = "little";
+  little.labels = &scan.labels;
+  ASSERT_TRUE(write_report(little, folder / "little.html"));
+  EXPECT_EQ(std::system(("python3 -B " BORELLI_SOURCE "/tests/pipeline/report_page_check.py " +
+                         (folder / "full.html").string() + " " + (folder / "little.html").string())
+                            .c_str()),
+            0);
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace borelli

@@ -1,0 +1,122 @@
+// `borelli report FOLDER` from the files that a run leaves.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "pipeline/glb.hpp"
+#include "pipeline/trajectory_file.hpp"
+#include "pipeline/whole_file.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/write.hpp"
+#include "tests/pipeline/capsule_body.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+struct ReportVerb : testing::Test {
+  fs::path folder =
+      fs::path(testing::TempDir()) / ("report_verb_test_" + std::to_string(::getpid())) / "Subject 7 & co";
+  CapsuleScan scan = capsule_scan(capsule_grid(16));
+
+  void SetUp() override {
+    fs::remove_all(folder.parent_path());
+    for (const char* name : {"segmentation", "inertia", "motion", "mesh"})
+      fs::create_directories(folder / name);
+  }
+  void TearDown() override { fs::remove_all(folder.parent_path()); }
+
+  void write_run() {
+    ASSERT_TRUE(write_labels((folder / "segmentation/labels.nii.gz").string(), scan.labels));
+    ASSERT_TRUE(write_landmarks((folder / "segmentation/landmarks.json").string(), capsule_joints()));
+    ASSERT_TRUE(write_volume((folder.parent_path() / "scan.nii.gz").string(), scan.grey));
+    const json account = {{"input", (folder.parent_path() / "scan.nii.gz").string()},
+                          {"reading", "CT numbers (hu): as the user says"},
+                          {"parts", {{"head", {{"confidence", 0.75}, {"note", "a capsule"}}}}},
+                          {"warnings", {"made of capsules"}}};
+    ASSERT_TRUE(write_whole(folder / "segmentation/segmentation.json", account.dump()));
+    ASSERT_TRUE(write_whole(folder / "inertia/table.json", capsule_table().dump()));
+    ASSERT_TRUE(write_trajectory(capsule_motion(), "", folder / "motion/trajectory.h5"));
+    ASSERT_TRUE(
+        write_whole(folder / "body.glb", *glb(capsule_meshes(), capsule_scan_poses(), capsule_motion())));
+    ASSERT_TRUE(write_whole(folder / "mesh/head.stl", "solid"));
+  }
+
+  int exit_code = -1;
+  std::string said;  // standard error
+  json answer;
+  void run(const std::string& options = "") {
+    const auto out = folder.parent_path() / "out.json", err = folder.parent_path() / "err.txt";
+    const auto command = fmt::format("'{}' report '{}' --json {} > '{}' 2> '{}'", BORELLI_PROGRAM,
+                                     folder.string(), options, out.string(), err.string());
+    exit_code = WEXITSTATUS(std::system(command.c_str()));
+    answer = json::parse(read_whole(out).value_or(""), nullptr, false);
+    said = read_whole(err).value_or("");
+  }
+  json data() {
+    const std::string page = read_whole(folder / "report.html").value_or("");
+    const auto from = page.find('>', page.find("id=\"report\"")) + 1;
+    return json::parse(page.substr(from, page.find("</script>", from) - from), nullptr, false);
+  }
+};
+
+TEST_F(ReportVerb, DrawsWhatTheFolderHolds) {
+  write_run();
+  run();
+  ASSERT_EQ(exit_code, 0) << said;
+  EXPECT_EQ(answer["report"], (folder / "report.html").string());
+  EXPECT_EQ(answer["bytes"], fs::file_size(folder / "report.html"));
+  EXPECT_TRUE(said.empty()) << said;
+  const json page = data();
+  EXPECT_EQ(page["subject"], "Subject 7 & co");
+  EXPECT_EQ(page["source"]["quantity"], "hu");
+  EXPECT_EQ(page["source"]["size"], json(scan.grey.grid.size));
+  EXPECT_EQ(page["table"]["parts"].size(), 16u);
+  EXPECT_EQ(page["joints"].size(), 15u);
+  EXPECT_EQ(page["motion"]["times"].size(), capsule_motion().times.size());
+  EXPECT_EQ(page["segmentation"]["warnings"][0], "made of capsules");
+  std::vector<std::string> files;
+  for (const auto& file : page["files"]) files.push_back(file["path"]);
+  EXPECT_EQ(files, (std::vector<std::string>{"segmentation/labels.nii.gz", "segmentation/labels.tsv",
+                                             "segmentation/landmarks.json", "inertia/table.json",
+                                             "motion/trajectory.h5", "body.glb", "mesh/head.stl"}));
+}
+
+TEST_F(ReportVerb, DoesWithoutAScanThatIsGone) {
+  write_run();
+  fs::remove(folder.parent_path() / "scan.nii.gz");
+  run("--subject 'Another name'");
+  ASSERT_EQ(exit_code, 0) << said;
+  EXPECT_NE(said.find("scan.nii.gz is no longer there"), std::string::npos);
+  EXPECT_EQ(data()["source"]["quantity"], "labels");
+  EXPECT_EQ(data()["subject"], "Another name");
+}
+
+TEST_F(ReportVerb, RefusesWhatItCannotDraw) {
+  run();
+  EXPECT_EQ(exit_code, 2);
+  EXPECT_NE(said.find("holds nothing of a run"), std::string::npos);
+  write_run();
+  run("--volume nowhere.nii.gz");
+  EXPECT_EQ(exit_code, 2);
+  EXPECT_NE(said.find("nowhere.nii.gz"), std::string::npos);
+  const auto whole = read_whole(folder / "inertia/table.json").value();
+  std::ofstream(folder / "inertia/table.json") << whole.substr(0, whole.size() / 2);
+  run();
+  EXPECT_EQ(exit_code, 1);
+  EXPECT_NE(said.find("table.json: is no JSON object"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder / "report.html"));
+  fs::remove_all(folder);
+  run();
+  EXPECT_EQ(exit_code, 2);
+}
+
+}  // namespace
+}  // namespace borelli

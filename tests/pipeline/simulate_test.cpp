@@ -1,0 +1,173 @@
+// `borelli simulate` as a person uses it: good scenes give a trajectory and a certificate, bad ones one
+// sentence, an exit code and no file.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "pipeline/trajectory_file.hpp"
+#include "program_run.hpp"
+
+namespace borelli {
+namespace {
+
+const std::string samples = BORELLI_SOURCE "/samples/";
+
+// One line on standard error, nothing on standard output, no file left.
+void expect_refused(const std::string& arguments, int code, const std::string& said, const TestFolder& folder,
+                    int files) {
+  const ProgramRun run = run_program(arguments);
+  EXPECT_EQ(run.code, code) << arguments << "\n" << run.err;
+  EXPECT_TRUE(run.err.starts_with("borelli: ")) << run.err;
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  EXPECT_NE(run.err.find(said), std::string::npos) << run.err;
+  EXPECT_EQ(run.out, "");
+  EXPECT_EQ(folder.count(), files);
+}
+
+TEST(Simulate, WritesTheTrajectoryAndPrintsTheCertificate) {
+  const TestFolder folder;
+  const ProgramRun run =
+      run_program("simulate " + samples + "roundabout.toml -o " + (folder / "a.h5").string());
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_TRUE(run.out.starts_with("trusted\n")) << run.out;
+  EXPECT_EQ(folder.count(), 1);
+  const auto stored = read_trajectory(folder / "a.h5");
+  ASSERT_TRUE(stored) << stored.error().message();
+  EXPECT_EQ(stored->trajectory.times.size(), 501u);
+  EXPECT_EQ(stored->trajectory.times.back(), 5);
+  EXPECT_TRUE(stored->trajectory.certificate.trusted);
+  EXPECT_NE(stored->scene.find("name = \"roundabout\""), std::string::npos);
+}
+
+TEST(Simulate, FlagsGoBeforeTheScene) {
+  const TestFolder folder;
+  const ProgramRun run = run_program("simulate " + samples +
+                                     "roundabout.toml --json --method rk4_adaptive --end 0.25 "
+                                     "--tolerance 1e-10 --step 1e-4 --output-interval 0.05 -o " +
+                                     (folder / "a.csv").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  const auto answer = nlohmann::json::parse(run.out, nullptr, false);
+  ASSERT_TRUE(answer.is_object()) << run.out;
+  EXPECT_EQ(answer["rows"], 6);
+  EXPECT_EQ(answer["end"]["t"], 0.25);
+  EXPECT_EQ(answer["end"]["q"].size(), 3u);
+  EXPECT_EQ(answer["coordinates"][1]["name"], "right");
+  EXPECT_TRUE(answer["certificate"]["trusted"]);
+  EXPECT_LT(answer["certificate"]["energy_drift"],
+            1e-7);  // a fixed step of 0.01 would drift by 1e-5 in that time
+}
+
+TEST(Simulate, UntrustedRunsFailUnlessTheyAreAllowed) {
+  const TestFolder folder;
+  const std::string euler =
+      "simulate " + samples + "roundabout.toml --method euler -o " + (folder / "a.h5").string();
+  ProgramRun run = run_program(euler);
+  EXPECT_EQ(run.code, 1);
+  EXPECT_TRUE(run.out.starts_with("UNTRUSTED: ")) << run.out;
+  EXPECT_NE(run.err.find("not to be trusted: the energy balance"), std::string::npos) << run.err;
+  EXPECT_EQ(folder.count(), 0);
+
+  run = run_program(euler + " --json");
+  EXPECT_EQ(run.code, 1);
+  const auto answer = nlohmann::json::parse(run.out, nullptr, false);
+  ASSERT_TRUE(answer.is_object()) << run.out;
+  EXPECT_FALSE(answer["certificate"]["trusted"]);
+  EXPECT_TRUE(answer["output"].is_null());
+
+  run = run_program(euler + " --allow-untrusted");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const auto stored = read_trajectory(folder / "a.h5");
+  ASSERT_TRUE(stored);
+  EXPECT_FALSE(stored->trajectory.certificate.trusted);
+}
+
+TEST(Simulate, BadUseEndsInOneSentence) {
+  const TestFolder folder;
+  const std::string output = " -o " + (folder / "a.h5").string();
+  expect_refused("simulate /no/such.toml" + output, 2, "no such file", folder, 0);
+  expect_refused("simulate" + output, 2, "scene", folder, 0);
+  expect_refused("simulate " + samples + "roundabout.toml --method magic" + output, 2, "magic", folder, 0);
+  expect_refused("simulate " + samples + "roundabout.toml --step -1" + output, 2,
+                 "is -1, expected a positive number", folder, 0);
+  for (const char* number : {"--end inf", "--tolerance 0", "--step nan", "--tolerance few"})
+    expect_refused("simulate " + samples + "roundabout.toml " + number + output, 2,
+                   "expected a positive number", folder, 0);
+  expect_refused("simulate " + samples + "roundabout.toml --constraints glue" + output, 2, "glue", folder, 0);
+  expect_refused("simulate " + samples + "roundabout.toml -o " + (folder / "a.xyz").string(), 2,
+                 "expected .h5", folder, 0);
+  expect_refused("simulate " + samples + output, 2, "is a folder", folder, 0);
+}
+
+TEST(Simulate, BadScenesAreNamedWithTheirLine) {
+  const TestFolder folder;
+  const std::string output = " -o " + (folder / "a.h5").string();
+  const std::string scene = folder.write("bad.toml", "[[solid]]\nname = 'a'\nmass = 1\ntensor = [1, 1, 3]\n");
+  expect_refused("simulate " + scene + output, 2, "bad.toml:4: solid 'a'", folder, 1);
+  folder.write("bad.toml", "[[solid]]\nname = 'a'\njoint = {rotation = 'x'}\n");
+  const ProgramRun massless = run_program("simulate " + scene + output);
+  EXPECT_EQ(massless.code, 2)
+      << massless.err;  // moves no mass: found by compile(), named with file and coordinate
+  EXPECT_NE(massless.err.find("bad.toml, "), std::string::npos) << massless.err;
+  EXPECT_NE(massless.err.find("'a'"), std::string::npos) << massless.err;
+  folder.write("bad.toml", "[simulation]\nmethod = 'magic'\n");
+  expect_refused("simulate " + scene + output, 2, "bad.toml:2", folder, 1);
+  folder.write("bad.toml", std::string("name = \"\xff\xfe\"\n\0\0", 14));
+  expect_refused("simulate " + scene + output, 2, "bad.toml:1", folder, 1);
+}
+
+TEST(Simulate, WhatCannotBeWrittenLeavesNothing) {
+  const TestFolder folder;
+  folder.write("file", "");
+  const ProgramRun run =
+      run_program("simulate " + samples + "roundabout.toml -o " + (folder / "file/below/a.h5").string());
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_EQ(folder.count(), 1);
+  EXPECT_EQ(run.out, "");  // told before the work
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+}
+
+TEST(Simulate, FullDisksEndInOneSentence) {
+  const TestFolder folder;
+  for (const char* name : {"a.h5", "a.csv"}) {
+    // 20 blocks of 512 bytes hold the words but not the trajectory
+    const ProgramRun run = run_program(
+        "simulate " + samples + "roundabout.toml -o " + (folder / name).string(), "ulimit -f 20;");
+    EXPECT_EQ(run.code, 1) << name << "\n" << run.err;
+    EXPECT_NE(run.err.find((folder / name).string() + ": cannot be written: File too large"),
+              std::string::npos)
+        << run.err;
+    EXPECT_EQ(run.err.find(".partial-"), std::string::npos) << run.err;
+    EXPECT_EQ(folder.count(), 0) << name;
+  }
+}
+
+TEST(Simulate, AFullStandardOutputIsAnError) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  for (const char* arguments : {"simulate --json ", "simulate ", "evaluate ", "info ", "info --json "}) {
+    const ProgramRun run = run_program(arguments + samples + "pendulum.toml >/dev/full");
+    EXPECT_EQ(run.code, 1) << arguments;
+    EXPECT_NE(run.err.find("No space left on device"), std::string::npos) << arguments << run.err;
+  }
+}
+
+TEST(Simulate, SignalsEndTheProgramAndLeaveNothing) {
+  const TestFolder folder;
+  // 10^8 steps would take minutes; timeout(1) sends the signal after one second and answers as a
+  // shell does: 128 and the signal's number
+  const std::string arguments = "simulate " + samples +
+                                "pendulum_7.toml --end 1e5 --step 1e-3 --output-interval 1 -o " +
+                                (folder / "a.h5").string();
+  for (const int signal : {SIGTERM, SIGINT}) {
+    const ProgramRun run =
+        run_program(arguments, "timeout --foreground --preserve-status -s " + std::to_string(signal) + " 1");
+    EXPECT_EQ(run.code, 128 + signal) << run.err;
+    EXPECT_EQ(folder.count(), 0);
+  }
+}
+
+}  // namespace
+}  // namespace borelli

@@ -1,0 +1,169 @@
+// The skeleton is compared with the phantom it is made of, whose inertia and joint centres are exact.
+#include "pipeline/skeleton.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <numbers>
+
+#include "dynamics/simulate.hpp"
+#include "pipeline/joint_ranges.hpp"
+#include "samples/phantom.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+constexpr double degree = std::numbers::pi / 180;
+
+struct Body {
+  Phantom phantom;
+  PartInertials parts;
+};
+
+Body body(const std::map<std::string, double>& pose = {}) {
+  PhantomOptions options;
+  options.pose_deg = pose;
+  Body made{build_phantom(options).value(), {}};
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    made.parts[std::string(parts[label].name)] = made.phantom.exact[label];
+  return made;
+}
+
+const Solid& solid(const Scene& scene, const std::string& name) {
+  for (const Solid& s : scene.solids)
+    if (s.name == name) return s;
+  throw std::runtime_error("no solid " + name);
+}
+
+// X_WS at the scene's start, by the plain product of its switches: independent of the engine
+Pose pose(const Scene& scene, const std::string& name) {
+  const Solid& s = solid(scene, name);
+  Pose X = s.parent == world_name ? Pose{} : pose(scene, s.parent);
+  for (const Switch& step : s.switches) {
+    if (const auto* fixed = std::get_if<Fixed>(&step.kind)) X = X * fixed->X_AB;
+    if (const auto* slide = std::get_if<Translation>(&step.kind))
+      X.p += X.R * slide->axis * (step.q.empty() ? 0 : step.q[0]);
+    if (const auto* hinge = std::get_if<Rotation>(&step.kind))
+      X.R = X.R * rotation_about(hinge->axis, step.q.empty() ? 0 : step.q[0]);
+  }
+  return X;
+}
+
+TEST(Skeleton, StartsInTheScansPoseWithTheScansInertia) {
+  const Body made = body({{"knee_left_flexion", 30}, {"elbow_right_flexion", 40}});
+  const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
+  ASSERT_TRUE(skeleton) << skeleton.error().message();
+  ASSERT_EQ(skeleton->scene.solids.size(), 16u);
+  EXPECT_TRUE(skeleton->warnings.empty()) << skeleton->warnings.front();
+  for (const Solid& s : skeleton->scene.solids) {
+    const Pose X = pose(skeleton->scene, s.name);
+    // frames stand along the patient's axes; products of at most six rotations round to a few 1e-16
+    EXPECT_LT((X.R - Eigen::Matrix3d::Identity()).norm(), 1e-13) << s.name;
+    const Inertial& exact = made.parts.at(s.name);
+    EXPECT_LT((X * s.inertials.at(0).centre - exact.centre).norm(), 1e-12) << s.name;
+    EXPECT_EQ(s.inertials.at(0).mass, exact.mass);
+  }
+}
+
+TEST(Skeleton, JointsAreAtTheirCentresAndHingesReadTheFlexion) {
+  const Body made = body({{"knee_left_flexion", 30}, {"elbow_right_flexion", 40}});
+  const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
+  ASSERT_TRUE(skeleton);
+  for (const Part& part : parts)
+    if (!part.joint.empty()) {
+      const Pose X = pose(skeleton->scene, std::string(part.name));
+      EXPECT_LT((X.p - 1e-3 * made.phantom.landmarks.find(part.joint)->second.point).norm(), 1e-12)
+          << part.name;
+    }
+  const auto flexion = [&](const std::string& part) {
+    return solid(skeleton->scene, part).switches.back().q.at(0) / degree;
+  };
+  // the phantom's own angles count from its standing pose, in which ankle and wrist lie a little off the
+  // straight line
+  EXPECT_NEAR(flexion("shank_left") - flexion("shank_right"), 30, 1e-6);
+  EXPECT_NEAR(flexion("forearm_right") - flexion("forearm_left"), 40, 1e-6);
+  EXPECT_NEAR(flexion("shank_right"), 0, 2);
+  EXPECT_NEAR(flexion("forearm_left"), 0, 2);
+}
+
+TEST(Skeleton, LeavesUpwardsTurningAsOneBody) {
+  const Body made = body();
+  SkeletonOptions options;
+  options.leap.flight_time = 0.8;
+  options.leap.somersault_rate_deg = -100;
+  const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks, options);
+  ASSERT_TRUE(skeleton);
+  const Solid& root = solid(skeleton->scene, "lower_trunk");
+  Vector3d velocity, position;
+  for (int i = 0; i < 3; ++i)
+    velocity[i] = root.switches.at(i).v.at(0), position[i] = root.switches.at(i).q.at(0);
+  const Vector3d omega = Eigen::Map<const Vector3d>(root.switches.at(3).v.data());
+  // the gravity centre's velocity: straight up at g t / 2, so that it is back after t
+  const Vector3d centre = velocity + omega.cross(made.phantom.whole.centre - position);
+  EXPECT_LT((centre - Vector3d(0, 0, 9.81 * 0.4)).norm(), 1e-9);
+  EXPECT_NEAR(omega.norm(), 100 * degree, 1e-12);
+  EXPECT_NEAR(omega.x(), -100 * degree,
+              1e-3);  // the phantom stands upright: its left is x to within rounding
+}
+
+TEST(Skeleton, PartsThatAreMissingAreNotInvented) {
+  Body made = body();
+  for (const char* gone : {"head", "thigh_left", "upper_arm_right"}) made.parts.erase(gone);
+  made.phantom.landmarks.erase("ankle_right");
+  const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
+  ASSERT_TRUE(skeleton);
+  EXPECT_EQ(skeleton->scene.solids.size(), 13u);
+  EXPECT_EQ(solid(skeleton->scene, "shank_left").parent, world_name);  // free: its thigh is missing
+  EXPECT_EQ(solid(skeleton->scene, "forearm_right").parent, world_name);
+  EXPECT_EQ(solid(skeleton->scene, "foot_right").switches.size(), 1u);  // welded: its joint is not known
+  EXPECT_EQ(skeleton->warnings.size(), 3u);
+  EXPECT_FALSE(build_skeleton({}, made.phantom.landmarks));
+}
+
+TEST(Skeleton, JointInertiaIsThatOfTwoBodiesOnAHinge) {
+  // two uniform bars of 1 m hinged at their ends: each has m l^2 / 3 about the hinge
+  const Inertial bar{3, {0, 0, -0.5}, Vector3d(0.25, 0.25, 0).asDiagonal()};
+  const Inertial other{6, {0, 0, 0.5}, Vector3d(0.5, 0.5, 0).asDiagonal()};
+  EXPECT_NEAR(joint_inertia(bar, other, Vector3d::Zero(), Vector3d::UnitX()), 1.0 * 2.0 / 3.0, 1e-15);
+}
+
+TEST(Skeleton, FliesOnItsParabolaAndKeepsItsSpin) {
+  const Body made = body();
+  const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
+  ASSERT_TRUE(skeleton);
+  const auto system = compile(skeleton->scene);
+  ASSERT_TRUE(system) << system.error().message();
+  EXPECT_EQ(system->nv, 6 + 11 * 3 + 4);
+  const auto trajectory = simulate(*system);
+  ASSERT_TRUE(trajectory) << trajectory.error().message();
+  EXPECT_TRUE(trajectory->certificate.trusted) << trajectory->certificate.reason;
+  // the gravity centre of any body in flight: a parabola, whatever its joints do. The integrator is asked for
+  // 1e-6 per step and coordinate; rates add up over about a hundred steps
+  for (std::size_t row = 0; row < trajectory->times.size(); ++row) {
+    const double t = trajectory->times[row];
+    const Vector3d exact = made.phantom.whole.centre + Vector3d(0, 0, 9.81 * 0.5 * t - 9.81 * t * t / 2);
+    EXPECT_LT((trajectory->gravity_centre.row(static_cast<Eigen::Index>(row)).transpose() - exact).norm(),
+              1e-5)
+        << t;
+  }
+  // it moves like a body that tucks: the knees bend by more than 60 degrees and stay within their range
+  double most = 0, least = 0;
+  for (const CoordinateInfo& c : trajectory->coordinates)
+    if (c.name.starts_with("knee")) {
+      most = std::max(most, trajectory->q.col(c.q_index).maxCoeff());
+      least = std::min(least, trajectory->q.col(c.q_index).minCoeff());
+    }
+  EXPECT_GT(most, 60 * degree);
+  EXPECT_LT(most, 120 * degree);
+  EXPECT_GT(least, -5 * degree);
+}
+
+TEST(JointRanges, ReadsTheTable) {
+  EXPECT_EQ(joint_ranges().size(), 21u);
+  EXPECT_DOUBLE_EQ(joint_ranges().at("knee flexion").upper, 120 * degree);
+  for (const auto& [name, range] : joint_ranges()) EXPECT_LT(range.lower, range.upper) << name;
+}
+
+}  // namespace
+}  // namespace borelli

@@ -1,0 +1,100 @@
+#include "pipeline/stages.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "pipeline/whole_file.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Stages : testing::Test {
+  fs::path folder = fs::path(testing::TempDir()) / ("stages_test_" + std::to_string(::getpid()));
+  std::vector<std::string> ran;
+  json first_settings = {{"step", 3}};
+  std::string broken;
+
+  void SetUp() override { fs::remove_all(folder), fs::create_directories(folder); }
+  void TearDown() override { fs::remove_all(folder); }
+
+  Stage stage(const std::string& name, std::vector<std::string> needs, json settings) {
+    return {name,
+            std::move(needs),
+            std::move(settings),
+            {name + ".txt"},
+            [this, name](const Progress&, const json&) -> Result<json> {
+              if (name == broken) return failure(name, "broken");
+              ran.push_back(name);
+              if (auto written = write_whole(folder / (name + ".txt"), name); !written)
+                return tl::unexpected(written.error());
+              return json{{"warnings", json::array()}};
+            }};
+  }
+  Result<json> run(bool force = false, const std::string& input = "abc") {
+    ran.clear();
+    return run_stages(folder, {{"inputs", input}},
+                      {stage("one", {}, first_settings), stage("two", {"one"}, {}), stage("aside", {}, {})},
+                      force);
+  }
+};
+
+TEST_F(Stages, SecondRunDoesNothingAgain) {
+  ASSERT_TRUE(run());
+  EXPECT_EQ(ran, (std::vector<std::string>{"one", "two", "aside"}));
+  const auto record = run();
+  ASSERT_TRUE(record);
+  EXPECT_TRUE(ran.empty());
+  EXPECT_EQ((*record)["stages"].size(), 3u);
+  EXPECT_EQ(json::parse(read_whole(folder / "run.json").value()), *record);
+}
+
+TEST_F(Stages, ChangeRerunsWhatDependsOnItAndNothingElse) {
+  ASSERT_TRUE(run());
+  first_settings["step"] = 2;
+  ASSERT_TRUE(run());
+  EXPECT_EQ(ran, (std::vector<std::string>{"one", "two"}));
+  ASSERT_TRUE(run(false, "another input"));
+  EXPECT_EQ(ran.size(), 3u);
+  ASSERT_TRUE(run(true, "another input"));
+  EXPECT_EQ(ran.size(), 3u);
+}
+
+TEST_F(Stages, StoppedRunGoesOnAtTheFirstUnfinishedStage) {
+  broken = "two";
+  const auto stopped = run();
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().what, "broken");
+  broken.clear();
+  std::ofstream(folder / ".partial-1-two.txt") << "half";
+  ASSERT_TRUE(run());
+  EXPECT_EQ(ran, (std::vector<std::string>{"two", "aside"}));
+  EXPECT_FALSE(fs::exists(folder / ".partial-1-two.txt"));
+}
+
+TEST_F(Stages, MissingOutputIsMadeAgain) {
+  ASSERT_TRUE(run());
+  fs::remove(folder / "two.txt");
+  ASSERT_TRUE(run());
+  EXPECT_EQ(ran, (std::vector<std::string>{"two"}));
+}
+
+TEST_F(Stages, DamagedRecordIsNamed) {
+  std::ofstream(folder / "run.json") << "{\"stages\": [";
+  const auto answer = run();
+  ASSERT_FALSE(answer);
+  EXPECT_NE(answer.error().message().find("run.json"), std::string::npos);
+  EXPECT_TRUE(run(true));
+}
+
+TEST(Digest, IsSha256) {
+  // FIPS 180-2, appendix B.1
+  EXPECT_EQ(digest_of_bytes("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+}  // namespace
+}  // namespace borelli

@@ -1,0 +1,110 @@
+#include "pipeline/whole_file.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct WholeFile : testing::Test {
+  fs::path folder = fs::path(testing::TempDir()) / ("whole_file_test_" + std::to_string(::getpid()));
+  void SetUp() override { fs::remove_all(folder); }
+  void TearDown() override { fs::remove_all(folder); }
+  std::size_t files() const {
+    if (!fs::exists(folder)) return 0;
+    return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), {}));
+  }
+};
+
+TEST_F(WholeFile, RoundTripsBytesAndMakesTheFolder) {
+  const std::string bytes("a\0b\r\n\xff", 6);
+  ASSERT_TRUE(write_whole(folder / "deep" / "file.bin", bytes));
+  EXPECT_EQ(read_whole(folder / "deep" / "file.bin").value(), bytes);
+}
+
+TEST_F(WholeFile, FailedWriteLeavesTheOldFileAndNothingElse) {
+  ASSERT_TRUE(write_whole(folder / "file.nii.gz", "old"));
+  const auto done = write_whole(folder / "file.nii.gz", [](const fs::path& beside) -> Result<void> {
+    EXPECT_TRUE(beside.string().ends_with(".nii.gz"));
+    std::ofstream(beside) << "half";
+    return failure("here", "stopped half way");
+  });
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().what, "stopped half way");
+  EXPECT_EQ(read_whole(folder / "file.nii.gz").value(), "old");
+  EXPECT_EQ(files(), 1u);
+}
+
+TEST_F(WholeFile, BytesThatDoNotFitAreNamed) {
+  // a folder that is a device file: every write to /dev/full answers "no space left on device"
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  fs::create_directories(folder);
+  const fs::path beside = folder / (".partial-" + std::to_string(::getpid()) + "-file.txt");
+  fs::create_symlink("/dev/full", beside);
+  const auto done = write_whole(folder / "file.txt", std::string(1 << 16, 'x'));
+  ASSERT_FALSE(done);
+  EXPECT_NE(done.error().what.find("No space left on device"), std::string::npos);
+  EXPECT_EQ(done.error().where, folder / "file.txt");  // not the hidden file's name
+  EXPECT_EQ(files(), 0u);
+}
+
+TEST_F(WholeFile, ErrorsOfTheWriterNameTheFileThatWasAskedFor) {
+  const auto done = write_whole(folder / "file.txt", [](const fs::path& beside) -> Result<void> {
+    return failure("writer", "cannot open " + beside.string() + " for it");
+  });
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().what, "cannot open " + (folder / "file.txt").string() + " for it");
+}
+
+TEST_F(WholeFile, PartialFilesOfNowCanBeRemoved) {
+  fs::create_directories(folder);
+  std::ofstream(folder / ".partial-0-another") << "not of this process";
+  const auto inner = [&](const fs::path& beside) -> Result<void> {
+    std::ofstream(beside) << "half";
+    remove_partial_files();
+    EXPECT_FALSE(fs::exists(beside));
+    return failure("here", "stopped");
+  };
+  const auto outer = [&](const fs::path& beside) -> Result<void> {
+    std::ofstream(beside) << "half";
+    EXPECT_FALSE(write_whole(folder / "inner.txt", inner));
+    EXPECT_FALSE(fs::exists(beside));
+    std::ofstream(beside) << "whole";
+    return {};
+  };
+  EXPECT_TRUE(write_whole(folder / "outer.txt", outer));
+  remove_partial_files();
+  EXPECT_EQ(read_whole(folder / "outer.txt").value(), "whole");
+  EXPECT_EQ(files(), 2u);  // outer.txt and the other process's
+}
+
+TEST_F(WholeFile, WhetherAFolderCanBeWrittenIsKnownBefore) {
+  fs::create_directories(folder / "sub");
+  std::ofstream(folder / "file") << "";
+  EXPECT_TRUE(check_writable(folder / "sub" / "new" / "deep" / "file.txt"));
+  EXPECT_TRUE(check_writable("file.txt"));
+  EXPECT_EQ(check_writable(folder / "sub").error().kind, Error::Kind::use);
+  EXPECT_NE(check_writable(folder / "file" / "x").error().what.find("is not a folder"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder / "sub" / "new"));  // asking makes nothing
+  fs::permissions(folder / "sub", fs::perms::owner_read | fs::perms::owner_exec);
+  if (::geteuid() != 0) {  // root may write everywhere
+    EXPECT_NE(check_writable(folder / "sub" / "x").error().what.find("Permission denied"), std::string::npos);
+  }
+  fs::permissions(folder / "sub", fs::perms::owner_all);
+}
+
+TEST_F(WholeFile, FolderInPlaceOfAFileIsBadUse) {
+  fs::create_directories(folder / "sub");
+  EXPECT_EQ(write_whole(folder / "sub", "x").error().kind, Error::Kind::use);
+  EXPECT_EQ(read_whole(folder / "sub").error().kind, Error::Kind::use);
+  EXPECT_EQ(read_whole(folder / "nothing").error().kind, Error::Kind::use);
+}
+
+}  // namespace
+}  // namespace borelli

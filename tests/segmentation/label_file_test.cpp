@@ -1,0 +1,125 @@
+// Label maps in and out: numbers, names, parts.
+#include <gtest/gtest.h>
+
+#include "grids.hpp"
+#include "scratch_folder.hpp"
+#include "segmentation/parts.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/write.hpp"
+
+namespace borelli {
+namespace {
+
+void put_text(const std::string& path, const std::string& text) {
+  put_bytes(path, {text.begin(), text.end()});
+}
+
+// labels as int16, as another program might have written them
+void write_numbers(const std::string& path, const std::vector<std::int16_t>& numbers) {
+  GreyVolume volume;
+  volume.grid.size = {static_cast<std::int64_t>(numbers.size()), 1, 1};
+  volume.quantity = Quantity::labels;
+  volume.voxels = numbers;
+  ASSERT_TRUE(write_volume(path, volume));
+}
+
+TEST(LabelFile, RoundTripWithNamesBeside) {
+  ScratchFolder folder;
+  LabelMap map;
+  map.grid = oblique_grid(false, 0.5);
+  map.voxels.resize(map.grid.count());
+  for (std::size_t n = 0; n < map.voxels.size(); ++n)
+    map.voxels[n] = static_cast<std::uint8_t>(n % parts.size());
+  for (const Part& part : parts) map.names.emplace_back(part.name);
+  for (const std::string name : {"a.nii.gz", "a.nrrd"}) {
+    ASSERT_TRUE(write_labels(folder / name, map));
+    const auto back = read_labels(folder / name);
+    ASSERT_TRUE(back) << back.error().message();
+    EXPECT_EQ(back->voxels, map.voxels);
+    EXPECT_EQ(back->names, map.names);
+    EXPECT_LT((back->grid.axes - map.grid.axes).cwiseAbs().maxCoeff(), 1e-6);  // float32 in NIfTI
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder / "a.tsv"));
+}
+
+TEST(LabelFile, PartNamesGetTheirLabelsOthersFollow) {
+  ScratchFolder folder;
+  write_numbers(folder / "a.nii", {0, 5, 900, 3, 900, 12});
+  put_text(folder / "names.txt",
+           "label\tname\tnote\r\n5\tthigh_left\tx\r\n900\thead\ty\r\n3\tliver\tz\r\n0\tair\t\r\n");
+  const auto map = read_labels(folder / "a.nii", folder / "names.txt");
+  ASSERT_TRUE(map) << map.error().message();
+  const auto thigh = static_cast<std::uint8_t>(part_label("thigh_left")),
+             head = static_cast<std::uint8_t>(part_label("head"));
+  EXPECT_EQ(map->voxels, (std::vector<std::uint8_t>{0, thigh, head, 17, head, 18}));
+  EXPECT_EQ(map->names[thigh], "thigh_left");
+  EXPECT_EQ(map->names[17], "liver");
+  EXPECT_EQ(map->names[18], "label 12");
+  EXPECT_EQ(map->names[0], "outside");
+}
+
+TEST(LabelFile, NumbersStayWithoutPartsAndShrinkWhereTheyMust) {
+  ScratchFolder folder;
+  write_numbers(folder / "small.nii", {0, 7, 200});
+  EXPECT_EQ(read_labels(folder / "small.nii")->voxels, (std::vector<std::uint8_t>{0, 7, 200}));
+  write_numbers(folder / "large.nii", {2035, 0, 1001});
+  const auto large = read_labels(folder / "large.nii");
+  EXPECT_EQ(large->voxels, (std::vector<std::uint8_t>{2, 0, 1}));
+  EXPECT_EQ(large->names, (std::vector<std::string>{"outside", "label 1001", "label 2035"}));
+}
+
+TEST(LabelFile, RefusesWhatIsNoLabelMap) {
+  ScratchFolder folder;
+  std::vector<std::int16_t> many(300);
+  for (std::size_t n = 0; n < many.size(); ++n) many[n] = static_cast<std::int16_t>(n);
+  write_numbers(folder / "many.nii", many);
+  write_numbers(folder / "negative.nii", {0, -1, 2});
+  write_numbers(folder / "fine.nii", {0, 1, 2});
+  const auto refusal = [&](const std::string& name, const std::string& table = "") {
+    const auto map = read_labels(folder / name, table.empty() ? "" : folder / table);
+    return map ? std::string("was read") : map.error().message();
+  };
+  EXPECT_NE(refusal("many.nii").find("at most 255"), std::string::npos) << refusal("many.nii");
+  EXPECT_NE(refusal("negative.nii").find("-1"), std::string::npos) << refusal("negative.nii");
+  EXPECT_NE(refusal("absent.nii").find("no such file"), std::string::npos);
+  const std::vector<std::pair<std::string, std::string>> tables{
+      {"", "header"},
+      {"number\tname\n", "header"},
+      {"label\tname\n1 liver\n", ".tsv:2: has no tab"},
+      {"label\tname\n1\tliver\nx\tspleen\n", ".tsv:3: a label is a whole number"},
+      {"label\tname\n1\tliver\n1\tspleen\n", "label 1 is there twice"},
+      {"label\tname\n1\tliver\n2\tliver\n", "'liver' is there twice"},
+      {"label\tname\n1\t\n", "no name"},
+  };
+  for (const auto& [text, sentence] : tables) {
+    put_text(folder / "t.tsv", text);
+    EXPECT_NE(refusal("fine.nii", "t.tsv").find(sentence), std::string::npos) << refusal("fine.nii", "t.tsv");
+  }
+  EXPECT_NE(refusal("fine.nii", "no.tsv").find("no.tsv"), std::string::npos);
+}
+
+// Counted by the organ list beside it: voxels of each id.
+TEST(LabelFile, IcrpLabelsCountAsTheirOrganList) {
+  const std::string folder = std::string(BORELLI_SHARED) + "/volumes/icrp_am/";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the ICRP male is not there: " << folder;
+  const auto map = read_labels(folder + "AM_labels.nii.gz");
+  ASSERT_TRUE(map) << map.error().message();
+  std::array<std::size_t, 256> counted{};
+  for (const auto label : map->voxels) ++counted[label];
+  std::ifstream list(folder + "AM_organs.csv");
+  std::string line;
+  std::getline(list, line);
+  std::size_t listed = 0;
+  while (std::getline(list, line)) {
+    // id,name,medium,density,voxels,mass; a name may hold commas in quotes, so the end is counted from the
+    // right
+    const auto mass = line.rfind(','), voxels = line.rfind(',', mass - 1);
+    const auto id = std::stoul(line);
+    EXPECT_EQ(counted.at(id), std::stoul(line.substr(voxels + 1))) << line;
+    listed += counted[id];
+  }
+  EXPECT_EQ(listed, map->voxels.size()) << "labels that the list does not have";
+}
+
+}  // namespace
+}  // namespace borelli

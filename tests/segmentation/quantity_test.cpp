@@ -1,0 +1,169 @@
+// What voxels hold, decided from their values: files made by hand with one reading, with two, with none.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+
+#include "scratch_folder.hpp"
+#include "segmentation/quantity.hpp"
+#include "segmentation/read.hpp"
+
+namespace borelli {
+namespace {
+
+StoredVoxels floats(const std::vector<float>& values) {
+  StoredVoxels voxels{Scalar::f32, values.size(), {}};
+  voxels.storage.resize(values.size() * 2);
+  std::memcpy(voxels.storage.data(), values.data(), values.size() * 4);
+  return voxels;
+}
+
+Result<QuantityReading> decide(const std::vector<float>& values, std::optional<FileQuantity> asked = {},
+                               const std::string& recorded = "") {
+  const StoredVoxels voxels = floats(values);
+  return decide_quantity("file", voxels, 1, 0, value_range(voxels, 1, 0), asked, recorded);
+}
+
+// n values around `middle`, then air: a body in a box, without anatomy
+std::vector<float> body(float middle, float spread, float air, std::size_t n = 1000) {
+  std::mt19937 random(3);
+  std::normal_distribution<float> tissue(middle, spread);
+  std::vector<float> values(n, air);
+  for (std::size_t i = 0; i < n / 2; ++i) values[i] = tissue(random);
+  return values;
+}
+
+TEST(Quantity, CtNumbersAreRecognised) {
+  const auto plain = decide(body(40, 60, -1000));
+  ASSERT_TRUE(plain) << plain.error().message();
+  EXPECT_EQ(plain->quantity, FileQuantity::hu);
+  EXPECT_NE(plain->statement.find("no other reading"), std::string::npos);
+
+  auto padded = body(40, 60, -1000);  // a tenth outside the field of view
+  for (std::size_t i = 900; i < 1000; ++i) padded[i] = -3024;
+  const auto with_padding = decide(padded);
+  ASSERT_TRUE(with_padding) << with_padding.error().message();
+  EXPECT_EQ(with_padding->quantity, FileQuantity::hu);
+}
+
+TEST(Quantity, DensitiesInGramsAreRecognised) {
+  const auto grams = decide(body(1.04f, 0.03f, 0.001f));
+  ASSERT_TRUE(grams) << grams.error().message();
+  EXPECT_EQ(grams->quantity, FileQuantity::density_gcm3);
+}
+
+TEST(Quantity, LabelsAreRecognised) {
+  std::vector<float> labels;
+  for (const int label : {0, 3, 7, 0, 7, 16, 0}) labels.insert(labels.end(), 50, static_cast<float>(label));
+  const auto read = decide(labels);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->quantity, FileQuantity::labels);
+}
+
+TEST(Quantity, WhatHasNoSingleReadingIsRefused) {
+  // CT numbers with 1024 added and densities in kg/m3 look alike
+  EXPECT_FALSE(decide(body(1064, 60, 24)));
+  // MR: whole numbers without a scale, air near 0
+  std::mt19937 random(5);
+  std::vector<float> mr(1000);
+  for (auto& v : mr) v = static_cast<float>(random() % 255);
+  EXPECT_FALSE(decide(mr));
+  // MR scaled to 1
+  for (auto& v : mr) v /= 255;
+  EXPECT_FALSE(decide(mr));
+  // MR phase, from -4096 to 4095: passes through air's and water's numbers, but goes below them too
+  for (auto& v : mr) v = static_cast<float>(static_cast<int>(random() % 8192) - 4096);
+  EXPECT_FALSE(decide(mr));
+  // a body mask as float: 0 or 1
+  std::vector<float> mask(1000, 0);
+  std::fill_n(mask.begin(), 500, 1.f);
+  const auto as_mask = decide(mask);
+  ASSERT_TRUE(as_mask);
+  EXPECT_EQ(as_mask->quantity, FileQuantity::labels);
+  // the sentence names the range and the choices
+  const auto refused = decide(body(1064, 60, 24));
+  EXPECT_NE(refused.error().what.find("--quantity hu"), std::string::npos) << refused.error().message();
+  EXPECT_EQ(refused.error().kind, Error::Kind::use);
+}
+
+TEST(Quantity, WhatIsAskedIsTakenUnlessImpossible) {
+  EXPECT_EQ(decide(body(1064, 60, 24), FileQuantity::density_kgm3)->quantity, FileQuantity::density_kgm3);
+  EXPECT_EQ(decide(body(1064, 60, 24), FileQuantity::mr)->quantity, FileQuantity::mr);
+  EXPECT_EQ(decide(body(1064, 60, 24), {}, "mr")->quantity, FileQuantity::mr);
+  EXPECT_FALSE(decide(body(1064, 60, 24), FileQuantity::density_gcm3));     // 1064 g/cm3
+  EXPECT_FALSE(decide(body(1.064f, 0.1f, 0), FileQuantity::density_kgm3));  // 1 kg/m3
+  EXPECT_FALSE(decide(body(40, 60, -1000), FileQuantity::density_kgm3));    // negative density
+  EXPECT_FALSE(decide(body(40, 60, -1000), FileQuantity::labels));          // negative and fractional labels
+  EXPECT_FALSE(decide(std::vector<float>(100, NAN), FileQuantity::hu));
+}
+
+TEST(Quantity, AdvisesWhatTheValuesAdmit) {
+  const auto advice = [](const std::vector<float>& values, FileQuantity asked) {
+    const auto refused = decide(values, asked);
+    return refused ? std::string("not refused") : refused.error().what;
+  };
+  const auto ends = [](const std::string& text, const std::string& end) {
+    EXPECT_TRUE(text.ends_with(end)) << text;
+  };
+  const auto hu = body(40, 60, -1000), grams = body(1.04f, 0.03f, 0.001f), kilograms = body(1064, 60, 0);
+  ends(advice(hu, FileQuantity::density_gcm3), "it is hu");
+  ends(advice(hu, FileQuantity::density_kgm3), "it is hu");
+  ends(advice(grams, FileQuantity::density_kgm3), "it is density_gcm3");
+  ends(advice(kilograms, FileQuantity::density_gcm3), "it is density_kgm3");
+  // neither: nothing is advised
+  std::vector<float> stretched(100, -3e6f);
+  stretched[0] = 3e6f;
+  EXPECT_EQ(advice(stretched, FileQuantity::density_gcm3).find("it is"), std::string::npos);
+}
+
+TEST(Quantity, GramsBecomeKilogramsPerCubicMetre) {
+  std::vector<std::string> warnings;
+  const auto stored = floats({0, 0.0012f, 1.0004f, 1.92f, -0.1f});
+  const auto values = to_int16(stored, 1, 0, value_range(stored, 1, 0), FileQuantity::density_gcm3, warnings);
+  EXPECT_EQ(values, (std::vector<std::int16_t>{0, 1, 1000, 1920, 0}));
+  ASSERT_EQ(warnings.size(), 1u);  // the overshoot below 0
+  EXPECT_NE(warnings[0].find("1 voxels (20 %) below 0"), std::string::npos) << warnings[0];
+}
+
+TEST(Quantity, MrKeepsItsSteps) {
+  std::vector<std::string> warnings;
+  const auto small = floats({0, 0.25f, 0.5f, 1});
+  EXPECT_EQ(to_int16(small, 1, 0, value_range(small, 1, 0), FileQuantity::mr, warnings),
+            (std::vector<std::int16_t>{0, 7500, 15000, 30000}));
+  EXPECT_EQ(warnings.size(), 1u);
+  const auto large = floats({0, 60000});
+  EXPECT_EQ(to_int16(large, 1, 0, value_range(large, 1, 0), FileQuantity::mr, warnings),
+            (std::vector<std::int16_t>{0, 30000}));
+  warnings.clear();
+  const auto fits = floats({0, 1, 4095});
+  EXPECT_EQ(to_int16(fits, 1, 0, value_range(fits, 1, 0), FileQuantity::mr, warnings),
+            (std::vector<std::int16_t>{0, 1, 4095}));
+  EXPECT_TRUE(warnings.empty());
+}
+
+TEST(Quantity, NamesRoundTrip) {
+  for (const char* name : {"hu", "density_kgm3", "density_gcm3", "labels", "mr"})
+    EXPECT_EQ(quantity_name(*parse_quantity(name)), name);
+  EXPECT_FALSE(parse_quantity("HU"));
+}
+
+std::string shared(const std::string& name) { return std::string(BORELLI_SHARED) + "/volumes/" + name; }
+
+// Real files, whose meaning is known from where they come.
+TEST(Quantity, RealFiles) {
+  const std::string am = shared("icrp_am/AM_hu.nii.gz");
+  if (!std::filesystem::exists(am)) GTEST_SKIP() << "the ICRP male is not there: " << am;
+  const auto hu = read_volume(am), abdomen = read_volume(shared("ct_abdomen_3mm.nii.gz")),
+             labels = read_volume(shared("icrp_am/AM_labels.nii.gz")),
+             density = read_volume(shared("icrp_am/AM_density_kgm3.nii.gz"));
+  ASSERT_TRUE(hu) << hu.error().message();
+  EXPECT_EQ(hu->volume.quantity, Quantity::hu);
+  ASSERT_TRUE(abdomen) << abdomen.error().message();
+  EXPECT_EQ(abdomen->volume.quantity, Quantity::hu);
+  ASSERT_TRUE(labels) << labels.error().message();
+  EXPECT_EQ(labels->volume.quantity, Quantity::labels);
+  EXPECT_FALSE(density) << "densities in kg/m3 could be CT numbers with 1024 added";
+}
+
+}  // namespace
+}  // namespace borelli

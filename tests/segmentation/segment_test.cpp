@@ -1,0 +1,341 @@
+// Parts, joint centres and coverage that the program finds in raw grey volumes, against the phantom's exact
+// table and landmarks, and against the ICRP male's own bones.
+#include "segmentation/segment.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "inertia/density.hpp"
+#include "inertia/skin.hpp"
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/read.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+Phantom phantom(const PhantomOptions& options = {}) {
+  auto made = build_phantom(options);
+  EXPECT_TRUE(made) << made.error().message();
+  return *made;
+}
+
+Segmentation found_in(const GreyVolume& volume, double step = 3) {
+  SegmentOptions options;
+  options.step = step;
+  auto found = segment(volume, options);
+  EXPECT_TRUE(found) << found.error().message();
+  return found ? *found : Segmentation{};
+}
+
+// kg by label: the voxels' densities by the curve that the phantom's own are from, the skin's mixed voxels
+// too
+std::array<double, parts.size()> masses(const LabelMap& labels, const GreyVolume& grey) {
+  const auto curve = density_curve(default_density_curve);
+  const auto weights = density_weights(Quantity::hu, *curve);
+  auto moments = *label_moments(labels, grey, *weights);
+  if (sampling_by(*mixed_share(labels, grey, *weights)) == Sampling::averages) {
+    auto skin = grow_skin(labels);
+    for (std::size_t o = 0; o < skin.voxels.size(); ++o)
+      if (labels.voxels[o]) skin.voxels[o] = 0;
+    const auto straight = density_weights(Quantity::hu, *curve, BelowAir::straight);
+    const auto more = *label_moments(skin, grey, *straight);
+    for (std::size_t n = 0; n < more.size(); ++n) moments[n] += more[n];
+  }
+  std::array<double, parts.size()> out{};
+  for (std::size_t n = 1; n < parts.size(); ++n) out[n] = moments[n].weight * grey.grid.voxel_volume() * 1e-9;
+  return out;
+}
+
+std::array<double, parts.size()> dice(const LabelMap& a, const LabelMap& b) {
+  std::array<double, parts.size()> both{}, all{};
+  for (std::size_t o = 0; o < a.voxels.size(); ++o) {
+    if (a.voxels[o] == b.voxels[o]) both[a.voxels[o]] += 2;
+    ++all[a.voxels[o]];
+    ++all[b.voxels[o]];
+  }
+  for (std::size_t n = 0; n < both.size(); ++n) both[n] = all[n] > 0 ? both[n] / all[n] : 1;
+  return both;
+}
+
+bool is_end(std::string_view part) { return part.starts_with("hand") || part.starts_with("foot"); }
+
+// the volume's slices from `first` to `last`, its grid moved along
+GreyVolume cropped(const GreyVolume& volume, std::int64_t first, std::int64_t last) {
+  GreyVolume out = volume;
+  out.grid.size[2] = last - first + 1;
+  out.grid.origin = volume.grid.point(Vector3d(0, 0, static_cast<double>(first)));
+  const auto slice = static_cast<std::ptrdiff_t>(volume.grid.size[0] * volume.grid.size[1]);
+  out.voxels.assign(volume.voxels.begin() + first * slice, volume.voxels.begin() + (last + 1) * slice);
+  return out;
+}
+
+// Issue 2's promise: masses within 3 % each (hands and feet 5 %), joint centres within 4 mm.
+void expect_promise(const Phantom& body, const Scan& scan, const Segmentation& found) {
+  const auto mass = masses(found.labels, scan.grey);
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    EXPECT_EQ(found.part[n].coverage, Coverage::whole) << parts[n].name;
+    EXPECT_NEAR(mass[n], body.exact[n].mass, (is_end(parts[n].name) ? 0.05 : 0.03) * body.exact[n].mass)
+        << parts[n].name;
+    if (parts[n].joint.empty()) continue;
+    const auto joint = found.landmarks.find(parts[n].joint);
+    ASSERT_NE(joint, found.landmarks.end()) << parts[n].joint;
+    EXPECT_LT((joint->second.point - body.landmarks.find(parts[n].joint)->second.point).norm(), 4)
+        << parts[n].joint << " by " << joint->second.source;
+  }
+}
+
+TEST(Segment, NoisyPhantomOnATableAtThreeMillimetres) {
+  const Phantom body = phantom();
+  const Grid grid = phantom_grid(body, {}, true);
+  const Scan scan =
+      voxelise(body, grid, {.table = true, .partial_volume = true, .blur_mm = 1, .noise_hu = 25, .seed = 3});
+  const Segmentation found = found_in(scan.grey);
+  expect_promise(body, scan, found);
+  // nothing of the table: what is labelled beyond the body is the skin's edge, half a voxel at most
+  double beyond = 0, skin = 0;
+  for (std::size_t o = 0; o < found.labels.voxels.size(); ++o) {
+    beyond += found.labels.voxels[o] && !scan.labels.voxels[o];
+    skin += found.labels.voxels[o] != 0;
+  }
+  EXPECT_LT(beyond / skin, 0.01);
+  EXPECT_TRUE(found.warnings.empty()) << found.warnings.front();
+}
+
+TEST(Segment, WomanBentAtElbowAndKneeOnAnObliqueTiltedMirroredGrid) {
+  PhantomOptions options;
+  options.sex = Sex::female;
+  options.pose_deg = {
+      {"elbow_left_flexion", 50}, {"knee_right_flexion", 35}, {"shoulder_right_abduction", 35}};
+  const Phantom body = phantom(options);
+  GridOptions oblique;
+  oblique.rotation_deg = {9, -6, 14};
+  oblique.spacing = {3, 3, 3};
+  oblique.tilt_deg = 10;
+  Grid grid = phantom_grid(body, oblique);
+  // mirrored in the file, not in space
+  grid.origin = grid.point(Vector3d(static_cast<double>(grid.size[0] - 1), 0, 0));
+  grid.axes.col(0) *= -1;
+  const Scan scan = voxelise(body, grid, {.noise_hu = 20});
+  const Segmentation found = found_in(scan.grey);
+  expect_promise(body, scan, found);
+  const auto agreement = dice(found.labels, scan.labels);
+  // issue 4's Dice for parts in touching poses
+  for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_GT(agreement[n], 0.90) << parts[n].name;
+}
+
+TEST(Segment, DensitiesGiveThePartsThatCtNumbersGive) {
+  const Phantom body = phantom();
+  GridOptions coarse;
+  coarse.spacing = Vector3d::Constant(4);
+  const Grid grid = phantom_grid(body, coarse);
+  Scan scan = voxelise(body, grid);
+  const Segmentation by_hu = found_in(scan.grey, 4);
+  const auto curve = density_curve(default_density_curve);
+  for (auto& v : scan.grey.voxels) v = static_cast<std::int16_t>(std::lround(curve->at(v)));
+  scan.grey.quantity = Quantity::density_kgm3;
+  const Segmentation by_density = found_in(scan.grey, 4);
+  const auto agreement = dice(by_hu.labels, by_density.labels);
+  // the two edges of bone differ by a fraction of a voxel, and the planes that hang on them by less than 2 mm
+  for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_GT(agreement[n], 0.97) << parts[n].name;
+}
+
+class PartialPhantom : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    body_ = new Phantom(phantom());
+    GridOptions coarse;
+    coarse.spacing = Vector3d::Constant(4);
+    const Grid grid = phantom_grid(*body_, coarse);
+    scan_ = new Scan(voxelise(*body_, grid, {.noise_hu = 15}));
+  }
+  static void TearDownTestSuite() {
+    delete scan_;
+    delete body_;
+  }
+  static std::int64_t slice_at(std::string_view landmark, double above = 0) {
+    const Vector3d p = body_->landmarks.find(landmark)->second.point + Vector3d(0, 0, above);
+    return std::lround(scan_->grey.grid.index(p)[2]);
+  }
+  static Segmentation found(std::int64_t first, std::int64_t last) {
+    return found_in(cropped(scan_->grey, first, last), 4);
+  }
+  static void expect_coverage(const Segmentation& found, const std::map<std::string, Coverage>& expected) {
+    for (std::size_t n = 1; n < parts.size(); ++n) {
+      const auto it = expected.find(std::string(parts[n].name));
+      const Coverage should = it == expected.end() ? Coverage::absent : it->second;
+      EXPECT_EQ(name_of(found.part[n].coverage), name_of(should)) << parts[n].name;
+    }
+  }
+
+  static inline Phantom* body_ = nullptr;
+  static inline Scan* scan_ = nullptr;
+};
+
+TEST_F(PartialPhantom, CutAtTheNeckAndBelowTheKnees) {
+  using enum Coverage;
+  expect_coverage(found(slice_at("knee_left", -200), slice_at("neck", 60)), {{"head", cut},
+                                                                             {"upper_trunk", whole},
+                                                                             {"middle_trunk", whole},
+                                                                             {"lower_trunk", whole},
+                                                                             {"upper_arm_left", whole},
+                                                                             {"upper_arm_right", whole},
+                                                                             {"forearm_left", whole},
+                                                                             {"forearm_right", whole},
+                                                                             {"hand_left", whole},
+                                                                             {"hand_right", whole},
+                                                                             {"thigh_left", whole},
+                                                                             {"thigh_right", whole},
+                                                                             {"shank_left", cut},
+                                                                             {"shank_right", cut}});
+}
+
+TEST_F(PartialPhantom, LegsAlone) {
+  using enum Coverage;
+  const auto legs = found(0, slice_at("hip_left", 130));
+  for (const char* side : {"left", "right"}) {
+    const auto at = [&](const char* part) {
+      return legs.part[static_cast<std::size_t>(part_label(std::string(part) + "_" + side))].coverage;
+    };
+    EXPECT_EQ(at("foot"), whole);
+    EXPECT_EQ(at("shank"), whole);
+    EXPECT_EQ(at("thigh"), whole);
+    EXPECT_EQ(at("upper_arm"), absent);
+  }
+  EXPECT_EQ(legs.part[static_cast<std::size_t>(part_label("lower_trunk"))].coverage, cut);
+  EXPECT_EQ(legs.part[static_cast<std::size_t>(part_label("head"))].coverage, absent);
+}
+
+TEST_F(PartialPhantom, NothingThatCanBeToldIsLabelledAndSaid) {
+  // a head alone: neither hips nor shoulders
+  const auto head = found(slice_at("neck", 40), scan_->grey.grid.size[2] - 1);
+  for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_EQ(head.part[n].coverage, Coverage::absent);
+  EXPECT_FALSE(head.warnings.empty());
+}
+
+TEST(Segment, LandmarksGivenByHandReplaceThoseFound) {
+  const Phantom body = phantom();
+  GridOptions coarse;
+  coarse.spacing = Vector3d::Constant(4);
+  const Grid grid = phantom_grid(body, coarse);
+  const Scan scan = voxelise(body, grid);
+  SegmentOptions options;
+  options.step = 4;
+  const Vector3d lower = body.landmarks.find("knee_left")->second.point - Vector3d(0, 0, 50);
+  options.given["knee_left"] = {lower, 1, 0, "given"};
+  const auto found = segment(scan.grey, options);
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_EQ(found->landmarks.at("knee_left").source, "given");
+  // 50 mm more of a thigh whose section at the knee is some 0.9 dm^2
+  const auto left = found->part[static_cast<std::size_t>(part_label("thigh_left"))].volume,
+             right = found->part[static_cast<std::size_t>(part_label("thigh_right"))].volume;
+  EXPECT_GT(left - right, 0.3e6);
+  EXPECT_LT(left - right, 0.9e6);
+}
+
+TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
+  GreyVolume volume;
+  volume.grid.size = {30, 30, 30};
+  volume.voxels.assign(27000, -1000);
+  const auto air = segment(volume);
+  ASSERT_FALSE(air);
+  EXPECT_NE(air.error().message().find("no body"), std::string::npos);
+  volume.quantity = Quantity::mr;
+  const auto mr = segment(volume);
+  ASSERT_FALSE(mr);
+  EXPECT_NE(mr.error().message().find("magnetic resonance"), std::string::npos);
+  volume.quantity = Quantity::hu;
+  SegmentOptions options;
+  options.step = 0;
+  EXPECT_EQ(segment(volume, options).error().kind, Error::Kind::use);
+  volume.voxels.clear();
+  EXPECT_FALSE(segment(volume));
+}
+
+const std::string icrp = BORELLI_SHARED "/volumes/icrp_am/";
+
+TEST(Segment, IcrpMaleHasAllPartsWithTheirOwnBones) {
+  if (!std::filesystem::exists(icrp + "AM_hu.nii.gz"))
+    GTEST_SKIP() << "the ICRP male is not beside the checkout";
+  const auto scan = read_volume(icrp + "AM_hu.nii.gz"),
+             organs = read_volume(icrp + "AM_labels.nii.gz", {.quantity = FileQuantity::labels});
+  ASSERT_TRUE(scan) << scan.error().message();
+  ASSERT_TRUE(organs) << organs.error().message();
+  const Segmentation found = found_in(scan->volume);
+  std::array<double, parts.size()> litres{};
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    EXPECT_EQ(found.part[n].coverage, Coverage::whole) << parts[n].name;
+    litres[n] = found.part[n].volume * 1e-6;
+  }
+  // the body's 71.11 litres: the organs' voxels without the extra skin slices
+  double all = 0;
+  for (const double v : litres) all += v;
+  EXPECT_NEAR(all, 71.11, 0.005 * 71.11);
+  // issue 4: arms and legs agree within 5 %, hands and feet within 8 %
+  for (const char* name : {"upper_arm", "forearm", "hand", "thigh", "shank", "foot"}) {
+    const double l = litres[static_cast<std::size_t>(part_label(std::string(name) + "_left"))],
+                 r = litres[static_cast<std::size_t>(part_label(std::string(name) + "_right"))];
+    EXPECT_NEAR(l / r, 1, is_end(name) ? 0.08 : 0.05) << name;
+  }
+  // Each limb holds its own bones (organ numbers of ICRP 110), but for what the planes give to the neighbour:
+  // the condyles' lower halves and the hip's and ankle's share by the convention, half an 8 mm slice
+  // elsewhere.
+  struct Bones {
+    const char* part;
+    int first, last;
+    double least;
+  };
+  for (const Bones& bones :
+       {Bones{"upper_arm", 13, 18, 0.90}, Bones{"forearm", 19, 21, 0.90}, Bones{"hand", 22, 23, 0.90},
+        Bones{"thigh", 28, 33, 0.75}, Bones{"shank", 34, 36, 0.90}, Bones{"foot", 37, 38, 0.95}}) {
+    const auto left = part_label(std::string(bones.part) + "_left"),
+               right = part_label(std::string(bones.part) + "_right");
+    double own = 0, count = 0;
+    const auto& g = found.labels.grid;
+    for (std::size_t o = 0; o < g.count(); ++o) {
+      const int organ = organs->volume.voxels[o];
+      if (organ < bones.first || organ > bones.last) continue;
+      // the grid's first axis runs to the left, the body stands in its middle
+      const bool is_left = static_cast<std::int64_t>(o) % g.size[0] >= g.size[0] / 2;
+      own += found.labels.voxels[o] == (is_left ? left : right);
+      ++count;
+    }
+    EXPECT_GT(own / count, bones.least) << bones.part;
+  }
+}
+
+TEST(Segment, RealTrunkHasItsHipsAndNoInventedLimb) {
+  const std::string folder = BORELLI_SHARED "/volumes/ct_trunk_dicom";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the trunk scan is not beside the checkout";
+  const auto scan = read_volume(folder);
+  ASSERT_TRUE(scan) << scan.error().message();
+  const Segmentation found = found_in(scan->volume);
+  using enum Coverage;
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    const std::string name(parts[n].name);
+    const Coverage expected = name == "middle_trunk"                                 ? whole
+                              : name.ends_with("trunk") || name.starts_with("thigh") ? cut
+                                                                                     : absent;
+    EXPECT_EQ(name_of(found.part[n].coverage), name_of(expected)) << name;
+  }
+  // hip centres as read by eye off the heads' outlines in three planes, to 4 mm (the left one is arthritic),
+  // and 2 mm
+  EXPECT_LT((found.landmarks.at("hip_left").point - Vector3d(85, 29, 1116)).norm(), 6);
+  EXPECT_LT((found.landmarks.at("hip_right").point - Vector3d(-88, 9, 1107)).norm(), 6);
+  // the sheet on the table lies at y = 162 mm and behind, the table's shell at 203 mm
+  const auto& g = found.labels.grid;
+  for (std::int64_t k = 0; k < g.size[2]; k += 10)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        if (found.labels.at(i, j, k)) {
+          const Vector3d p =
+              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+          ASSERT_LT(p[1], 162);
+        }
+}
+
+}  // namespace
+}  // namespace borelli

@@ -1,0 +1,102 @@
+#include "segmentation/work_grid.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/segmentation/grids.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// a field that is linear in space is kept by trilinear interpolation and by means over boxes alike
+TEST(WorkGrid, LinearFieldIsKeptFromObliqueMirroredAndShearedGrids) {
+  const Vector3d slope(2, -3, 1.5);
+  for (const bool mirrored : {false, true})
+    for (const double shear : {0.0, 1.2}) {
+      GreyVolume volume;
+      volume.grid = oblique_grid(mirrored, shear);
+      volume.grid.size = {60, 40, 12};
+      const Vector3d middle = volume.grid.point(Vector3d(29.5, 19.5, 5.5));
+      for (std::int64_t k = 0; k < 12; ++k)
+        for (std::int64_t j = 0; j < 40; ++j)
+          for (std::int64_t i = 0; i < 60; ++i) {
+            const Vector3d p = volume.grid.point(
+                Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+            volume.voxels.push_back(static_cast<std::int16_t>(std::lround(slope.dot(p - middle))));
+          }
+      const WorkVolume work = resampled(volume, 3);
+      int inside = 0;
+      for (std::int64_t k = 0; k < work.hu.grid.size[2]; ++k)
+        for (std::int64_t j = 0; j < work.hu.grid.size[1]; ++j)
+          for (std::int64_t i = 0; i < work.hu.grid.size[0]; ++i) {
+            const Vector3d p = work.hu.grid.point(
+                Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+            const Vector3d index = volume.grid.index(p);
+            // a work voxel's corner reaches 2.6 mm: four voxels of the finest axis
+            if ((index.array() < 4).any() || index[0] > 55 || index[1] > 35 || index[2] > 7) continue;
+            ++inside;
+            EXPECT_NEAR(work.hu.at(i, j, k), slope.dot(p - middle), 1.01);  // two roundings to whole numbers
+          }
+      EXPECT_GT(inside, 20);
+    }
+}
+
+TEST(WorkGrid, LeftIsLeftWhateverTheFilesOrder) {
+  // one bright voxel at the patient's left, front and top, in grids whose axes run every way
+  for (int flips = 0; flips < 8; ++flips) {
+    GreyVolume volume;
+    volume.grid.size = {10, 10, 10};
+    Vector3d spacing(4, 4, 4);
+    for (int c = 0; c < 3; ++c)
+      if (flips >> c & 1) spacing[c] = -4;
+    volume.grid.axes = spacing.asDiagonal();
+    volume.grid.origin = -4.5 * spacing;
+    volume.voxels.assign(1000, -1000);
+    const Vector3d bright(14, -14, 14);
+    const Vector3d index = volume.grid.index(bright);
+    volume.at(std::lround(index[0]), std::lround(index[1]), std::lround(index[2])) = 1000;
+    const WorkVolume work = resampled(volume, 4);
+    std::size_t best = 0;
+    for (std::size_t o = 0; o < work.hu.voxels.size(); ++o)
+      if (work.hu.voxels[o] > work.hu.voxels[best]) best = o;
+    const auto n = work.hu.grid.size;
+    const auto i = static_cast<std::int64_t>(best) % n[0], j = static_cast<std::int64_t>(best) / n[0] % n[1],
+               k = static_cast<std::int64_t>(best) / n[0] / n[1];
+    const Vector3d found =
+        work.hu.grid.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+    EXPECT_LT((found - bright).norm(), 4) << "flips " << flips;
+  }
+}
+
+TEST(WorkGrid, PaddingAndWhatLiesBeyondTheGridIsUnseen) {
+  GreyVolume volume;
+  volume.grid.size = {20, 20, 20};
+  volume.grid.axes = 3 * Eigen::Matrix3d::Identity();
+  volume.voxels.assign(8000, 0);
+  for (std::int64_t k = 0; k < 20; ++k)
+    for (std::int64_t j = 0; j < 20; ++j)
+      for (std::int64_t i = 0; i < 5; ++i) volume.at(i, j, k) = -2048;
+  const WorkVolume work = resampled(volume, 3);
+  const auto at = [&](double x, double y, double z) {
+    const Vector3d index = work.hu.grid.index(Vector3d(x, y, z));
+    return work.seen.at(std::lround(index[0]), std::lround(index[1]), std::lround(index[2]));
+  };
+  EXPECT_EQ(at(6, 30, 30), 0);
+  EXPECT_EQ(at(30, 30, 30), 1);
+  EXPECT_EQ(at(30, 30, 59.9), 0);
+}
+
+TEST(WorkGrid, DensitiesStandForTheirCtNumbers) {
+  EXPECT_EQ(hu_of(77, Quantity::hu), 77);
+  EXPECT_EQ(hu_of(0, Quantity::density_kgm3), -1000);
+  EXPECT_EQ(hu_of(1000, Quantity::density_kgm3), 0);
+  // CT numbers of the ICRP 110 media (spongiosa 1205 kg/m3, cortex 1920 kg/m3) are 256 and 1149
+  EXPECT_NEAR(hu_of(1205, Quantity::density_kgm3), 256, 1);
+  EXPECT_NEAR(hu_of(1920, Quantity::density_kgm3), 1149, 1.5);
+}
+
+}  // namespace
+}  // namespace borelli

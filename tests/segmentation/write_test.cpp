@@ -1,0 +1,62 @@
+// Files that cannot be read or written are named, in one sentence.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "grids.hpp"
+#include "scratch_folder.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/write.hpp"
+
+namespace borelli {
+namespace {
+
+TEST(Write, NamesWhatIsInTheWay) {
+  ScratchFolder folder;
+  const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);
+  const auto refusal = [&](const std::string& path) {
+    const auto written = write_volume(path, volume);
+    return written ? std::string("was written") : written.error().message();
+  };
+  EXPECT_NE(refusal(folder / "no/such/folder/a.nii.gz").find("No such file or directory"), std::string::npos);
+  EXPECT_NE(refusal(folder / "a.jpg").find(".nii.gz, .nii, .nrrd or .mha"), std::string::npos);
+  EXPECT_NE(refusal(folder / "a").find(".nii.gz"), std::string::npos);
+  auto short_of = volume;
+  short_of.voxels.pop_back();
+  const auto refused = write_volume(folder / "a.nii", short_of);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().what.find("140 voxels, the volume holds 139"), std::string::npos)
+      << refused.error().what;
+}
+
+// /dev/full takes bytes and has no room for them, as a full disk does
+TEST(Write, AFullDiskIsNamed) {
+  ScratchFolder folder;
+  for (const std::string name : {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"}) {
+    std::filesystem::create_symlink("/dev/full", folder / name);
+    const auto written = write_volume(folder / name, noise_volume(oblique_grid(false, 0), Quantity::hu));
+    ASSERT_FALSE(written) << name;
+    EXPECT_NE(written.error().message().find("No space left on device"), std::string::npos)
+        << written.error().message();
+  }
+}
+
+TEST(Read, NamesWhatIsInTheWay) {
+  ScratchFolder folder;
+  put_bytes(folder / "a.jpg", {'x'});
+  put_bytes(folder / "secret.nii", {'x'});
+  const auto refusal = [&](const std::string& name) {
+    const auto read = read_volume(folder / name);
+    return read ? std::string("was read") : read.error().message();
+  };
+  EXPECT_NE(refusal("absent.nii").find("no such file"), std::string::npos);
+  EXPECT_NE(refusal("a.jpg").find("no volume that is read here"), std::string::npos);
+  std::filesystem::permissions(folder / "secret.nii", std::filesystem::perms::none);
+  if (geteuid() != 0) {  // root may read everything
+    EXPECT_NE(refusal("secret.nii").find("Permission denied"), std::string::npos);
+  }
+  std::filesystem::create_symlink("/dev/zero", folder / "endless.nii");
+  EXPECT_NE(refusal("endless.nii").find("not a regular file"), std::string::npos) << refusal("endless.nii");
+}
+
+}  // namespace
+}  // namespace borelli
