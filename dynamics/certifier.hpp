@@ -4,22 +4,9 @@
 
 #include "dynamics/assembly.hpp"
 #include "dynamics/momentum.hpp"
+#include "dynamics/work.hpp"
 
 namespace borelli {
-
-/// Work done on the system since the start, J; integrated with the motion, except projection's, which is its
-/// jump of energy.
-struct Work {
-  explicit Work(int group_count)
-      : groups(Eigen::VectorXd::Zero(group_count)), group_projection(groups), group_projection_size(groups) {}
-
-  double efforts = 0, drives = 0, constraints = 0, violation = 0;
-  double projection = 0, projection_size = 0;
-  double total() const { return efforts + drives + constraints + violation + projection; }
-
-  Eigen::VectorXd groups;  ///< on each independent group, but for projection's, which is in the next
-  Eigen::VectorXd group_projection, group_projection_size;
-};
 
 /// The energy of the scene or of an independent group of it, followed through a run.
 struct EnergyBalance {

@@ -3,7 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "dynamics/explicit_runge_kutta.hpp"
+#include "dynamics/embedded_runge_kutta.hpp"
+#include "dynamics/extrapolation.hpp"
 #include "dynamics/step_doubling.hpp"
 
 namespace borelli {
@@ -20,6 +21,11 @@ std::unique_ptr<Integrator> fixed(double) {
   return std::make_unique<ExplicitRungeKutta>(tableau());
 }
 
+template <const EmbeddedTableau& (*tableau)()>
+std::unique_ptr<Integrator> embedded(double tolerance) {
+  return std::make_unique<EmbeddedRungeKutta>(tableau(), tolerance);
+}
+
 constexpr Method methods[] = {
     {"euler", fixed<euler>},
     {"rk2", fixed<midpoint>},
@@ -28,9 +34,30 @@ constexpr Method methods[] = {
      [](double tolerance) -> std::unique_ptr<Integrator> {
        return std::make_unique<StepDoubling>(classical_runge_kutta(), tolerance);
      }},
+    {"dopri5", embedded<dormand_prince_5>},
+    {"dop853", embedded<dormand_prince_853>},
+    {"gbs",
+     [](double tolerance) -> std::unique_ptr<Integrator> {
+       return std::make_unique<Extrapolation>(tolerance);
+     }},
 };
 
 }  // namespace
+
+bool Integrator::prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                               const Eigen::VectorXd& dy, const Eigen::VectorXd& out) {
+  hermite_step_ = h;
+  hermite_start_ = y;
+  hermite_end_ = out;
+  hermite_start_slope_ = dy;
+  return flow.derivative(t + h, out, hermite_end_slope_);
+}
+
+void Integrator::interpolate(double theta, Eigen::VectorXd& y) const {
+  const double s = theta, r = 1 - theta;
+  y = r * r * (1 + 2 * s) * hermite_start_ + s * s * (1 + 2 * r) * hermite_end_ +
+      hermite_step_ * s * r * (r * hermite_start_slope_ - s * hermite_end_slope_);
+}
 
 std::vector<std::string> integrator_names() {
   std::vector<std::string> names;

@@ -1,5 +1,5 @@
-// One-step methods for dy/dt = f(t, y). A new method is one new file beside explicit_runge_kutta.cpp that
-// makes an Integrator, and its line in the list of integrator.cpp.
+// Methods for dy/dt = f(t, y), one step at a time. A new method is one new file beside
+// explicit_runge_kutta.cpp that makes an Integrator, and its line in the list of integrator.cpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -39,8 +39,25 @@ class Integrator {
   /// steps.
   virtual Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                           Eigen::VectorXd& out) = 0;
-  /// Forgets what it remembers of earlier steps: after an event or a projection.
+
+  /// Dense output's order: its error over a step goes as h^(dense_order() + 1). Unless a method has its own,
+  /// it is the cubic through the values and slopes at both ends (Hermite's), of order 3.
+  virtual int dense_order() const { return 3; }
+  /// Whether dense output is as good as the steps themselves, whose errors add up to h^order().
+  bool dense_suffices() const { return dense_order() + 1 >= order(); }
+  /// Readies interpolate() over the step from (t, y) last attempted, which ended in `out`. False: f could not
+  /// be evaluated.
+  virtual bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                             const Eigen::VectorXd& dy, const Eigen::VectorXd& out);
+  /// y at t + theta h of that step, theta from 0 to 1.
+  virtual void interpolate(double theta, Eigen::VectorXd& y) const;
+
+  /// Forgets what it remembers of earlier steps: after an event.
   virtual void reset() {}
+
+ private:
+  double hermite_step_ = 0;
+  Eigen::VectorXd hermite_start_, hermite_end_, hermite_start_slope_, hermite_end_slope_;
 };
 
 /// The methods that a user may name.

@@ -13,7 +13,7 @@ enum class ConstraintTreatment {
 
 struct SimulationSettings {
   double end_time = 1;                  ///< s; the state's own time is the start
-  std::string method = "rk4_adaptive";  ///< euler, rk2, rk4, rk4_adaptive (see integrator_names())
+  std::string method = "rk4_adaptive";  ///< of integrator_names()
   double step = 0.01;                   ///< s; the fixed step, or the first one tried by an adaptive method
   double tolerance = 1e-6;     ///< adaptive methods: largest error per step and coordinate (see README.md)
   double output_interval = 0;  ///< s between rows of the trajectory; 0: every accepted step

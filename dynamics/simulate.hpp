@@ -14,8 +14,9 @@ struct Observer {
 };
 
 /// Runs from `state` (assembled on the constraints first) to settings.end_time. The trajectory holds the
-/// start, every multiple of the output interval, and the end; with interval 0, every accepted step. Steps end
-/// on output times: a fixed step is shortened so that a whole number of them fits.
+/// start, every multiple of the output interval, and the end; with interval 0, every accepted step. Rows
+/// between steps come from the method's dense output where that is as good as its steps; else steps end on
+/// output times, fixed ones shortened so that a whole number of them fits.
 ///
 /// Fails, with the time reached, where the motion cannot be continued: contradictory constraints, a singular
 /// mass matrix, numbers that are not finite or grow beyond bounds, a step that underflows. A run that comes

@@ -9,6 +9,7 @@
 #include <memory>
 #include <sstream>
 
+#include "dynamics/integrator.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -124,7 +125,9 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--work-grid", s.work_grid_mm, "Grid on which parts are looked for, mm")
       ->check(number_within(1.0, 10.0))
       ->capture_default_str();
-  verb->add_option("--method", s.method, "Integrator: euler, rk2, rk4, rk4_adaptive")->capture_default_str();
+  verb->add_option("--method", s.method, "Integrator")
+      ->check(CLI::IsMember(integrator_names()))
+      ->capture_default_str();
   verb->add_option("--tolerance", s.tolerance, "Of the integrator, per step and coordinate")
       ->check(positive_number())
       ->capture_default_str();

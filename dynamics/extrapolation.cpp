@@ -1,0 +1,116 @@
+#include "dynamics/extrapolation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace borelli {
+
+Extrapolation::Extrapolation(double tolerance)
+    : tolerance_(tolerance),
+      table_(most_rows),
+      work_(most_rows + 1),
+      step_(most_rows + 1),
+      error_(most_rows + 1) {
+  work_[0] = 1;  // the slope at the start
+  for (int row = 1; row <= most_rows; ++row) work_[row] = work_[row - 1] + substeps(row) - 1;
+  reset();
+}
+
+void Extrapolation::reset() {
+  // a digit or two per row, as the book's program has it
+  target_ = std::clamp(int(1.5 - 0.6 * std::log10(tolerance_)), least_target, most_rows - 2);
+  rejected_ = false;
+}
+
+/// The midpoint rule with the row's substeps, and the extrapolation from it and the rows before; then the
+/// row's error and the step that would bring it to the tolerance. False: not evaluable, or not finite.
+bool Extrapolation::add_row(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                            const Eigen::VectorXd& dy, int row) {
+  const int count = substeps(row);
+  const double substep = h / count;
+  before_ = y;
+  now_ = y + substep * dy;
+  for (int i = 1; i < count; ++i) {
+    if (!flow.derivative(t + i * substep, now_, slope_)) return false;
+    next_ = before_ + 2 * substep * slope_;
+    before_.swap(now_);
+    now_.swap(next_);
+  }
+  // Aitken and Neville: now_ passes along the row, table_ keeps the row before until it is replaced
+  for (int column = 1; column < row; ++column) {
+    const double ratio = double(count) / substeps(row - column);
+    next_ = now_ + (now_ - table_[column - 1]) / (ratio * ratio - 1);
+    table_[column - 1].swap(now_);
+    now_.swap(next_);
+  }
+  table_[row - 1] = now_;
+  if (row == 1) return now_.allFinite();
+
+  const Eigen::VectorXd& scale = flow.error_scale();
+  double error = 0;
+  for (Eigen::Index i = 0; i < y.size(); ++i)
+    if (const double part = std::abs(now_[i] - table_[row - 2][i]) / scale[i]; !(part <= error)) {
+      error = part;
+      worst_ = int(i);
+    }
+  error_[row] = error / tolerance_;
+  if (!std::isfinite(error_[row])) return false;
+  const double power = 1.0 / (2 * row - 1), least = std::pow(0.02, power);
+  const double factor = 0.94 * std::pow(0.65 / std::max(error_[row], 1e-300), power);
+  step_[row] = h * std::clamp(factor, least / 4, 1 / least);
+  return true;
+}
+
+/// Target and step after a step that was accepted (or, in row target_ + 1, refused) in `row`.
+void Extrapolation::choose_after(int row, Attempt& attempt, double h) {
+  const auto per_time = [&](int r) { return work_[r] / step_[r]; };
+  const int target = target_;
+  int next;
+  if (row < target)
+    next = per_time(row) < 0.9 * per_time(row - 1) ? target : row;
+  else if (row == target)
+    next = per_time(row - 1) < 0.9 * per_time(row)   ? row - 1
+           : per_time(row) < 0.9 * per_time(row - 1) ? row + 1
+                                                     : row;
+  else {
+    next = per_time(target - 1) < 0.9 * per_time(target) ? target - 1 : target;
+    if (per_time(row) < 0.9 * per_time(next)) next = row;
+  }
+  if (!attempt.accepted) next = std::min(next, target);
+  target_ = std::clamp(next, least_target, most_rows - 2);
+  // after a rejection neither order nor step may grow at once
+  if (attempt.accepted && rejected_) target_ = std::min(target_, std::max(row, least_target));
+  double step = target_ <= row ? step_[target_] : step_[row] * work_[target_] / work_[row];
+  if (attempt.accepted && rejected_) step = std::min(step, h);
+  rejected_ = !attempt.accepted;
+  attempt.next_step = step;
+}
+
+Attempt Extrapolation::attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                               const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+  Attempt attempt;
+  const int target = target_;
+  const double first = substeps(1), after = substeps(target + 1);
+  for (int row = 1; row <= target + 1; ++row) {
+    if (!add_row(flow, t, h, y, dy, row)) {
+      rejected_ = true;
+      return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
+    }
+    if (row < target - 1) continue;
+    attempt.worst = worst_;
+    attempt.accepted = error_[row] <= 1;
+    // what the rows to come would gain at best, as the convergence monitor of the book has it
+    const double hope = row == target - 1 ? std::pow(after * substeps(target) / (first * first), 2)
+                        : row == target   ? std::pow(after / first, 2)
+                                          : 1;
+    if (attempt.accepted || error_[row] > hope || row == target + 1) {
+      choose_after(row, attempt, h);
+      if (!attempt.accepted) attempt.next_step = std::min(attempt.next_step, 0.9 * h);
+      out = table_[row - 1];
+      return attempt;
+    }
+  }
+  return attempt;
+}
+
+}  // namespace borelli

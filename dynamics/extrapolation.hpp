@@ -1,0 +1,37 @@
+// Extrapolation after Gragg, Bulirsch and Stoer: the step is made by the explicit midpoint rule with 2, 4, 6,
+// ... substeps, whose results, having an error in even powers of the substep, are extrapolated to none. Order
+// and step are chosen together for the least work per unit of time (Hairer, Norsett, Wanner, Solving Ordinary
+// Differential Equations I, second edition, section II.9).
+#pragma once
+
+#include "dynamics/integrator.hpp"
+
+namespace borelli {
+
+class Extrapolation : public Integrator {
+ public:
+  explicit Extrapolation(double tolerance);
+  /// Of the row that it aims at; it changes from step to step, and is never below 6.
+  int order() const override { return 2 * target_; }
+  bool adaptive() const override { return true; }
+  Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                  Eigen::VectorXd& out) override;
+  void reset() override;
+
+ private:
+  static constexpr int least_target = 3, most_rows = 10;
+  static constexpr int substeps(int row) { return 2 * row; }
+
+  bool add_row(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int row);
+  void choose_after(int row, Attempt& attempt, double h);
+
+  double tolerance_;
+  int target_;  ///< the row that is expected to meet the tolerance, from 1
+  bool rejected_ = false;
+  std::vector<Eigen::VectorXd> table_;       ///< the table's last row, column by column
+  std::vector<double> work_, step_, error_;  ///< per row, from 1: evaluations; step that would do, s; error
+  int worst_ = -1;
+  Eigen::VectorXd before_, now_, slope_, next_;
+};
+
+}  // namespace borelli

@@ -1,0 +1,118 @@
+#include "dynamics/motion_flow.hpp"
+
+#include <fmt/format.h>
+
+#include "dynamics/chart.hpp"
+
+namespace borelli {
+
+namespace {
+
+// The chart breaks down where a ball has turned by 2 pi from its centre.
+constexpr double largest_turn = 5;  // rad
+
+}  // namespace
+
+MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings, Workspace& workspace)
+    : system_(system), w_(workspace), scale_(size()), q_(system.nq), last_v_(system.nv) {
+  if (settings.constraints == ConstraintTreatment::baumgarte) {
+    handling_.alpha = settings.baumgarte_alpha;
+    handling_.beta = settings.baumgarte_beta;
+  }
+  within_step_ = handling_;
+  within_step_.decide_rank = false;
+}
+
+bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+  // no solver of rows whose rank were to be decided, and nothing else solved in the workspace since
+  const bool known = system_.rows == 0 && solved_ && w_.evaluations == evaluations_ &&
+                     std::abs(last_time_ - state.t) <= 1e-15 * std::abs(state.t) && state.q == q_ &&
+                     state.v == last_v_;
+  q0_ = state.q;
+  y.setZero();
+  y.segment(system_.nv, system_.nv) = state.v;
+  y.segment<4>(2 * system_.nv) << work.efforts, work.drives, work.constraints, work.violation;
+  y.tail(system_.groups) = work.groups;
+  set_scale(state);
+  if (!known) {
+    turned_ = -1;
+    fault_ = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(), handling_, w_);
+    if (fault_) return false;
+  }
+  fill(y, dy);
+  return true;
+}
+
+bool MotionFlow::derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+  solved_ = false;
+  if (turned_too_far(y)) return false;
+  from_chart(system_, q0_.data(), y.data(), q_.data());
+  last_v_ = y.segment(system_.nv, system_.nv);
+  fault_ = accelerate(system_, system_.parameters, t, q_.data(), last_v_.data(), within_step_, w_);
+  if (fault_) return false;
+  fill(y, dy);
+  solved_ = true;
+  last_time_ = t;
+  evaluations_ = w_.evaluations;
+  return true;
+}
+
+/// dy at y from the equations solved there.
+void MotionFlow::fill(const Eigen::VectorXd& y, Eigen::VectorXd& dy) const {
+  const int n = system_.nv;
+  dy.resize(size());
+  chart_rate(system_, y.data(), y.data() + n, dy.data());
+  dy.segment(n, n) = w_.a;
+  dy.segment<4>(2 * n) << w_.power.efforts, w_.power.drives, w_.power.constraints, w_.power.violation;
+  dy.tail(system_.groups) = w_.group_power;
+}
+
+bool MotionFlow::turned_too_far(const Eigen::VectorXd& y) {
+  turned_ = -1;
+  for (const CoordinateInfo& info : system_.coordinates)
+    if (info.q_size == 4 && y.segment<3>(info.v_index).norm() > largest_turn) turned_ = info.v_index;
+  return turned_ >= 0;
+}
+
+void MotionFlow::take(const Eigen::VectorXd& y, State& state, Work& work) const {
+  from_chart(system_, q0_.data(), y.data(), state.q.data());
+  state.v = y.segment(system_.nv, system_.nv);
+  const auto done = y.segment<4>(2 * system_.nv);
+  work.efforts = done[0];
+  work.drives = done[1];
+  work.constraints = done[2];
+  work.violation = done[3];
+  work.groups = y.tail(system_.groups);
+}
+
+Error MotionFlow::failure(double t) const {
+  if (fault_ || turned_ < 0) return describe(system_, fault_, t);
+  for (const CoordinateInfo& info : system_.coordinates)
+    if (info.v_index == turned_)
+      return {
+          fmt::format("coordinate '{}'", info.name),
+          fmt::format("the ball turns by more than {:g} rad in one step at t = {:.6g} s; take smaller steps",
+                      largest_turn, t)};
+  return {};
+}
+
+std::string MotionFlow::component(int i) const {
+  const int n = system_.nv;
+  if (i < 0 || i >= 2 * n) return "the energy balance";
+  return fmt::format("{} '{}'", i < n ? "coordinate" : "the velocity of", system_.velocity_name(i % n));
+}
+
+/// Angles count against 1 rad, lengths against what the coordinate carries, velocities against these per
+/// second and their own size; work is not controlled.
+void MotionFlow::set_scale(const State& state) {
+  const int n = system_.nv;
+  for (const CoordinateInfo& info : system_.coordinates)
+    for (int i = info.v_index; i < info.v_index + info.v_size; ++i) {
+      const double unit = system_.velocity_scale[i];
+      scale_[i] = info.angle ? unit : std::max(unit, std::abs(state.q[info.q_index]));
+      scale_[n + i] = unit + std::abs(state.v[i]);
+    }
+  scale_.tail(4 + system_.groups).setConstant(std::numeric_limits<double>::infinity());
+}
+
+}  // namespace borelli

@@ -1,0 +1,54 @@
+// The motion of a system as a differential equation: what integrators are given.
+#pragma once
+
+#include "dynamics/equations.hpp"
+#include "dynamics/integrator.hpp"
+#include "dynamics/work.hpp"
+
+namespace borelli {
+
+/// dy/dt = f(t, y), y = (chart coordinates x, velocities v, work of the four powers, work on each independent
+/// group). The chart is centred on the state given to start().
+class MotionFlow : public Flow {
+ public:
+  MotionFlow(const System& system, const SimulationSettings& settings, Workspace& workspace);
+
+  Eigen::Index size() const override { return 2 * system_.nv + 4 + system_.groups; }
+  const Eigen::VectorXd& error_scale() const override { return scale_; }
+  bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
+
+  /// Centres the chart on a state, fills y and dy there, decides the rank of the constraints for the step to
+  /// come. Leaves the equations at that state in the workspace. Where they are there already (the last slope
+  /// that the integrator asked for was at this state, and there are no rows), they are not solved again.
+  /// False: they cannot be solved; see failure().
+  bool start(const State& state, const Work& work, Eigen::VectorXd& y, Eigen::VectorXd& dy);
+
+  /// The position, velocity and work that y stands for.
+  void take(const Eigen::VectorXd& y, State& state, Work& work) const;
+
+  /// How the constraint rows enter the equations; with the rank decided anew.
+  const RowHandling& handling() const { return handling_; }
+  /// Why the last slope could not be had, at time t.
+  Error failure(double t) const;
+  /// The name of component i of y.
+  std::string component(int i) const;
+
+ private:
+  void set_scale(const State& state);
+  bool turned_too_far(const Eigen::VectorXd& y);
+  void fill(const Eigen::VectorXd& y, Eigen::VectorXd& dy) const;
+
+  const System& system_;
+  Workspace& w_;
+  RowHandling handling_, within_step_;
+  Fault fault_;
+  int turned_ = -1;  ///< the velocity whose ball turned too far for the chart; -1: none
+  Eigen::VectorXd q0_, scale_;
+  // where derivative() last solved the equations
+  bool solved_ = false;
+  double last_time_ = 0;
+  Eigen::VectorXd q_, last_v_;
+  long evaluations_ = -1;  ///< the workspace's count then
+};
+
+}  // namespace borelli

@@ -1,0 +1,74 @@
+#include "dynamics/recorder.hpp"
+
+#include <fmt/format.h>
+
+namespace borelli {
+
+namespace {
+
+template <class Vector>
+void append(std::vector<double>& numbers, const Vector& x) {
+  numbers.insert(numbers.end(), x.data(), x.data() + x.size());
+}
+
+/// Of all moving solids together.
+Eigen::Vector3d gravity_centre(const System& system, const Workspace& w) {
+  double mass = 0;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+    mass += system.parameters.inertials[b].mass;
+    first += system.parameters.inertials[b].mass * w.kinematics.bodies[b].g;
+  }
+  return mass > 0 ? Eigen::Vector3d(first / mass) : first;
+}
+
+}  // namespace
+
+Recorder::Recorder(const System& system) : system_(system) {
+  out_.coordinates = system.coordinates;
+  out_.solids = system.solids;
+  out_.multiplier_names = system.row_names;
+  for (const CoordinateInfo& info : system.driven)
+    for (int i = 0; i < info.v_size; ++i)
+      out_.driven_names.push_back(info.v_size == 1 ? info.name : fmt::format("{}[{}]", info.name, i));
+}
+
+void Recorder::record(const State& state, const Workspace& w, const Work& work) {
+  out_.times.push_back(state.t);
+  append(q_, state.q);
+  append(v_, state.v);
+  append(a_, w.a);
+  append(multipliers_, w.multipliers);
+  append(driven_efforts_, w.drive_efforts);
+  for (const Drive& drive : system_.parameters.drives)
+    for (const TimeFunction& f : drive.functions) driven_positions_.push_back(at(f, state.t).value);
+  for (std::size_t s = 0; s < system_.solids.size(); ++s)
+    out_.poses.push_back(w.kinematics.bodies[system_.solid_bodies[s]].X * system_.parameters.solid_poses[s]);
+  append(gravity_centre_, gravity_centre(system_, w));
+  out_.kinetic.push_back(w.terms.kinetic);
+  out_.potential.push_back(w.terms.potential);
+  out_.work.push_back(work.total());
+}
+
+void Recorder::record_step(double t, double h) {
+  out_.step_times.push_back(t);
+  out_.step_sizes.push_back(h);
+}
+
+Trajectory Recorder::finish(Certificate certificate) {
+  const auto rows = Eigen::Index(out_.times.size());
+  const auto matrix = [rows](const std::vector<double>& numbers) -> Rows {
+    return Eigen::Map<const Rows>(numbers.data(), rows, Eigen::Index(numbers.size()) / rows);
+  };
+  out_.q = matrix(q_);
+  out_.v = matrix(v_);
+  out_.a = matrix(a_);
+  out_.multipliers = matrix(multipliers_);
+  out_.driven_efforts = matrix(driven_efforts_);
+  out_.driven_positions = matrix(driven_positions_);
+  out_.gravity_centre = matrix(gravity_centre_);
+  out_.certificate = std::move(certificate);
+  return std::move(out_);
+}
+
+}  // namespace borelli

@@ -1,0 +1,25 @@
+// The rows of a trajectory as they come.
+#pragma once
+
+#include "dynamics/equations.hpp"
+#include "dynamics/work.hpp"
+
+namespace borelli {
+
+class Recorder {
+ public:
+  explicit Recorder(const System& system);
+
+  /// A row: a state whose equations are solved in `w`.
+  void record(const State& state, const Workspace& w, const Work& work);
+  /// An accepted step of h from time t, s.
+  void record_step(double t, double h);
+  Trajectory finish(Certificate certificate);
+
+ private:
+  const System& system_;
+  Trajectory out_;
+  std::vector<double> q_, v_, a_, multipliers_, driven_efforts_, driven_positions_, gravity_centre_;
+};
+
+}  // namespace borelli

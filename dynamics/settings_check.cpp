@@ -1,0 +1,58 @@
+#include "dynamics/settings_check.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "dynamics/fastest_sine.hpp"
+
+namespace borelli {
+
+Result<void> check_settings(const SimulationSettings& settings, double start) {
+  const auto refuse = [](const char* name, double found, const char* expected) {
+    return bad_use(fmt::format("simulation, {}", name), fmt::format("is {}; expected {}", found, expected));
+  };
+  if (!std::isfinite(settings.end_time) || settings.end_time < start)
+    return refuse("end_time", settings.end_time, "a time (s) not before the start's");
+  if (!std::isfinite(settings.step) || settings.step <= 0)
+    return refuse("step", settings.step, "a positive time, s");
+  if (!std::isfinite(settings.tolerance) || settings.tolerance <= 0)
+    return refuse("tolerance", settings.tolerance, "a positive number");
+  if (!std::isfinite(settings.output_interval) || settings.output_interval < 0)
+    return refuse("output_interval", settings.output_interval, "a time (s), or 0 for every step");
+  if (!std::isfinite(settings.baumgarte_alpha) || settings.baumgarte_alpha < 0)
+    return refuse("baumgarte_alpha", settings.baumgarte_alpha, "a gain of at least 0, 1/s");
+  if (!std::isfinite(settings.baumgarte_beta) || settings.baumgarte_beta < 0)
+    return refuse("baumgarte_beta", settings.baumgarte_beta, "a gain of at least 0, 1/s");
+  return {};
+}
+
+Result<void> check_counts(const System& system, double start, const SimulationSettings& settings,
+                          bool adaptive) {
+  const auto refuse = [](const char* name, double found, double count, const char* of, double most) {
+    return bad_use(fmt::format("simulation, {}", name),
+                   fmt::format("is {} s, which makes {:.3g} {} up to the end_time; expected at most {:.0e}",
+                               found, count, of, most));
+  };
+  const double span = settings.end_time - start, interval = settings.output_interval;
+  if (interval > 0 && span / interval > most_rows)
+    return refuse("output_interval", interval, span / interval, "rows of output", most_rows);
+  if (!adaptive) {
+    if (const double steps = span / settings.step; steps > most_steps)
+      return refuse("step", settings.step, steps, "steps", most_steps);
+    else if (interval == 0 && steps > most_rows)
+      return refuse("step", settings.step, steps, "rows of output (there is no output_interval)", most_rows);
+    return {};
+  }
+  if (const auto sine = fastest_sine(system, system.parameters)) {
+    const double steps = span / (longest_step_in_periods * sine->period);
+    if (steps > most_steps)
+      return bad_use(sine->name,
+                     fmt::format("oscillates with a period of {:.3g} s, whose eighths make {:.3g} "
+                                 "steps up to the end_time; expected at most {:.0e}",
+                                 sine->period, steps, most_steps));
+  }
+  return {};
+}
+
+}  // namespace borelli

@@ -1,0 +1,66 @@
+#include "dynamics/step_path.hpp"
+
+#include <fmt/format.h>
+
+namespace borelli {
+
+void Landing::book_projection(const Workspace& workspace) {
+  if (projected)
+    work.add_projection(workspace.terms.group_kinetic + workspace.terms.group_potential - energy_before);
+}
+
+StepPath::StepPath(const System& system, const SimulationSettings& settings, MotionFlow& motion,
+                   Integrator& integrator, Workspace& probe)
+    : system_(system),
+      projecting_(system.rows > 0 && settings.constraints == ConstraintTreatment::projection),
+      motion_(motion),
+      integrator_(integrator),
+      probe_(probe),
+      between_(motion.size()) {}
+
+void StepPath::begin(double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                     const Eigen::VectorXd& out, const Work& work) {
+  t_ = t;
+  h_ = h;
+  y_ = &y;
+  dy_ = &dy;
+  out_ = &out;
+  work_ = &work;
+  dense_ready_ = false;
+}
+
+Result<void> StepPath::land(double theta, Landing& landing) {
+  const double t = t_ + theta * h_;
+  if (integrator_.dense_suffices()) {
+    if (!dense_ready_ && !integrator_.prepare_dense(motion_, t_, h_, *y_, *dy_, *out_))
+      return tl::unexpected(motion_.failure(t));
+    dense_ready_ = true;
+    integrator_.interpolate(theta, between_);
+  } else if (theta <= 0) {
+    between_ = *y_;
+  } else if (!integrator_.attempt(motion_, t_, theta * h_, *y_, *dy_, between_).evaluated) {
+    return tl::unexpected(motion_.failure(t));
+  }
+  return settle(between_, t, landing);
+}
+
+Result<void> StepPath::land_at_end(double end, Landing& landing) { return settle(*out_, end, landing); }
+
+Result<void> StepPath::settle(const Eigen::VectorXd& y, double t, Landing& landing) {
+  landing.work = *work_;
+  landing.state.q.resize(system_.nq);
+  motion_.take(y, landing.state, landing.work);
+  landing.state.t = t;
+  landing.projected = false;
+  if (!projecting_ || !landing.state.q.allFinite() || !landing.state.v.allFinite()) return {};
+  const Projection projection = project(system_, system_.parameters, landing.state, probe_);
+  if (projection.fault) return tl::unexpected(describe(system_, projection.fault, t));
+  if (projection.unreached >= 0)
+    return failure(fmt::format("constraint '{}'", system_.row_names[projection.unreached]),
+                   "the step left it so far off that it cannot be put right; take a smaller step");
+  landing.energy_before = projection.energy_before;
+  landing.projected = true;
+  return {};
+}
+
+}  // namespace borelli

@@ -1,0 +1,53 @@
+// The step just made, as a function of time: the state anywhere in it, on the constraints, for output between
+// steps and for events.
+#pragma once
+
+#include "dynamics/assembly.hpp"
+#include "dynamics/motion_flow.hpp"
+
+namespace borelli {
+
+/// A state of a step, put on the constraints if that is how they are kept.
+struct Landing {
+  State state;
+  Work work;                      ///< done until then; what the projection at this state does is not in it
+  bool projected = false;         ///< was put on the constraints
+  Eigen::VectorXd energy_before;  ///< J, of each independent group, before it was
+  explicit Landing(const System& system) : work(system.groups) {}
+  /// Books what the projection did, from the equations solved at the state.
+  void book_projection(const Workspace& workspace);
+};
+
+class StepPath {
+ public:
+  /// `motion` and `integrator` are those that make the steps; `probe` is scratch that nothing else relies on.
+  StepPath(const System& system, const SimulationSettings& settings, MotionFlow& motion,
+           Integrator& integrator, Workspace& probe);
+
+  /// The step of h from (t, y), where the slope is dy and the work `work`, that came to `out`: until the next
+  /// call the arguments must stay as they are, and the motion's chart where it was.
+  void begin(double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+             const Eigen::VectorXd& out, const Work& work);
+
+  /// The state at t + theta h, theta from 0 to 1: of dense output where that is as good as the steps, else of
+  /// a step so much shorter. Fails where the equations cannot be solved or the constraints not be met.
+  Result<void> land(double theta, Landing& landing);
+  /// The state at the time given, where the step ends.
+  Result<void> land_at_end(double end, Landing& landing);
+
+ private:
+  Result<void> settle(const Eigen::VectorXd& y, double t, Landing& landing);
+
+  const System& system_;
+  bool projecting_;
+  MotionFlow& motion_;
+  Integrator& integrator_;
+  Workspace& probe_;
+  double t_ = 0, h_ = 0;
+  const Eigen::VectorXd *y_ = nullptr, *dy_ = nullptr, *out_ = nullptr;
+  const Work* work_ = nullptr;
+  bool dense_ready_ = false;
+  Eigen::VectorXd between_;
+};
+
+}  // namespace borelli

@@ -1,0 +1,71 @@
+// Extrapolation: each row's order, the tolerance met, order and step chosen with it.
+#include "dynamics/extrapolation.hpp"
+
+#include <cmath>
+
+#include "functions.hpp"
+
+namespace borelli::test {
+namespace {
+
+FunctionFlow bernoulli() {  // y = 1 / (2 + sin t)
+  return {
+      1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) { dy[0] = -y[0] * y[0] * std::cos(t); }};
+}
+
+TEST(Extrapolation, EachRowAddsTwoOrders) {
+  // a tolerance that any error meets is met by the row before the one aimed at, 2, of order 4
+  FunctionFlow flow = bernoulli();
+  const auto error = [&](int steps) {
+    Extrapolation method(1e9);
+    Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5), dy(1), out(1);
+    for (int i = 0; i < steps; ++i) {
+      method.reset();
+      flow.derivative(2.0 * i / steps, y, dy);
+      EXPECT_TRUE(method.attempt(flow, 2.0 * i / steps, 2.0 / steps, y, dy, out).accepted);
+      y = out;
+    }
+    return std::abs(y[0] - 1 / (2 + std::sin(2.0)));
+  };
+  EXPECT_NEAR(std::log2(error(16) / error(32)), 4, 0.3);
+}
+
+TEST(Extrapolation, MeetsItsToleranceWithFewEvaluationsWhereItIsTight) {
+  for (double tolerance : {1e-6, 1e-9, 1e-12}) {
+    FunctionFlow flow = bernoulli();
+    Extrapolation method(tolerance);
+    EXPECT_GE(method.order(), 6);
+    Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5), dy(1), out(1);
+    double t = 0, h = 0.1;
+    int steps = 0;
+    while (t < 10) {
+      h = std::min(h, 10 - t);
+      flow.derivative(t, y, dy);
+      const Attempt attempt = method.attempt(flow, t, h, y, dy, out);
+      if (attempt.accepted) {
+        t += h;
+        y = out;
+        ++steps;
+      }
+      h = attempt.next_step;
+    }
+    // one tolerance per step at most, which grows as y^2: ninefold from y = 1/3 to y = 1
+    EXPECT_LT(std::abs(y[0] - 1 / (2 + std::sin(10.0))), 9 * steps * tolerance) << tolerance;
+    EXPECT_LT(flow.evaluations, 900) << tolerance;  // classical Runge-Kutta takes 4e5 to come to 1e-12
+  }
+}
+
+TEST(Extrapolation, ShortensTheStepWhereTheFunctionEnds) {
+  FunctionFlow flow(
+      1, [](double, const Eigen::VectorXd&, Eigen::VectorXd& dy) { dy[0] = 1; }, 0.4);
+  Extrapolation method(1e-6);
+  const Eigen::VectorXd y = Eigen::VectorXd::Zero(1), dy = Eigen::VectorXd::Ones(1);
+  Eigen::VectorXd out(1);
+  const Attempt attempt = method.attempt(flow, 0, 1, y, dy, out);
+  EXPECT_FALSE(attempt.evaluated);
+  EXPECT_FALSE(attempt.accepted);
+  EXPECT_DOUBLE_EQ(attempt.next_step, 0.25);
+}
+
+}  // namespace
+}  // namespace borelli::test
