@@ -1,13 +1,13 @@
 // Published inertia of body segments, to stand beside measured ones.
 //
 //   deleva1996   de Leva P (1996) J Biomech 29:1223-1230: Zatsiorsky and Seluyanov's gamma-ray scans of
-//   living
-//                people, lying, with their endpoints moved to joint centres
+//                living people, lying, with their endpoints moved to joint centres
 //   dumas2007    Dumas R, Cheze L, Verriest J-P (2007) J Biomech 40:543-553: McConville's and Young's body
-//   surfaces of
-//                standing people, of uniform density; with products of inertia
-// Two values compare only where endpoints and cuts are the same: moving the hip's cut alone takes a thigh
-// from 8 to 14 % of body mass.
+//                surfaces of standing people, of uniform density; with products of inertia
+// Two values compare only where endpoints and kind of cuts are the same: moving the hip's cut alone takes a
+// thigh from 8 to 14 % of body mass. Below elbow and knee both studies cut across the limb at its joints
+// ("joint"), though by landmarks of their own: there the tables differ from each other by up to 0.5 % of body
+// mass, and what is measured here may differ from either by as much.
 #pragma once
 
 #include <Eigen/Core>

@@ -6,7 +6,7 @@
 //   mass of
 //     schneider2000 +0.54 %, schneider1996 +0.40 %, mcsquare +1.51 %, geant4 -0.87 %, oncentra -0.20 %;
 //   tissues of ICRU Report 44 whose CT numbers at 120 kV follow from their composition (Schneider et al 2000,
-//     equation 8): the largest error among fat, muscle, skin, brain, blood, gut and cortical bone is 0.9 %
+//     equation 8): the largest error among fat, muscle, skin, brain, blood, gut and cortical bone is 0.8 %
 //     for schneider2000, 5 % for schneider1996, 6 % for mcsquare, 14 % for geant4 and 2 % for oncentra.
 // So schneider2000 is the default: it alone is near in each tissue, and mass that is right in total but wrong
 // in bone would be wrong in its distribution. Its weak spot is 100 HU, where it falls by 4 %: in scans with

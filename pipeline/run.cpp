@@ -2,20 +2,20 @@
 
 #include <fmt/core.h>
 
-#include <fstream>
-
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
 #include "inertia/table_file.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/display.hpp"
+#include "pipeline/folder_lock.hpp"
+#include "pipeline/given_labels.hpp"
 #include "pipeline/glb.hpp"
 #include "pipeline/measure.hpp"
 #include "pipeline/mesh.hpp"
 #include "pipeline/mesh_file.hpp"
 #include "pipeline/render.hpp"
 #include "pipeline/report.hpp"
-
+#include "pipeline/run_inputs.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/whole_file.hpp"
@@ -166,18 +166,6 @@ Result<json> Run::segment_scan(const Progress& progress) {
   return answer;
 }
 
-// A part that reaches the first or last voxel along an axis is cut there.
-bool touches_border(const LabelMap& labels, std::uint8_t label) {
-  const auto [ni, nj, nk] = labels.grid.size;
-  for (std::int64_t k = 0; k < nk; ++k)
-    for (std::int64_t j = 0; j < nj; ++j) {
-      const bool face = k == 0 || k == nk - 1 || j == 0 || j == nj - 1;
-      for (std::int64_t i = 0; i < ni; i += face ? 1 : std::max<std::int64_t>(ni - 1, 1))
-        if (labels.at(i, j, k) == label) return true;
-    }
-  return false;
-}
-
 Result<json> Run::use_given_labels(const Progress& progress) {
   const auto scan = data_.scan([&](double share) { progress(0.5 * share); });
   if (!scan) return tl::unexpected(scan.error());
@@ -186,27 +174,16 @@ Result<json> Run::use_given_labels(const Progress& progress) {
   if (!(labels->grid == (*scan)->volume.grid))
     return bad_use(settings_.labels,
                    "lies on another grid than " + settings_.volume + "; resample one onto the other");
-  Segmentation found;
-  found.labels = std::move(*labels);
+  Landmarks landmarks;
   if (!settings_.landmarks.empty()) {
     auto given = read_landmarks(settings_.landmarks);
     if (!given) return tl::unexpected(given.error());
-    found.landmarks = std::move(*given);
-  } else {
+    landmarks = std::move(*given);
+  }
+  Segmentation found = segmentation_of(std::move(*labels), std::move(landmarks));
+  if (found.landmarks.empty())
     found.warnings.push_back(
         "no landmarks were given with the labels: joints are welded and segment frames unknown");
-  }
-  std::array<std::size_t, 256> voxels{};
-  for (const auto label : found.labels.voxels) ++voxels[label];
-  for (std::size_t label = 1; label < parts.size(); ++label) {
-    PartFinding& part = found.part[label];
-    if (found.labels.names.size() <= label || found.labels.names[label] != parts[label].name) continue;
-    part.volume = static_cast<double>(voxels[label]) * found.labels.grid.voxel_volume();
-    part.confidence = 1;
-    if (voxels[label] == 0) continue;
-    part.coverage =
-        touches_border(found.labels, static_cast<std::uint8_t>(label)) ? Coverage::cut : Coverage::whole;
-  }
   auto answer = hand_on(found, **scan);
   data_.keep(std::move(found));
   return answer;
@@ -385,46 +362,6 @@ Result<json> Run::write_page(const json& record) {
   return json::object();
 }
 
-// The files that a volume is made of: a text header (.mhd, .nhdr) names the one that holds its voxels.
-std::vector<std::string> files_of(const std::string& volume) {
-  std::vector<std::string> files{volume};
-  if (!volume.ends_with(".mhd") && !volume.ends_with(".nhdr")) return files;
-  std::ifstream header(volume);
-  for (std::string line; std::getline(header, line);) {
-    const auto mark = line.find_first_of("=:");
-    if (mark == std::string::npos) continue;
-    std::string key = line.substr(0, mark), value = line.substr(mark + 1);
-    for (std::string* text : {&key, &value}) {
-      text->erase(0, text->find_first_not_of(" \t"));
-      text->erase(text->find_last_not_of(" \t\r") + 1);
-    }
-    if (key != "ElementDataFile" && key != "data file" && key != "datafile") continue;
-    const fs::path data = fs::path(volume).parent_path() / value;
-    if (fs::is_regular_file(data)) files.push_back(data.string());
-  }
-  return files;
-}
-
-Result<json> inputs_of(const RunSettings& settings) {
-  json inputs = json::object();
-  std::string names = settings.label_names;
-  if (!settings.labels.empty() && names.empty() && fs::exists(names_file(settings.labels)))
-    names = names_file(settings.labels);
-  for (const auto& [role, path] : {std::pair<const char*, std::string>{"volume", settings.volume},
-                                   {"labels", settings.labels},
-                                   {"label_names", names},
-                                   {"landmarks", settings.landmarks}}) {
-    if (path.empty()) continue;
-    inputs[role] = json::array();
-    for (const std::string& file : files_of(path)) {
-      const auto digest = digest_of(file);
-      if (!digest) return tl::unexpected(digest.error());
-      inputs[role].push_back({{"file", fs::path(file).filename().string()}, {"sha256", *digest}});
-    }
-  }
-  return inputs;
-}
-
 json settings_of(const RunSettings& s) {
   return {{"subject", s.subject},
           {"volume", s.volume},
@@ -505,10 +442,18 @@ Result<json> run(const RunSettings& settings, bool force, const StageObserver& o
       return tl::unexpected(curve.error());
   const auto inputs = inputs_of(settings);
   if (!inputs) return tl::unexpected(inputs.error());
+  const auto lock = FolderLock::take(settings.folder);
+  if (!lock) return tl::unexpected(lock.error());
+  if (auto fine = check_folder_writable(settings.folder / "mesh"); !fine) return tl::unexpected(fine.error());
+  if (!settings.settings_text.empty())
+    if (auto written = write_whole(settings.folder / "settings.toml", settings.settings_text); !written)
+      return tl::unexpected(written.error());
+  const auto digests = digests_of(*inputs);
+  if (!digests) return tl::unexpected(digests.error());
   json head{
-      {"program", "borelli " BORELLI_VERSION}, {"inputs", *inputs}, {"settings", settings_of(settings)}};
+      {"program", "borelli " BORELLI_VERSION}, {"inputs", *digests}, {"settings", settings_of(settings)}};
   Run work(settings);
-  return run_stages(settings.folder, head, stages_of(work, settings), force, observer);
+  return run_stages(*lock, head, stages_of(work, settings), force, observer);
 }
 
 }  // namespace borelli

@@ -3,7 +3,7 @@
 //
 //   segmentation/labels.nii.gz, labels.tsv, landmarks.json, segmentation.json    inertia/table.csv,
 //   table.json model/scene.toml    motion/trajectory.h5, trajectory.csv    mesh/*.stl, *.vtp    body.glb
-//   body.png report.html    run.json
+//   body.png report.html    run.json, settings.toml
 // Each stage reads what the stages before it left, so that a run that was stopped goes on at the first
 // unfinished one.
 #pragma once
@@ -37,10 +37,12 @@ struct RunSettings {
   bool untrusted_is_fine = false;  ///< go on with a motion whose certificate says untrusted
   Leap leap;
   int threads = 0;
+  std::string settings_text;  ///< what the user chose, kept as settings.toml; empty: none is kept
 };
 
 /// Runs what is not done yet and answers run.json. Without an X display there is no picture, which is a
-/// warning.
+/// warning. Errors before any work: inputs that are missing, a folder that cannot be written or in which
+/// another run is at work.
 Result<nlohmann::json> run(const RunSettings& settings, bool force, const StageObserver& observer = {});
 
 }  // namespace borelli

@@ -24,24 +24,27 @@ json segmentation_account(const Segmentation& segmentation, const std::string& i
   return {{"input", input}, {"reading", reading}, {"parts", all}, {"warnings", segmentation.warnings}};
 }
 
-Result<void> write_segmentation(const fs::path& folder, const Segmentation& segmentation,
-                                const json& account) {
-  // the label map's own writer leaves two files: they are made in a folder of their own, then moved
+Result<void> write_label_files(const fs::path& path, const LabelMap& labels) {
   std::error_code error;
-  const fs::path beside = folder / ".partial-labels";
+  const fs::path folder = path.parent_path(), beside = folder / (".partial-" + path.filename().string());
   fs::remove_all(beside, error);
   fs::create_directories(beside, error);
-  if (error) return failure(folder.string(), "cannot be made: " + error.message());
-  const auto labels = write_labels((beside / "labels.nii.gz").string(), segmentation.labels);
-  if (!labels) {
-    fs::remove_all(beside, error);
-    return labels;
-  }
-  for (const char* name : {"labels.tsv", "labels.nii.gz"}) {
+  if (error) return failure(beside.string(), "cannot be made: " + error.message());
+  auto written = write_labels((beside / path.filename()).string(), labels);
+  const fs::path names = fs::path(names_file(path.string())).filename();
+  for (const fs::path& name : {names, path.filename()}) {
+    if (!written) break;
     fs::rename(beside / name, folder / name, error);
-    if (error) return failure((folder / name).string(), "cannot be written: " + error.message());
+    if (error) written = failure((folder / name).string(), "cannot be written: " + error.message());
   }
   fs::remove_all(beside, error);
+  return written;
+}
+
+Result<void> write_segmentation(const fs::path& folder, const Segmentation& segmentation,
+                                const json& account) {
+  if (auto written = write_label_files(folder / "labels.nii.gz", segmentation.labels); !written)
+    return written;
   const auto marks = write_whole(folder / "landmarks.json", [&](const fs::path& path) {
     return write_landmarks(path.string(), segmentation.landmarks);
   });

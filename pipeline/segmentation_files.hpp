@@ -18,6 +18,14 @@ namespace borelli {
 nlohmann::json segmentation_account(const Segmentation& segmentation, const std::string& input,
                                     const std::string& reading);
 
+/// The files that write_segmentation leaves.
+inline constexpr std::array segmentation_file_names{"labels.tsv", "labels.nii.gz", "landmarks.json",
+                                                    "segmentation.json"};
+
+/// A label map and its names (TSV), both whole or none: made in a folder beside, then moved to `path` and
+/// beside it. Errors: as write_labels.
+Result<void> write_label_files(const std::filesystem::path& path, const LabelMap& labels);
+
 /// Writes the four files into `folder` (made where missing), each beside and renamed. Errors: as the writers.
 Result<void> write_segmentation(const std::filesystem::path& folder, const Segmentation& segmentation,
                                 const nlohmann::json& account);

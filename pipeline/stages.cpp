@@ -1,10 +1,7 @@
 #include "pipeline/stages.hpp"
 
-#include <fcntl.h>
 #include <fmt/core.h>
 #include <openssl/evp.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -93,22 +90,6 @@ bool is_done(const json& record, const std::string& key, const fs::path& folder)
   return true;
 }
 
-// Holds a folder against a second run in it, for as long as it lives.
-class FolderLock {
- public:
-  explicit FolderLock(const fs::path& folder)
-      : file_(open((folder / ".lock").c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0666)) {}
-  ~FolderLock() {
-    if (file_ >= 0) close(file_);
-  }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
-  bool taken() const { return file_ >= 0 && flock(file_, LOCK_EX | LOCK_NB) != 0; }
-
- private:
-  int file_;
-};
-
 }  // namespace
 
 std::string digest_of_bytes(std::string_view bytes) {
@@ -136,14 +117,12 @@ Result<std::string> digest_of(const fs::path& path) {
   return digest.hex();
 }
 
-Result<json> run_stages(const fs::path& folder, const json& head, const std::vector<Stage>& stages,
+Result<json> run_stages(const FolderLock& lock, const json& head, const std::vector<Stage>& stages,
                         bool force, const StageObserver& observer) {
-  std::error_code problem;
-  fs::create_directories(folder, problem);
-  if (problem) return failure(folder.string(), "cannot make this folder: " + problem.message());
-  FolderLock lock(folder);
-  if (lock.taken())
-    return failure(folder.string(), "another run is at work in this folder; wait for its end");
+  const fs::path& folder = lock.folder();
+  for (const Stage& stage : stages)
+    for (const std::string& output : stage.outputs)
+      if (auto fine = check_writable(folder / output); !fine) return tl::unexpected(fine.error());
   const fs::path record_path = folder / "run.json";
   json before;
   if (fs::exists(record_path) && !force) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "error/error.hpp"
+#include "pipeline/folder_lock.hpp"
 
 namespace borelli {
 
@@ -44,11 +45,11 @@ Result<std::string> digest_of(const std::filesystem::path& path);
 /// SHA-256 of bytes, in hex.
 std::string digest_of_bytes(std::string_view bytes);
 
-/// Runs the stages in order inside `folder` (made where missing; two runs at once in one are refused); `head`
-/// opens run.json (versions, inputs, settings) and takes part in every key by its "inputs". Every stage's
-/// seconds, peak memory (MiB) and answer are recorded as soon as it ends. Answers run.json as it stands in
-/// the end.
-Result<nlohmann::json> run_stages(const std::filesystem::path& folder, const nlohmann::json& head,
+/// Runs the stages in order inside the locked folder; `head` opens run.json (versions, inputs, settings) and
+/// takes part in every key by its "inputs" and "program". Every stage's seconds, peak memory (MiB) and answer
+/// are recorded as soon as it ends. Answers run.json as it stands in the end. Errors: a stage's; outputs that
+/// cannot be written where they belong, before any work; a run.json that is no record.
+Result<nlohmann::json> run_stages(const FolderLock& lock, const nlohmann::json& head,
                                   const std::vector<Stage>& stages, bool force,
                                   const StageObserver& observer = {});
 

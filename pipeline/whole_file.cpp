@@ -1,5 +1,6 @@
 #include "pipeline/whole_file.hpp"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <array>
@@ -12,6 +13,7 @@
 #include <iterator>
 #include <string>
 #include <system_error>
+#include <vector>
 
 namespace borelli {
 
@@ -60,6 +62,32 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
+// what stands against a file in `folder`, "" where nothing does
+std::string obstacle(const fs::path& folder) {
+  std::error_code problem;
+  std::vector<fs::path> missing;
+  fs::path there = folder;
+  for (; !fs::exists(there, problem) && there != folder_of(there); there = folder_of(there))
+    missing.push_back(there);
+  if (!fs::is_directory(there, problem)) return there.string() + " is not a folder";
+  std::vector<fs::path> made;
+  std::string found;
+  for (auto next = missing.rbegin(); next != missing.rend() && found.empty(); ++next) {
+    if (fs::create_directory(*next, problem)) made.push_back(*next);
+    if (problem) found = "the folder " + next->string() + " cannot be made: " + problem.message();
+  }
+  if (found.empty()) {
+    const fs::path probe = folder / (".partial-" + std::to_string(getpid()) + "-probe");
+    const int file = open(probe.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
+    if (file < 0)
+      found = "the folder " + folder.string() + ": " + std::strerror(errno);
+    else
+      close(file), unlink(probe.c_str());
+  }
+  for (auto last = made.rbegin(); last != made.rend(); ++last) rmdir(last->c_str());
+  return found;
+}
+
 }  // namespace
 
 void remove_partial_files() noexcept {
@@ -71,19 +99,21 @@ Result<void> check_writable(const fs::path& path) {
   std::error_code problem;
   if (fs::is_directory(path, problem))
     return bad_use(path.string(), "is a folder, expected the name of a file to write");
-  fs::path folder = folder_of(path);
-  while (!fs::exists(folder, problem) && folder != folder_of(folder)) folder = folder_of(folder);
-  if (!fs::is_directory(folder, problem))
-    return failure(path.string(), "cannot be written: " + folder.string() + " is not a folder");
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
-    return failure(path.string(),
-                   "cannot be written: the folder " + folder.string() + ": " + std::strerror(errno));
+  if (const std::string found = obstacle(folder_of(path)); !found.empty())
+    return failure(path.string(), "cannot be written: " + found);
+  return {};
+}
+
+Result<void> check_folder_writable(const fs::path& folder) {
+  if (const std::string found = obstacle(folder); !found.empty())
+    return failure(folder.string(), "cannot be written to: " + found);
   return {};
 }
 
 Result<void> write_whole(const fs::path& path, const std::function<Result<void>(const fs::path&)>& write) {
-  if (auto fine = check_writable(path); !fine) return fine;
   std::error_code problem;
+  if (fs::is_directory(path, problem))
+    return bad_use(path.string(), "is a folder, expected the name of a file to write");
   const fs::path folder = folder_of(path);
   fs::create_directories(folder, problem);
   if (problem) return failure(folder.string(), "cannot make this folder: " + problem.message());

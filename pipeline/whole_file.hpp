@@ -21,9 +21,14 @@ Result<void> write_whole(const std::filesystem::path& path, std::string_view byt
 /// Bytes to exactly this path, for a writer that write_whole calls; what failed is told as the system does.
 Result<void> write_bytes(const std::filesystem::path& path, std::string_view bytes);
 
-/// Whether write_whole may succeed, asked before long work: `path` is no folder, and the folder it goes to,
-/// or the nearest one above that is there, may be written to.
+/// Whether write_whole may succeed, asked before long work: `path` is no folder, and check_folder_writable of
+/// the one that it goes to.
 Result<void> check_writable(const std::filesystem::path& path);
+
+/// Whether a file can be made in `folder`: makes one, and the folders on the way that are missing, and
+/// removes them again, since only the system knows all that may stand against it (permissions, a file in the
+/// way, a disk that is full or read-only).
+Result<void> check_folder_writable(const std::filesystem::path& folder);
 
 /// Removes the temporary files that write_whole is filling now. A signal's handler may call it.
 void remove_partial_files() noexcept;

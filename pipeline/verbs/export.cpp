@@ -54,6 +54,9 @@ json account(const std::vector<Mesh>& meshes, const std::vector<fs::path>& files
 Result<json> run(const Wanted& wanted, const Command& command) {
   if (wanted.picture && !display_answers())  // said before the work, not after it
     return bad_use("--picture", "needs an X display; run the program as 'xvfb-run -a borelli ...'");
+  const fs::path folder = wanted.folder, picture = folder / "body.png";
+  if (auto fine = wanted.picture ? check_writable(picture) : check_folder_writable(folder); !fine)
+    return tl::unexpected(fine.error());
   const auto joints = joints_of(wanted.landmarks);
   if (!joints) return tl::unexpected(joints.error());
   const auto labels = read_labels(wanted.labels, wanted.names);
@@ -68,10 +71,9 @@ Result<json> run(const Wanted& wanted, const Command& command) {
   bar.end(fmt::format("{} parts", meshes->size()));
 
   const bool all = wanted.nothing_named();
-  auto files = write_meshes(wanted.folder, *meshes, {wanted.stl || all, wanted.vtp || all});
+  auto files = write_meshes(folder, *meshes, {wanted.stl || all, wanted.vtp || all});
   if (!files) return tl::unexpected(files.error());
   if (wanted.picture) {
-    const fs::path picture = fs::path(wanted.folder) / "body.png";
     const auto drawn = write_whole(picture, [&](const fs::path& beside) {
       return draw_body(beside.string(), *meshes, {.joints = *joints});
     });

@@ -12,6 +12,7 @@ namespace borelli {
 namespace {
 
 Result<nlohmann::json> work(const std::filesystem::path& folder, const Command& command) {
+  if (auto fine = check_folder_writable(folder); !fine) return tl::unexpected(fine.error());
   ProgressBar bar(command.json);
   std::string last;
   const auto figures = paper_figures({}, [&](const std::string& name) {

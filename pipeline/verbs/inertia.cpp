@@ -112,9 +112,11 @@ void print_table(const InertiaTable& table) {
 }
 
 Result<nlohmann::json> work(const InertiaSettings& settings, const Command& command) {
-  for (const std::string& output : settings.outputs)
+  for (const std::string& output : settings.outputs) {
     if (!output.ends_with(".csv") && !output.ends_with(".json"))
       return bad_use(output, "the table is written as .csv or .json");
+    if (auto fine = check_writable(output); !fine) return tl::unexpected(fine.error());
+  }
   const auto table = make_table_from_files(settings, command.threads);
   if (!table) return tl::unexpected(table.error());
   for (const std::string& output : settings.outputs)

@@ -10,10 +10,12 @@
 
 #include "inertia/table_file.hpp"
 #include "pipeline/segment_frames.hpp"
+#include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/landmarks_file.hpp"
+#include "segmentation/read.hpp"
 #include "segmentation/write.hpp"
 
 namespace borelli {
@@ -92,48 +94,35 @@ InertiaTable exact_table(const Phantom& phantom, const Asked& asked) {
   return make_table(std::move(source), std::move(rows));
 }
 
-// The label map's writer leaves two files: both are made in a folder beside, then moved.
-Result<void> write_both(const fs::path& path, const LabelMap& labels) {
-  const fs::path beside = path.parent_path() / ("." + path.filename().string() + ".being-written");
-  std::error_code error;
-  fs::remove_all(beside, error);
-  fs::create_directories(beside, error);
-  if (error) return failure(beside.string(), "cannot be made: " + error.message());
-  auto written = write_labels((beside / path.filename()).string(), labels);
-  if (written)
-    for (const fs::directory_entry& file : fs::directory_iterator(beside)) {
-      fs::rename(file.path(), path.parent_path() / file.path().filename(), error);
-      if (error) written = failure(path.string(), "cannot be written: " + error.message());
-    }
-  fs::remove_all(beside, error);
-  return written;
-}
-
 struct Written {
   std::string volume, labels, table, csv, landmarks;
 };
 
-Result<Written> write_all(const Asked& asked, const Phantom& phantom, const Scan& scan,
-                          const InertiaTable& table) {
-  const auto name = split(asked.output);
+// The files that are to be written, each of which can be.
+Result<Written> names_of(const std::string& output) {
+  const auto name = split(output);
   if (!name) return tl::unexpected(name.error());
   const std::string stem = fs::absolute(name->first).string();
-  const Written files{stem + name->second, stem + "_labels" + name->second, stem + "_table.json",
-                      stem + "_table.csv", stem + "_landmarks.json"};
+  Written files{stem + name->second, stem + "_labels" + name->second, stem + "_table.json",
+                stem + "_table.csv", stem + "_landmarks.json"};
+  for (const std::string& path :
+       {files.volume, files.labels, names_file(files.labels), files.table, files.csv, files.landmarks})
+    if (auto fine = check_writable(path); !fine) return tl::unexpected(fine.error());
+  return files;
+}
+
+Result<void> write_all(const Written& files, const Phantom& phantom, const Scan& scan,
+                       const InertiaTable& table) {
   for (const std::string& path : {files.table, files.csv})
-    if (const auto done = write_whole(path, [&](const fs::path& p) { return write_table(p, table); }); !done)
-      return tl::unexpected(done.error());
-  if (const auto done = write_whole(
+    if (auto done = write_whole(path, [&](const fs::path& p) { return write_table(p, table); }); !done)
+      return done;
+  if (auto done = write_whole(
           files.landmarks, [&](const fs::path& p) { return write_landmarks(p.string(), phantom.landmarks); });
       !done)
-    return tl::unexpected(done.error());
-  if (const auto done = write_both(files.labels, scan.labels); !done) return tl::unexpected(done.error());
+    return done;
+  if (auto done = write_label_files(files.labels, scan.labels); !done) return done;
   // the volume comes last: where it is, the rest is
-  if (const auto done =
-          write_whole(files.volume, [&](const fs::path& p) { return write_volume(p.string(), scan.grey); });
-      !done)
-    return tl::unexpected(done.error());
-  return files;
+  return write_whole(files.volume, [&](const fs::path& p) { return write_volume(p.string(), scan.grey); });
 }
 
 void print(const Phantom& phantom, const Grid& grid, const Written& files) {
@@ -149,15 +138,16 @@ void print(const Phantom& phantom, const Grid& grid, const Written& files) {
 
 Result<nlohmann::json> work(Asked asked, const Command& command) {
   if (const auto settled = settle(asked); !settled) return tl::unexpected(settled.error());
-  if (const auto name = split(asked.output); !name) return tl::unexpected(name.error());
+  const auto files = names_of(asked.output);
+  if (!files) return tl::unexpected(files.error());
   const auto phantom = build_phantom(asked.body);
   if (!phantom) return tl::unexpected(phantom.error());
   asked.scan.threads = command.threads;
   const Grid grid = phantom_grid(*phantom, asked.grid, asked.scan.table);
   const Scan scan = voxelise(*phantom, grid, asked.scan);
   const InertiaTable table = exact_table(*phantom, asked);
-  const auto files = write_all(asked, *phantom, scan, table);
-  if (!files) return tl::unexpected(files.error());
+  if (auto written = write_all(*files, *phantom, scan, table); !written)
+    return tl::unexpected(written.error());
   if (!command.json) print(*phantom, grid, *files);
   return nlohmann::json{{"volume", files->volume}, {"labels", files->labels},
                         {"table", files->table},   {"landmarks", files->landmarks},

@@ -14,18 +14,11 @@
 
 namespace {
 
-// what CLI11 found wrong, in a sentence that names the settings file and line where it came from there
-std::string bad_use_of(const CLI::ParseError& e, const borelli::TomlSettings& settings,
-                       const CLI::Option* settings_file) {
+// what is wrong with the command line, or with the settings file at a line of it
+std::string bad_use_of(const CLI::ParseError& e, const CLI::Option* settings_file) {
   const std::string what = e.what();
-  if (settings_file->count() == 0) return what + " (see borelli --help)";
-  const std::string file = settings_file->results().front();
-  if (e.get_name() == "SettingsError") return fmt::format("{}, {}", file, what);
-  if (e.get_name() == "ConfigError") {
-    const std::string key = what.substr(what.find_last_of(' ') + 1);
-    return fmt::format("{}:{}: no verb has the setting {}", file, settings.line_of(key), key);
-  }
-  return fmt::format("{} (with settings from {})", what, file);
+  if (e.get_name() == "SettingsError") return fmt::format("{}:{}", settings_file->results().front(), what);
+  return what + " (see borelli --help)";
 }
 
 int run(int argc, char** argv) {
@@ -38,7 +31,7 @@ int run(int argc, char** argv) {
   program.add_option("--threads", command.threads, "Threads to use (0: all)")->check(CLI::Range(0, 1024));
   program.add_flag("--force", command.force, "Do again what is there already");
 
-  const auto settings = std::make_shared<borelli::TomlSettings>();
+  const auto settings = std::make_shared<borelli::TomlSettings>(program);
   auto* settings_file = program.set_config("--settings", "", "Settings: a TOML file, a table per verb");
   program.config_formatter(settings);
   program.allow_config_extras(CLI::config_extras_mode::error);
@@ -65,7 +58,7 @@ int run(int argc, char** argv) {
       fmt::print(stderr, "borelli: {}: no such verb (see borelli --help)\n", argv[1]);
       return 2;
     }
-    fmt::print(stderr, "borelli: {}\n", bad_use_of(e, *settings, settings_file));
+    fmt::print(stderr, "borelli: {}\n", bad_use_of(e, settings_file));
     return 2;
   }
 

@@ -106,6 +106,8 @@ Result<void> read_folder(const Asked& asked, Found& found) {
 Result<json> run(const Asked& asked, const Command& command) {
   const fs::path folder = asked.folder;
   if (!fs::is_directory(folder)) return bad_use(asked.folder, "no such folder; expected that of a run");
+  const auto path = folder / "report.html";
+  if (auto fine = check_writable(path); !fine) return tl::unexpected(fine.error());
   Found found;
   if (const auto read = read_folder(asked, found); !read) return tl::unexpected(read.error());
   const auto& in = found.inputs;
@@ -113,7 +115,6 @@ Result<json> run(const Asked& asked, const Command& command) {
     return bad_use(asked.folder,
                    "holds nothing of a run: no segmentation/labels.nii.gz, inertia/table.json, "
                    "motion/trajectory.h5 or body.glb");
-  const auto path = folder / "report.html";
   const auto written = write_whole(path, [&](const fs::path& beside) { return write_report(in, beside); });
   if (!written) return tl::unexpected(written.error());
   for (const auto& warning : found.warnings) fmt::print(stderr, "warning: {}\n", warning);

@@ -3,17 +3,13 @@
 
 #include <fmt/core.h>
 
-#include <toml++/toml.h>
-#include <charconv>
-#include <cmath>
 #include <memory>
-#include <sstream>
 
 #include "dynamics/integrator.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
 
 namespace borelli {
 namespace {
@@ -23,7 +19,6 @@ namespace fs = std::filesystem;
 struct Asked {
   RunSettings run;
   std::string out, quantity;
-  std::string settings_text;  // as --settings takes them
 };
 
 // the subject's name where none is given: the file's without its endings, or the folder's
@@ -35,31 +30,6 @@ std::string name_of_input(const std::string& path) {
     if (text.ends_with(ending) && text.size() > std::string(ending).size())
       text.resize(text.size() - std::string(ending).size());
   return text.empty() || text == "." || text == ".." ? "subject" : text;
-}
-
-// The chosen settings as --settings takes them; what is empty is left out.
-std::string settings_text(const CLI::App& verb) {
-  toml::table chosen;
-  for (const CLI::Option* option : verb.get_options()) {
-    const auto& names = option->get_lnames();
-    const std::string name = names.empty() ? option->get_name() : names.front();
-    if (name == "help") continue;
-    if (option->get_expected_max() == 0) {
-      if (option->count() > 0) chosen.insert(name, true);
-      continue;
-    }
-    const std::string value = option->count() > 0 ? option->results().front() : option->get_default_str();
-    double number = 0;
-    const auto read = std::from_chars(value.data(), value.data() + value.size(), number);
-    if (value.empty()) continue;
-    if (read.ec == std::errc() && read.ptr == value.data() + value.size() && std::isfinite(number))
-      chosen.insert(name, number);
-    else
-      chosen.insert(name, value);
-  }
-  std::ostringstream text;
-  text << toml::table{{"run", chosen}} << '\n';
-  return text.str();
 }
 
 void print_outcome(const nlohmann::json& record, const fs::path& folder) {
@@ -85,7 +55,6 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
     return bad_use("--subject " + settings.subject, "names a folder; it may not hold '/' nor begin with '.'");
   settings.folder = fs::path(asked.out) / settings.subject;
   settings.threads = command.threads;
-  if (auto fine = check_writable(settings.folder / "run.json"); !fine) return tl::unexpected(fine.error());
 
   ProgressBar bar(command.json);
   StageObserver observer;
@@ -96,8 +65,6 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
     bar.begin(stage.name);
     bar.end("done before");
   };
-  if (auto written = write_whole(settings.folder / "settings.toml", asked.settings_text); !written)
-    return tl::unexpected(written.error());
   const auto record = run(settings, command.force, observer);
   if (!record) return record;
   if (!command.json) print_outcome(*record, settings.folder);
@@ -153,7 +120,7 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_flag("--allow-untrusted", s.untrusted_is_fine,
                  "Go on with a motion that its certificate does not trust");
   verb->callback([&command, asked, verb] {
-    asked->settings_text = settings_text(*verb);
+    asked->run.settings_text = settings_text(*verb);
     command.work = [asked](const Command& chosen) { return work(*asked, chosen); };
   });
 }

@@ -4,6 +4,7 @@
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/read.hpp"
 
@@ -36,6 +37,9 @@ Result<nlohmann::json> run(const Asked& asked, const Command& command) {
     if (!quantity) return tl::unexpected(quantity.error());
     reading.quantity = *quantity;
   }
+  for (const char* name : segmentation_file_names)
+    if (auto fine = check_writable(std::filesystem::path(asked.folder) / name); !fine)
+      return tl::unexpected(fine.error());
   ProgressBar bar(command.json);
   SegmentOptions options{
       asked.step, command.threads, {}, [&](double share, std::string_view) { bar.update(share); }};

@@ -2,22 +2,33 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <map>
 #include <string>
+#include <vector>
 
 namespace borelli {
 
-/// Reads settings for CLI11 with toml++, so that what is wrong is told with its line; what the command line
-/// says goes before what the file says.
+/// What is wrong in a settings file, "LINE: what".
+struct SettingsError : CLI::ParseError {
+  SettingsError(unsigned line, const std::string& what);
+};
+
+/// Reads settings for CLI11 with toml++. Every key and value is checked against the program's verbs and their
+/// flags before CLI11 takes it, so that what is wrong is told with its line (as SettingsError): no such verb
+/// or setting, a value of another type, one that the flag does not allow. What the command line says goes
+/// before what the file says.
 class TomlSettings : public CLI::ConfigTOML {
  public:
+  /// `program` must outlive the settings; its verbs may be added later.
+  explicit TomlSettings(CLI::App& program) : program_(program) {}
+
   std::vector<CLI::ConfigItem> from_config(std::istream& input) const override;
 
-  /// The line of a key ("run.grid-step"), 0 where the file has none such.
-  int line_of(const std::string& key) const;
-
  private:
-  mutable std::map<std::string, int> lines_;  // CLI11 hands the formatter out as const
+  CLI::App& program_;
 };
+
+/// A verb's settings as chosen on the command line or by default, in the form that TomlSettings reads; what
+/// is empty is left out.
+std::string settings_text(const CLI::App& verb);
 
 }  // namespace borelli

@@ -20,6 +20,7 @@ struct Asked {
 };
 
 Result<nlohmann::json> work(const Asked& asked, const Command& command) {
+  if (auto fine = check_writable(asked.out); !fine) return tl::unexpected(fine.error());
   const auto table = read_table(asked.table);
   if (!table) return tl::unexpected(table.error());
   const auto landmarks = read_landmarks(asked.landmarks);

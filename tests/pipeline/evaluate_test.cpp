@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/trajectory_file.hpp"
-#include "program_run.hpp"
+#include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {

@@ -1,14 +1,13 @@
 // `borelli export` on a small label map: the files it leaves, and what it says of them.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "pipeline/display.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/write.hpp"
+#include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
@@ -18,9 +17,6 @@ namespace fs = std::filesystem;
 class Export : public ::testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "borelli-export-XXXXXX").string();
-    ASSERT_TRUE(mkdtemp(name.data()));
-    folder_ = name;
     LabelMap map;  // two blocks of 6 x 6 x 6 voxels of 2 mm, one above the other
     map.grid.size = {8, 8, 14};
     map.grid.axes = Eigen::Vector3d(2, 2, 2).asDiagonal();
@@ -32,26 +28,19 @@ class Export : public ::testing::Test {
     for (const Part& part : parts) map.names.emplace_back(part.name);
     ASSERT_TRUE(write_labels((folder_ / "labels.nii.gz").string(), map));
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
-  int run(const std::string& arguments) {
-    const std::string command = BORELLI_PROGRAM " export " + (folder_ / "labels.nii.gz").string() + " -o " +
-                                (folder_ / "out").string() + " " + arguments;
-    std::FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-    std::array<char, 4096> block;
-    answer_.clear();
-    while (const std::size_t got = std::fread(block.data(), 1, block.size(), pipe))
-      answer_.append(block.data(), got);
-    return WEXITSTATUS(pclose(pipe));
+  ProgramRun run(const std::string& arguments) const {
+    return run_program("export " + (folder_ / "labels.nii.gz").string() + " -o " +
+                       (folder_ / "out").string() + " " + arguments);
   }
 
-  fs::path folder_;
-  std::string answer_;
+  const TestFolder folder_;
 };
 
 TEST_F(Export, WritesAMeshPerPartInBothFormats) {
-  ASSERT_EQ(run("--json"), 0) << answer_;
-  const auto said = nlohmann::json::parse(answer_);
+  const ProgramRun answer = run("--json");
+  ASSERT_EQ(answer.code, 0) << answer.err;
+  const auto said = nlohmann::json::parse(answer.out);
   ASSERT_EQ(said["parts"].size(), 2u);
   for (const auto& part : said["parts"]) {
     EXPECT_TRUE(part["closed"]);
@@ -63,15 +52,17 @@ TEST_F(Export, WritesAMeshPerPartInBothFormats) {
 }
 
 TEST_F(Export, WritesOnlyWhatIsNamed) {
-  ASSERT_EQ(run("--stl"), 0) << answer_;
-  EXPECT_NE(answer_.find("upper_trunk"), std::string::npos);
+  const ProgramRun meshes = run("--stl");
+  ASSERT_EQ(meshes.code, 0) << meshes.err;
+  EXPECT_NE(meshes.out.find("upper_trunk"), std::string::npos);
   EXPECT_FALSE(fs::exists(folder_ / "out/head.vtp"));
+  const ProgramRun picture = run("--picture");
   if (!display_answers()) {
-    EXPECT_EQ(run("--picture"), 2);
-    EXPECT_NE(answer_.find("xvfb-run -a"), std::string::npos) << answer_;
+    EXPECT_EQ(picture.code, 2);
+    EXPECT_NE(picture.err.find("xvfb-run -a"), std::string::npos) << picture.err;
     GTEST_SKIP() << "no X display answers; run the tests under xvfb-run -a";
   }
-  ASSERT_EQ(run("--picture"), 0) << answer_;
+  ASSERT_EQ(picture.code, 0) << picture.err;
   EXPECT_GT(fs::file_size(folder_ / "out/body.png"), 1000u);
   EXPECT_FALSE(fs::exists(folder_ / "out/head.vtp"));
 }

@@ -1,9 +1,6 @@
 // `borelli inertia` as a user runs it: files in, table out, exit codes and sentences.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -14,34 +11,16 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/write.hpp"
+#include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Answer {
-  int exit_code;
-  std::string out;
-};
-
-Answer run(const std::string& arguments) {
-  std::FILE* pipe = popen((BORELLI_PROGRAM " " + arguments).c_str(), "r");
-  std::string out;
-  std::array<char, 4096> buffer;
-  for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;)
-    out.append(buffer.data(), n);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out};
-}
-
 class InertiaVerb : public testing::Test {
  protected:
   void SetUp() override {
-    if (!fs::exists(BORELLI_PROGRAM)) GTEST_SKIP() << "the program is not built";
-    folder = fs::temp_directory_path() /
-             ("borelli_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::create_directories(folder);
     const Phantom phantom = build_phantom({}).value();
     GridOptions grid;
     grid.spacing.setConstant(8);
@@ -56,22 +35,21 @@ class InertiaVerb : public testing::Test {
     ASSERT_TRUE(write_landmarks(folder / "landmarks.json", phantom.landmarks));
     mass = phantom.whole.mass;
   }
-  void TearDown() override { fs::remove_all(folder); }
 
   std::string file(const char* name) const { return (folder / name).string(); }
   std::string inputs() const {
     return " --volume " + file("body.nii.gz") + " --labels " + file("labels.nrrd");
   }
 
-  fs::path folder;
+  const TestFolder folder;
   double mass = 0;
 };
 
 TEST_F(InertiaVerb, WritesTheSameTableAsCsvJsonAndAnswer) {
-  const Answer answer =
-      run("inertia" + inputs() + " --landmarks " + file("landmarks.json") +
-          " --sex male --pose standing --json -o " + file("t.csv") + " -o " + file("t.json"));
-  ASSERT_EQ(answer.exit_code, 0) << answer.out;
+  const ProgramRun answer =
+      run_program("inertia" + inputs() + " --landmarks " + file("landmarks.json") +
+                  " --sex male --pose standing --json -o " + file("t.csv") + " -o " + file("t.json"));
+  ASSERT_EQ(answer.code, 0) << answer.err;
   const auto table = read_table(file("t.json"));
   ASSERT_TRUE(table) << table.error().message();
   EXPECT_NEAR(table->whole.inertial.mass / mass, 1, 0.003);  // 8 mm
@@ -87,29 +65,29 @@ TEST_F(InertiaVerb, WritesTheSameTableAsCsvJsonAndAnswer) {
   double sum = 0;
   for (std::size_t n = 0; n < 16; ++n) sum += rows->number(n, "mass_kg");
   EXPECT_NEAR(sum, rows->number(16, "mass_kg"), 1e-6);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder), {}), 6);  // and nothing half-written beside
+  EXPECT_EQ(folder.count(), 6);  // and nothing half-written beside
 }
 
 TEST_F(InertiaVerb, TellsPeopleOfPartsAndPublishedValues) {
-  const Answer answer =
-      run("inertia" + inputs() + " --landmarks " + file("landmarks.json") + " --sex female");
-  ASSERT_EQ(answer.exit_code, 0);
+  const ProgramRun answer =
+      run_program("inertia" + inputs() + " --landmarks " + file("landmarks.json") + " --sex female");
+  ASSERT_EQ(answer.code, 0);
   for (const char* word : {"thigh_left", "HJC-KJC", "14.78", "36.1", "body", "schneider2000", "deleva1996"})
     EXPECT_NE(answer.out.find(word), std::string::npos) << word;
   // without landmarks there is no length to compare by
-  const Answer bare = run("inertia" + inputs());
-  EXPECT_EQ(bare.exit_code, 0);
+  const ProgramRun bare = run_program("inertia" + inputs());
+  EXPECT_EQ(bare.code, 0);
   EXPECT_EQ(bare.out.find("HJC-KJC"), std::string::npos);
 }
 
 TEST_F(InertiaVerb, RefusesBadUseWithCodeTwo) {
-  EXPECT_EQ(run("inertia --volume nowhere.nii.gz --labels " + file("labels.nrrd") + " 2>&1").exit_code, 2);
-  EXPECT_EQ(run("inertia" + inputs() + " --density-curve mine 2>&1").exit_code, 2);
-  EXPECT_EQ(run("inertia" + inputs() + " -o " + file("table.txt") + " 2>&1").exit_code, 2);
-  EXPECT_EQ(run("inertia" + inputs() + " --quantity mr 2>&1").exit_code, 2);
+  EXPECT_EQ(run_program("inertia --volume nowhere.nii.gz --labels " + file("labels.nrrd")).code, 2);
+  EXPECT_EQ(run_program("inertia" + inputs() + " --density-curve mine").code, 2);
+  EXPECT_EQ(run_program("inertia" + inputs() + " -o " + file("table.txt")).code, 2);
+  EXPECT_EQ(run_program("inertia" + inputs() + " --quantity mr").code, 2);
   EXPECT_FALSE(fs::exists(file("table.txt")));
-  const Answer curve = run("inertia" + inputs() + " --density-curve mine 2>&1");
-  EXPECT_NE(curve.out.find("schneider2000"), std::string::npos) << curve.out;
+  const ProgramRun curve = run_program("inertia" + inputs() + " --density-curve mine");
+  EXPECT_NE(curve.err.find("schneider2000"), std::string::npos) << curve.err;
 }
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "program_run.hpp"
+#include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {

@@ -1,10 +1,7 @@
 // `borelli phantom` as a user runs it: the five files and what they hold, exit codes and sentences.
 #include <gtest/gtest.h>
-#include <stdlib.h>
-#include <sys/wait.h>
 
 #include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -13,26 +10,14 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/read.hpp"
+#include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
 
 namespace fs = std::filesystem;
 
-struct Answer {
-  int exit_code;
-  std::string out;
-};
-
-Answer run(const std::string& arguments) {
-  std::FILE* pipe = popen((BORELLI_PROGRAM " phantom " + arguments + " 2>&1").c_str(), "r");
-  std::string out;
-  std::array<char, 4096> buffer;
-  for (std::size_t n; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;)
-    out.append(buffer.data(), n);
-  const int status = pclose(pipe);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, out};
-}
+ProgramRun run(const std::string& arguments) { return run_program("phantom " + arguments); }
 
 std::string bytes_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -41,24 +26,17 @@ std::string bytes_of(const fs::path& path) {
 
 class PhantomVerb : public testing::Test {
  protected:
-  void SetUp() override {
-    if (!fs::exists(BORELLI_PROGRAM)) GTEST_SKIP() << "the program is not built";
-    std::string name = (fs::temp_directory_path() / "borelli-phantom-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder = name;
-  }
-  void TearDown() override { fs::remove_all(folder); }
   std::string file(const char* name) const { return (folder / name).string(); }
 
-  fs::path folder;
+  const TestFolder folder;
 };
 
 TEST_F(PhantomVerb, LeavesTheScanItsLabelsTheExactTableAndTheLandmarks) {
-  const Answer answer =
+  const ProgramRun answer =
       run("--spacing 6 7 8 --rotation-deg 3 4 5 --sex female --mass 60 --pose knee_left_flexion=20 "
           "--json -o " +
           file("deep/body.nrrd"));
-  ASSERT_EQ(answer.exit_code, 0) << answer.out;
+  ASSERT_EQ(answer.code, 0) << answer.err;
   const auto said = nlohmann::json::parse(answer.out);
   PhantomOptions options{.sex = Sex::female, .mass_kg = 60, .pose_deg = {{"knee_left_flexion", 20}}};
   const Phantom phantom = build_phantom(options).value();
@@ -104,7 +82,7 @@ TEST_F(PhantomVerb, LeavesTheScanItsLabelsTheExactTableAndTheLandmarks) {
 
 TEST_F(PhantomVerb, SameSeedSameFiles) {
   const auto made = [&](const std::string& words) {
-    EXPECT_EQ(run("--spacing 10 --noise 30 --table " + words + " -o " + file("body.nii.gz")).exit_code, 0);
+    EXPECT_EQ(run("--spacing 10 --noise 30 --table " + words + " -o " + file("body.nii.gz")).code, 0);
     return bytes_of(file("body.nii.gz")) + bytes_of(file("body_labels.nii.gz"));
   };
   const std::string one = made("--seed 4 --threads 1");
@@ -140,11 +118,12 @@ TEST_F(PhantomVerb, RefusesWhatItCannotMakeAndLeavesNothing) {
        {"--seed -3 -o body.nii.gz", "seed"},
        {"-o body.dcm", ".nii.gz"}}};
   for (const auto& [words, sentence] : asked) {
-    const Answer answer = run(std::string(words).replace(words.find("body."), 0, folder.string() + "/"));
-    EXPECT_EQ(answer.exit_code, 2) << words;
-    EXPECT_NE(answer.out.find(sentence), std::string::npos) << answer.out;
+    const ProgramRun answer =
+        run(std::string(words).replace(words.find("body."), 0, folder.path().string() + "/"));
+    EXPECT_EQ(answer.code, 2) << words;
+    EXPECT_NE(answer.err.find(sentence), std::string::npos) << answer.err;
   }
-  EXPECT_TRUE(fs::is_empty(folder));
+  EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 
 }  // namespace

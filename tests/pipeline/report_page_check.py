@@ -42,6 +42,35 @@ def picture(browser, selector):
     return browser.run(f"{PICTURE}(document.querySelector('{selector}'))")
 
 
+# How tall the body stands in the player, and where its middle is, as parts of the stage: the rows that hold colours
+# (the ground and its shadow are grey).
+STANDS = """(() => {
+  const canvas = document.querySelector('.stage canvas'), copy = document.createElement('canvas');
+  copy.width = canvas.width; copy.height = canvas.height;
+  const pen = copy.getContext('2d'); pen.drawImage(canvas, 0, 0);
+  const data = pen.getImageData(0, 0, copy.width, copy.height).data, rows = [];
+  for (let y = 0; y < copy.height; ++y) {
+    let coloured = 0;
+    for (let at = 4 * y * copy.width; at < 4 * (y + 1) * copy.width; at += 4) {
+      const [r, g, b] = data.subarray(at, at + 3);
+      coloured += data[at + 3] === 255 && Math.max(r, g, b) - Math.min(r, g, b) > 60;
+    }
+    if (coloured > 3) rows.push(y / copy.height);
+  }
+  return [rows.at(-1) - rows[0], (rows.at(-1) + rows[0]) / 2];
+})()"""
+
+
+def check_opening(browser):
+    """The body opens large, in the middle, and clear of the button that plays it."""
+    tall, middle = browser.run(STANDS)
+    expect(tall > 0.6, f"the player opens with a body {tall:.2f} of its height")
+    expect(abs(middle - 0.5) < 0.1, f"the player opens with the body's middle at {middle:.2f} of its height")
+    button, stage = (browser.run(f"(box => [box.left, box.right])(document.querySelector('{selector}').getBoundingClientRect())")
+                     for selector in (".big-play", ".stage"))
+    expect(button[0] > stage[0] + 0.75 * (stage[1] - stage[0]), "the play button lies over the body")
+
+
 def check_body(browser):
     expect(abs(browser.run("window.borelli.duration") - 2) < 1e-6, "the player does not know the motion's two seconds")
     # seek() draws before it returns, so picture and pose come from one task
@@ -121,6 +150,8 @@ def check_layout(browser, page, width, **media):
     browser.run("window.borelli.ready")
     wide = browser.run("document.documentElement.scrollWidth")
     expect(wide <= width, f"at {width} pixels the page is {wide} wide")
+    over = browser.run("(box => box.scrollWidth - box.clientWidth)(document.querySelector('.joints-view .scroll'))")
+    expect(over <= 0 or width < 420, f"at {width} pixels the joints' table is {over} too wide")
     for selector in ("h1", ".source", ".facts dt", ".warnings li", ".help", ".numbers tbody th", ".difference",
                      "[role=tab]", ".certificate li", ".quiet", ".files a"):
         contrast = browser.run(f"{CONTRAST}('{selector}')")
@@ -134,6 +165,7 @@ def main(full, little):
         browser.open(full)
         browser.run("window.borelli.ready")
         check_words(browser)
+        check_opening(browser)
         check_body(browser)
         check_scan(browser)
         check_access(browser)

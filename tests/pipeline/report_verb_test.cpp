@@ -1,10 +1,6 @@
 // `borelli report FOLDER` from the files that a run leaves.
-#include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
@@ -14,6 +10,7 @@
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/write.hpp"
 #include "tests/pipeline/capsule_body.hpp"
+#include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
@@ -22,22 +19,20 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 struct ReportVerb : testing::Test {
-  fs::path folder =
-      fs::path(testing::TempDir()) / ("report_verb_test_" + std::to_string(::getpid())) / "Subject 7 & co";
+  const TestFolder runs;
+  const fs::path folder = runs / "Subject 7 & co";
   CapsuleScan scan = capsule_scan(capsule_grid(16));
 
   void SetUp() override {
-    fs::remove_all(folder.parent_path());
     for (const char* name : {"segmentation", "inertia", "motion", "mesh"})
       fs::create_directories(folder / name);
   }
-  void TearDown() override { fs::remove_all(folder.parent_path()); }
 
   void write_run() {
     ASSERT_TRUE(write_labels((folder / "segmentation/labels.nii.gz").string(), scan.labels));
     ASSERT_TRUE(write_landmarks((folder / "segmentation/landmarks.json").string(), capsule_joints()));
-    ASSERT_TRUE(write_volume((folder.parent_path() / "scan.nii.gz").string(), scan.grey));
-    const json account = {{"input", (folder.parent_path() / "scan.nii.gz").string()},
+    ASSERT_TRUE(write_volume((runs / "scan.nii.gz").string(), scan.grey));
+    const json account = {{"input", (runs / "scan.nii.gz").string()},
                           {"reading", "CT numbers (hu): as the user says"},
                           {"parts", {{"head", {{"confidence", 0.75}, {"note", "a capsule"}}}}},
                           {"warnings", {"made of capsules"}}};
@@ -53,12 +48,10 @@ struct ReportVerb : testing::Test {
   std::string said;  // standard error
   json answer;
   void run(const std::string& options = "") {
-    const auto out = folder.parent_path() / "out.json", err = folder.parent_path() / "err.txt";
-    const auto command = fmt::format("'{}' report '{}' --json {} > '{}' 2> '{}'", BORELLI_PROGRAM,
-                                     folder.string(), options, out.string(), err.string());
-    exit_code = WEXITSTATUS(std::system(command.c_str()));
-    answer = json::parse(read_whole(out).value_or(""), nullptr, false);
-    said = read_whole(err).value_or("");
+    const ProgramRun run = run_program("report '" + folder.string() + "' --json " + options);
+    exit_code = run.code;
+    answer = json::parse(run.out, nullptr, false);
+    said = run.err;
   }
   json data() {
     const std::string page = read_whole(folder / "report.html").value_or("");
@@ -91,7 +84,7 @@ TEST_F(ReportVerb, DrawsWhatTheFolderHolds) {
 
 TEST_F(ReportVerb, DoesWithoutAScanThatIsGone) {
   write_run();
-  fs::remove(folder.parent_path() / "scan.nii.gz");
+  fs::remove(runs / "scan.nii.gz");
   run("--subject 'Another name'");
   ASSERT_EQ(exit_code, 0) << said;
   EXPECT_NE(said.find("scan.nii.gz is no longer there"), std::string::npos);

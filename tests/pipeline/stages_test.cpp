@@ -37,7 +37,9 @@ struct Stages : testing::Test {
   }
   Result<json> run(bool force = false, const std::string& input = "abc") {
     ran.clear();
-    return run_stages(folder, {{"inputs", input}},
+    const auto lock = FolderLock::take(folder);
+    if (!lock) return tl::unexpected(lock.error());
+    return run_stages(*lock, {{"inputs", input}},
                       {stage("one", {}, first_settings), stage("two", {"one"}, {}), stage("aside", {}, {})},
                       force);
   }
@@ -81,6 +83,35 @@ TEST_F(Stages, MissingOutputIsMadeAgain) {
   fs::remove(folder / "two.txt");
   ASSERT_TRUE(run());
   EXPECT_EQ(ran, (std::vector<std::string>{"two"}));
+}
+
+TEST_F(Stages, EmptiedOrCutOutputIsMadeAgain) {
+  ASSERT_TRUE(run());
+  fs::resize_file(folder / "one.txt", 2);
+  ASSERT_TRUE(run());
+  EXPECT_EQ(ran, (std::vector<std::string>{"one"}));
+  EXPECT_EQ(read_whole(folder / "one.txt").value(), "one");
+}
+
+TEST_F(Stages, OutputInWhosePlaceAFolderIsStopsItBeforeAnyStage) {
+  fs::create_directories(folder / "aside.txt");
+  const auto answer = run();
+  ASSERT_FALSE(answer);
+  EXPECT_EQ(answer.error().where, folder / "aside.txt");
+  EXPECT_TRUE(ran.empty());
+}
+
+TEST_F(Stages, AFolderIsLockedOnceAtATime) {
+  {
+    const auto lock = FolderLock::take(folder / "deep");
+    ASSERT_TRUE(lock);
+    const auto second = FolderLock::take(folder / "deep");
+    ASSERT_FALSE(second);
+    EXPECT_NE(second.error().what.find("another run is at work"), std::string::npos);
+  }
+  EXPECT_TRUE(FolderLock::take(folder / "deep"));
+  std::ofstream(folder / "file") << "";
+  EXPECT_FALSE(FolderLock::take(folder / "file" / "below"));
 }
 
 TEST_F(Stages, DamagedRecordIsNamed) {

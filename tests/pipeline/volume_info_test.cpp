@@ -3,42 +3,20 @@
 
 #include <array>
 #include <cstdio>
-#include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "segmentation/parts.hpp"
 #include "segmentation/write.hpp"
+#include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
 
-struct Answer {
-  std::string out;
-  int code = 0;
-};
-
-Answer run(const std::string& arguments) {
-  Answer answer;
-  std::FILE* pipe = popen((BORELLI_PROGRAM " " + arguments + " 2>&1").c_str(), "r");
-  std::array<char, 4096> block;
-  while (const std::size_t got = std::fread(block.data(), 1, block.size(), pipe))
-    answer.out.append(block.data(), got);
-  answer.code = WEXITSTATUS(pclose(pipe));
-  return answer;
-}
-
 class VolumeInfo : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "borelli-info-XXXXXX").string();
-    ASSERT_TRUE(mkdtemp(name.data()));
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
 
-  std::filesystem::path folder_;
+  const TestFolder folder_;
 };
 
 TEST_F(VolumeInfo, TellsGridAndLabels) {
@@ -49,8 +27,8 @@ TEST_F(VolumeInfo, TellsGridAndLabels) {
   map.voxels[5] = map.voxels[6] = static_cast<std::uint8_t>(part_label("head"));
   for (const Part& part : parts) map.names.emplace_back(part.name);
   ASSERT_TRUE(write_labels(file("labels.nii.gz"), map));
-  const Answer answer = run("info --json " + file("labels.nii.gz"));
-  ASSERT_EQ(answer.code, 0) << answer.out;
+  const ProgramRun answer = run_program("info --json " + file("labels.nii.gz"));
+  ASSERT_EQ(answer.code, 0) << answer.err;
   const auto info = nlohmann::json::parse(answer.out);
   EXPECT_EQ(info["voxels"], (std::array{4, 3, 2}));
   EXPECT_EQ(info["spacing_mm"], (std::array{2.0, 2.0, 5.0}));
@@ -60,7 +38,7 @@ TEST_F(VolumeInfo, TellsGridAndLabels) {
   EXPECT_EQ(info["labels"][0]["name"], "head");
   EXPECT_EQ(info["labels"][0]["voxels"], 2);
   EXPECT_DOUBLE_EQ(info["labels"][0]["volume_ml"], 2 * 20 * 1e-3);  // two voxels of 20 mm^3
-  const Answer text = run("info " + file("labels.nii.gz"));
+  const ProgramRun text = run_program("info " + file("labels.nii.gz"));
   EXPECT_NE(text.out.find("i runs to Right"), std::string::npos) << text.out;
 }
 
@@ -78,23 +56,23 @@ TEST_F(VolumeInfo, TellsTheGridWithoutAQuantity) {
   std::fseek(f, static_cast<long>(start.find("borelli mr")), SEEK_SET);
   std::fwrite("anybody's.", 1, 10, f);
   std::fclose(f);
-  const Answer answer = run("info --json " + file("a.mha"));
-  ASSERT_EQ(answer.code, 0) << answer.out;
+  const ProgramRun answer = run_program("info --json " + file("a.mha"));
+  ASSERT_EQ(answer.code, 0) << answer.err;
   const auto info = nlohmann::json::parse(answer.out);
   EXPECT_TRUE(info["holds"].is_null());
   EXPECT_EQ(info["voxels"], (std::array{4, 4, 4}));
-  EXPECT_EQ(run("info --json --quantity mr " + file("a.mha")).code, 0);
+  EXPECT_EQ(run_program("info --json --quantity mr " + file("a.mha")).code, 0);
 }
 
 TEST_F(VolumeInfo, BadUseIsTwoAndDamageIsOne) {
-  EXPECT_EQ(run("info " + file("absent.nii")).code, 2);
-  EXPECT_EQ(run("info --quantity weight " + file(".")).code, 2);
+  EXPECT_EQ(run_program("info " + file("absent.nii")).code, 2);
+  EXPECT_EQ(run_program("info --quantity weight " + file(".")).code, 2);
   std::FILE* f = std::fopen(file("damaged.nii").c_str(), "wb");
   std::fwrite("damaged", 1, 7, f);
   std::fclose(f);
-  const Answer damaged = run("info " + file("damaged.nii"));
+  const ProgramRun damaged = run_program("info " + file("damaged.nii"));
   EXPECT_EQ(damaged.code, 1);
-  EXPECT_NE(damaged.out.find("damaged.nii: is no NIfTI file"), std::string::npos) << damaged.out;
+  EXPECT_NE(damaged.err.find("damaged.nii: is no NIfTI file"), std::string::npos) << damaged.err;
 }
 
 }  // namespace

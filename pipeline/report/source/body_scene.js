@@ -18,7 +18,6 @@ import {
   PerspectiveCamera,
   Scene,
   ShadowMaterial,
-  Sphere,
   SphereGeometry,
   Vector3,
   WebGLRenderer,
@@ -58,6 +57,7 @@ export async function makeBody(canvas, glb, way) {
   model.traverse((node) => {
     if (!node.isMesh) return;
     node.castShadow = true;
+    node.geometry.computeBoundingSphere();
     solids.push(node);
   });
 
@@ -79,7 +79,8 @@ export async function makeBody(canvas, glb, way) {
   scene.add(ground.group, ...(path ? [path.group] : []));
 
   let asked = false;
-  let follow = travel.drift > travel.size; // a body that leaves the picture is followed
+  // a body whose whole way would make it small in the picture is followed
+  let follow = travel.box.getSize(new Vector3()).length() > 1.2 * travel.size;
   let centre = travel.start.clone();
   const draw = () => {
     asked = false;
@@ -100,7 +101,7 @@ export async function makeBody(canvas, glb, way) {
   const look = (name) => {
     centre = middle(solids);
     const target = follow ? centre.clone() : travel.box.getCenter(new Vector3());
-    const spheres = follow ? [new Sphere(centre, travel.size / 2)] : travel.spheres;
+    const spheres = follow ? travel.around.map((sphere) => sphere.clone().translate(centre)) : travel.spheres;
     const direction = new Vector3(...views[name]).normalize();
     const distance = 1.05 * distanceToSee(spheres, target, direction, camera);
     orbit.target.copy(target);
@@ -207,12 +208,15 @@ function makePath({ times, points }) {
   };
 }
 
-/** Where the body goes: the box and the spheres that hold the whole motion, its size at the start, the way of its middle. */
+/**
+ * Where the body goes: the box and the spheres that hold the whole motion, the spheres again about the body's middle
+ * of their time, and at the start its middle and its size.
+ */
 function measure(model, solids, duration, pose) {
   const box = new Box3();
   const all = new Box3();
   const spheres = [];
-  let drift = 0;
+  const around = [];
   let start = null;
   let size = 0;
   const samples = duration > 0 ? 24 : 0;
@@ -221,20 +225,20 @@ function measure(model, solids, duration, pose) {
     model.updateMatrixWorld(true);
     box.setFromObject(model);
     all.union(box);
-    for (const solid of solids) {
-      if (!solid.geometry.boundingSphere) solid.geometry.computeBoundingSphere();
-      spheres.push(solid.geometry.boundingSphere.clone().applyMatrix4(solid.matrixWorld));
-    }
     const now = middle(solids);
+    for (const solid of solids) {
+      const sphere = solid.geometry.boundingSphere.clone().applyMatrix4(solid.matrixWorld);
+      spheres.push(sphere);
+      around.push(sphere.clone().translate(now.clone().negate()));
+    }
     if (i === 0) {
       start = now;
       size = box.getSize(new Vector3()).length();
     }
-    drift = Math.max(drift, now.distanceTo(start));
   }
   pose(0);
   model.updateMatrixWorld(true);
-  return { start, size, drift, box: all, spheres };
+  return { start, size, box: all, spheres, around };
 }
 
 function makeGround({ box, start, size }) {

@@ -242,6 +242,10 @@ function describe(volume, cursor, titles) {
   return [`${where} mm`, grey, what].filter(Boolean).join(' · ');
 }
 
+// CSS pixels: from this width of a page on the joints' table stands beside the picture, and what it takes there
+const besideTable = 812;
+const jointTableWidth = 560;
+
 /** The scan summed from front to back, like a radiograph, with the parts' shadows and the joint centres. */
 export function makeCoronal(volume, parts, joints) {
   const [nx, , nz] = volume.size;
@@ -257,7 +261,8 @@ export function makeCoronal(volume, parts, joints) {
   canvas.getContext('2d').putImageData(image, 0, 0);
   const draw = () => {
     const margin = 104; // for the joints' names
-    const room = (frame.closest('section')?.clientWidth || 600) - 2 * margin;
+    const page = frame.closest('section')?.clientWidth || 600;
+    const room = page - 2 * margin - (page > besideTable ? jointTableWidth : 0);
     const scale = Math.min(620 / (nz * volume.step), Math.min(room, 420) / (nx * volume.step));
     const height = nz * volume.step * scale;
     const width = nx * volume.step * scale;

@@ -1,0 +1,57 @@
+#include "pipeline/run_inputs.hpp"
+
+#include <filesystem>
+
+#include "segmentation/image_file.hpp"
+#include "segmentation/read.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// a volume's own file or folder, and the file beside it that holds its voxels
+Result<std::vector<std::string>> files_of_volume(const std::string& path) {
+  std::error_code problem;
+  if (fs::is_directory(path, problem)) return std::vector{path};
+  const auto header = read_image_header(path);
+  if (!header) return tl::unexpected(header.error());
+  std::vector<std::string> files{path};
+  if (header->data_file != path) files.push_back(header->data_file);
+  return files;
+}
+
+}  // namespace
+
+Result<std::vector<RunInput>> inputs_of(const RunSettings& settings) {
+  std::vector<RunInput> inputs;
+  for (const auto& [role, path] : {std::pair{"volume", settings.volume}, {"labels", settings.labels}}) {
+    if (path.empty()) continue;
+    auto files = files_of_volume(path);
+    if (!files) return tl::unexpected(files.error());
+    inputs.push_back({role, std::move(*files)});
+  }
+  std::string names = settings.label_names;
+  if (!settings.labels.empty() && names.empty() && fs::exists(names_file(settings.labels)))
+    names = names_file(settings.labels);
+  if (!names.empty()) inputs.push_back({"label_names", {names}});
+  if (!settings.landmarks.empty()) inputs.push_back({"landmarks", {settings.landmarks}});
+  std::error_code problem;
+  for (const RunInput& input : inputs)
+    for (const std::string& file : input.files)
+      if (!fs::exists(file, problem)) return bad_use(file, "no such file or folder");
+  return inputs;
+}
+
+Result<nlohmann::json> digests_of(const std::vector<RunInput>& inputs) {
+  auto digests = nlohmann::json::object();
+  for (const RunInput& input : inputs)
+    for (const std::string& file : input.files) {
+      const auto digest = digest_of(file);
+      if (!digest) return tl::unexpected(digest.error());
+      digests[input.role].push_back({{"file", fs::path(file).filename().string()}, {"sha256", *digest}});
+    }
+  return digests;
+}
+
+}  // namespace borelli

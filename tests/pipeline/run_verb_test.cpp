@@ -1,0 +1,263 @@
+// `borelli run` as a user runs it, with the phantom's own labels and joint centres: what a second run does
+// again, two at once, and its settings given back to it.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <thread>
+
+#include "pipeline/whole_file.hpp"
+#include "samples/phantom.hpp"
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/write.hpp"
+#include "tests/pipeline/program_run.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// one body for all tests: a coarse grid is enough to see which stages run
+const Phantom& body() {
+  static const Phantom made = build_phantom({}).value();
+  return made;
+}
+
+const Scan& scan() {
+  static const Scan made = [] {
+    GridOptions grid;
+    grid.spacing.setConstant(10);
+    Scan drawn = voxelise(body(), phantom_grid(body(), grid));
+    drawn.labels.names.assign(1, "outside");
+    for (std::size_t label = 1; label < parts.size(); ++label)
+      drawn.labels.names.emplace_back(parts[label].name);
+    return drawn;
+  }();
+  return made;
+}
+
+class RunVerb : public testing::Test {
+ protected:
+  void SetUp() override {
+    const Grid& g = scan().grey.grid;
+    const auto voxels = std::as_bytes(std::span(scan().grey.voxels));
+    ASSERT_TRUE(write_whole(folder / "scan.raw",
+                            std::string_view(reinterpret_cast<const char*>(voxels.data()), voxels.size())));
+    folder.write("scan.mhd",
+                 fmt::format("ObjectType = Image\nNDims = 3\nDimSize = {} {} {}\nElementSpacing = 10 10 10\n"
+                             "Offset = {} {} {}\nElementType = MET_SHORT\nElementDataFile = scan.raw\n",
+                             g.size[0], g.size[1], g.size[2], g.origin[0], g.origin[1], g.origin[2]));
+    folder.write(
+        "scan.nhdr",
+        fmt::format("NRRD0004\ntype: int16\ndimension: 3\nspace: left-posterior-superior\nsizes: {} {} {}\n"
+                    "space directions: (10,0,0) (0,10,0) (0,0,10)\nspace origin: ({},{},{})\n"
+                    "endian: little\nencoding: raw\ndata file: scan.raw\n",
+                    g.size[0], g.size[1], g.size[2], g.origin[0], g.origin[1], g.origin[2]));
+    ASSERT_TRUE(write_labels((folder / "labels.nrrd").string(), scan().labels));
+    ASSERT_TRUE(write_landmarks((folder / "joints.json").string(), body().landmarks));
+  }
+
+  std::string path(const std::string& name) const { return (folder / name).string(); }
+  /// All but the volume; the results are in out/<subject>.
+  std::string words(const std::string& subject = "s", const std::string& landmarks = "joints.json") const {
+    return " --quantity hu --labels " + path("labels.nrrd") + " --landmarks " + path(landmarks) +
+           " --flight-time 0.1 --mesh-tolerance 3 --subject " + subject + " -o " + path("out");
+  }
+  fs::path result(const std::string& name) const { return folder / "out/s" / name; }
+
+  /// Runs to the end and answers the stages that were done. The picture's is left out: without a display it
+  /// is tried by every run.
+  std::set<std::string> stages_done(const std::string& arguments) const {
+    const ProgramRun run = run_program("run " + arguments);
+    EXPECT_EQ(run.code, 0) << run.err;
+    std::set<std::string> done;
+    std::istringstream said(run.err);
+    for (std::string line; std::getline(said, line);) {
+      const std::string stage = line.substr(0, line.find(' '));
+      if (line.ends_with(" ...")) done.insert(stage);
+      if (line.ends_with("done before")) done.erase(stage);
+    }
+    done.erase("picture");
+    return done;
+  }
+  /// One line on standard error that says so, and nothing else.
+  void expect_refused(const std::string& arguments, int code, const std::string& said) const {
+    const ProgramRun run = run_program(arguments);
+    EXPECT_EQ(run.code, code) << arguments << "\n" << run.err;
+    EXPECT_TRUE(run.err.starts_with("borelli: ")) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_NE(run.err.find(said), std::string::npos) << run.err;
+    EXPECT_EQ(run.out, "");
+  }
+
+  const TestFolder folder;
+};
+
+using Names = std::set<std::string>;
+const Names all{"segmentation", "inertia", "skeleton", "motion", "mesh", "glb", "report"};
+
+TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
+  const std::string run = path("scan.mhd") + words();
+  EXPECT_EQ(stages_done(run), all);
+  EXPECT_EQ(stages_done(run), Names{});
+  const auto before = json::parse(read_whole(result("run.json")).value());
+
+  fs::remove(result("inertia/table.csv"));
+  EXPECT_EQ(stages_done(run), Names{"inertia"});
+  EXPECT_TRUE(fs::exists(result("inertia/table.csv")));
+  const std::string glb = read_whole(result("body.glb")).value();
+  fs::resize_file(result("body.glb"), glb.size() - 1);
+  EXPECT_EQ(stages_done(run), Names{"glb"});
+  EXPECT_EQ(read_whole(result("body.glb")).value(), glb);
+  fs::remove(result("mesh/head.stl"));
+  EXPECT_EQ(stages_done(run), Names{"mesh"});
+
+  EXPECT_EQ(stages_done(run + " --sex female"), (Names{"inertia", "skeleton", "motion", "glb", "report"}));
+  EXPECT_EQ(stages_done(run + " --sex female --tuck 0.5"), (Names{"skeleton", "motion", "glb", "report"}));
+  // back as it was: the keys are those of the first run
+  EXPECT_FALSE(stages_done(run).empty());
+  const auto after = json::parse(read_whole(result("run.json")).value());
+  for (std::size_t n = 0; n < before["stages"].size(); ++n)
+    EXPECT_EQ(after["stages"][n]["key"], before["stages"][n]["key"]);
+
+  EXPECT_EQ(stages_done(run + " --force"), all);
+}
+
+TEST_F(RunVerb, AChangedVoxelIsAnotherScan) {
+  for (const char* header : {"scan.mhd", "scan.nhdr"}) {
+    const std::string run = path(header) + words();
+    EXPECT_EQ(stages_done(run), all) << header;
+    std::fstream raw(folder / "scan.raw", std::ios::binary | std::ios::in | std::ios::out);
+    raw.seekg(0, std::ios::end);
+    const auto middle = raw.tellg() / 2;
+    raw.seekg(middle);
+    const char byte = static_cast<char>(raw.get() ^ 1);  // of one voxel, by 1 or 256; the header is the same
+    raw.seekp(middle);
+    raw.put(byte).flush();
+    EXPECT_EQ(stages_done(run), all) << header;
+    const auto record = json::parse(read_whole(result("run.json")).value());
+    EXPECT_EQ(record["inputs"]["volume"][1]["file"], "scan.raw");
+  }
+  fs::remove(folder / "scan.raw");
+  expect_refused("run " + path("scan.mhd") + words(), 2, "scan.raw: no such file");
+}
+
+// Starts the program and leaves it at work.
+class ProgramAtWork {
+ public:
+  explicit ProgramAtWork(const std::string& arguments) : id_(fork()) {
+    if (id_ != 0) return;
+    execl("/bin/sh", "sh", "-c", ("exec " BORELLI_PROGRAM " " + arguments + " >/dev/null 2>&1").c_str(),
+          nullptr);
+    _exit(127);
+  }
+  ~ProgramAtWork() { kill(); }
+  ProgramAtWork(const ProgramAtWork&) = delete;
+  ProgramAtWork& operator=(const ProgramAtWork&) = delete;
+  void kill() {
+    if (id_ <= 0) return;
+    ::kill(id_, SIGKILL);
+    waitpid(id_, nullptr, 0);
+    id_ = -1;
+  }
+
+ private:
+  pid_t id_;
+};
+
+TEST_F(RunVerb, TwoAtOnceInOneFolderAreRefusedAndAKilledOneBlocksNone) {
+  // The first run waits for ever at its landmarks, a pipe into which nobody writes; what it writes when it
+  // has the folder tells that it has it.
+  ASSERT_EQ(mkfifo(path("pipe.json").c_str(), 0600), 0);
+  const std::string shared = "run " + path("scan.mhd") + " --quantity hu --subject s -o " + path("out");
+  ProgramAtWork first(shared + " --pose waiting --landmarks " + path("pipe.json"));
+  for (int tries = 0; !fs::exists(result("settings.toml")); ++tries) {
+    ASSERT_LT(tries, 3000) << "the first run did not begin within 30 s";
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  const std::string settings = read_whole(result("settings.toml")).value();
+  EXPECT_NE(settings.find("waiting"), std::string::npos);
+  expect_refused("run " + path("scan.mhd") + words(), 1, "another run is at work in this folder");
+  EXPECT_EQ(read_whole(result("settings.toml")).value(), settings);  // the first one's still
+
+  first.kill();
+  EXPECT_EQ(stages_done(path("scan.mhd") + words()), all);
+}
+
+TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
+  // names that look like numbers, a number that decimals do not hold, quotes
+  const std::string run = path("scan.mhd") + words("007") +
+                          " --pose \"on \\\"one's\\\" side\" --sex female --allow-untrusted"
+                          " --tolerance 3.0000000000000004e-7 --somersault-rate -123.456 --tuck +.25"
+                          " --density-curve mcsquare --work-grid 4 --method rk4_adaptive --muscle-frequency 1"
+                          " --damping-ratio 0.7 --label-names " +
+                          path("labels.tsv");
+  EXPECT_EQ(stages_done(run), all);
+  const std::string file = path("out/007/settings.toml");
+  const std::string text = read_whole(file).value();
+  const auto record = json::parse(read_whole(path("out/007/run.json")).value());
+  EXPECT_EQ(record["settings"]["subject"], "007");
+  EXPECT_EQ(record["settings"]["pose"], "on \"one's\" side");
+  EXPECT_EQ(record["settings"]["tolerance"], 3.0000000000000004e-7);
+  EXPECT_EQ(record["settings"]["leap"]["tuck"], 0.25);
+
+  EXPECT_EQ(stages_done("--settings " + file), Names{});
+  EXPECT_EQ(json::parse(read_whole(path("out/007/run.json")).value())["settings"], record["settings"]);
+  EXPECT_EQ(read_whole(file).value(), text);
+  // the command line goes before the file
+  EXPECT_EQ(stages_done("--settings " + file + " --tuck 0.5"),
+            (Names{"skeleton", "motion", "glb", "report"}));
+}
+
+TEST_F(RunVerb, SettingsThatAreWrongAreNamedWithTheirLine) {
+  for (const auto& [text, said] :
+       {std::pair{"[run]\nsex = 'male'\ncolour = 'red'\n", ":3: there is no setting run.colour"},
+        {"[run]\n\ntolerance = 'few'\n", ":3: run.tolerance is 'few', expected a number"},
+        {"[run]\ntuck = true\n", ":2: run.tuck is true, expected a number"},
+        {"[run]\nsubject = 7\n", ":2: run.subject is 7, expected a text in quotes"},
+        {"[run]\nallow-untrusted = 'yes'\n", ":2: run.allow-untrusted is 'yes', expected true or false"},
+        {"[run]\ntuck = 2\n", ":2: run.tuck: is 2, expected a number from 0 to 1"},
+        {"[run]\nsex = 'neither'\n", ":2: run.sex: neither not in"},
+        {"[run]\ntuck = [0.5]\n", ":2: run.tuck is a list"},
+        {"[run.leap]\ntuck = 1\n", ":1: there is no setting run.leap"},
+        {"[walk]\ntuck = 1\n", ":1: there is no verb walk"},
+        {"colour = 1\n", ":1: there is no setting colour"},
+        {"threads = 1.5\n", ":1: threads is 1.5, expected a whole number"},
+        {"[phantom]\nspacing = [2.0, 'x', 3.0]\n", ":2: phantom.spacing is 'x', expected a number"},
+        {"[phantom]\nspacing = [2.0, 3.0, 4.0, 5.0]\n", ":2: phantom.spacing has 4 entries"},
+        {"[phantom]\nrotation-deg = [1.0, 2.0]\n", ":2: phantom.rotation-deg has 2 entries, expected 3"},
+        {"[run]\nhelp = true\n", ":2: there is no setting run.help"},
+        {"[run]\ntuck = \n", ":2: "}}) {
+    folder.write("run.toml", text);
+    expect_refused("run " + path("scan.mhd") + words() + " --settings " + path("run.toml"), 2,
+                   path("run.toml") + said);
+    EXPECT_FALSE(fs::exists(folder / "out")) << text;
+  }
+}
+
+TEST_F(RunVerb, RefusesBeforeAnythingIsMade) {
+  expect_refused("run " + path("none.mhd") + words(), 2, "none.mhd: no such file");
+  expect_refused("run " + path("scan.mhd") + words("s", "none.json"), 2, "none.json: no such file");
+  expect_refused("run " + path("scan.mhd") + words() + " --density-curve mine", 2, "schneider2000");
+  EXPECT_FALSE(fs::exists(folder / "out"));
+  fs::create_directories(result("report.html"));  // in the way of what comes last
+  expect_refused("run " + path("scan.mhd") + words(), 2, "report.html: is a folder");
+  fs::remove(result("report.html"));
+  std::ofstream(result("mesh")) << "";
+  expect_refused("run " + path("scan.mhd") + words(), 1, "mesh is not a folder");
+  for (const char* name : {"segmentation", "inertia", "motion", "run.json"})
+    EXPECT_FALSE(fs::exists(result(name)));
+}
+
+}  // namespace
+}  // namespace borelli
