@@ -72,7 +72,8 @@ export function seconds(value) {
   if (value < 1e-3) return `${significant(value * 1e6, 3)} µs`;
   if (value < 1) return `${significant(value * 1e3, 3)} ms`;
   if (value < 120) return `${significant(value, 3)} s`;
-  return `${Math.floor(value / 60)} min ${Math.round(value % 60)} s`;
+  const whole = Math.round(value);
+  return `${Math.floor(whole / 60)} min ${whole % 60} s`;
 }
 
 /** "upper_arm_left" in words: "Left upper arm". */

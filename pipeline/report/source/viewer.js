@@ -69,6 +69,8 @@ function header(report, rows) {
   const duration = motion?.times?.length > 1 ? motion.times.at(-1) - motion.times[0] : 0;
   const fact = (value, unit, name) =>
     h('div', {}, h('dt', {}, name), h('dd', {}, value, unit ? h('small', {}, ` ${unit}`) : null));
+  const took = seconds(totalSeconds(run)).split(/\s/); // "2 min 22 s"
+  const numbers = (words) => words.map((word, i) => (i % 2 ? h('small', {}, ` ${word} `) : word));
   const warnings = warningsOf(report);
   const facts = [
     whole > 0 ? fact(significant(whole, 4), 'kg', isWhole(rows) ? 'body mass' : 'in the scan') : null,
@@ -84,7 +86,7 @@ function header(report, rows) {
           h('dd', {}, verdict.text),
         )
       : null,
-    run?.stages?.length ? fact(...seconds(totalSeconds(run)).split(/[  ](?=\D+$)/), 'to compute') : null,
+    run?.stages?.length ? fact(numbers(took.slice(0, -1)), took.at(-1), 'to compute') : null,
   ].filter(Boolean);
   return h(
     'header',
