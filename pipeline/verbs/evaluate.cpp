@@ -3,8 +3,9 @@
 
 #include <fmt/core.h>
 
-#include "dynamics/scene_file.hpp"
+#include "dynamics/model_file.hpp"
 #include "pipeline/file_order.hpp"
+#include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 
@@ -93,16 +94,17 @@ json answer_of(const Evaluation& e, const System& system, const FileOrder& order
   return answer;
 }
 
-Result<json> work(const std::string& scene_file, const std::string& state_file, const Command& command) {
+Result<json> work(const std::string& scene_file, const std::string& state_file, const ModelOptions& options,
+                  const Command& command) {
   const auto in_scene = [&](Error error) {
     error.where = error.where.empty() ? scene_file : scene_file + ", " + error.where;
     return tl::unexpected(std::move(error));
   };
-  const auto scene = read_scene(scene_file);
-  if (!scene) return tl::unexpected(scene.error());
-  const auto system = compile(*scene);
+  const auto model = read_model(scene_file, options);
+  if (!model) return tl::unexpected(model.error());
+  const auto system = compile(model->scene);
   if (!system) return in_scene(system.error());
-  const FileOrder order = file_order(*scene, system->coordinates);
+  const FileOrder order = file_order(model->scene, system->coordinates);
   const auto given = read_state(state_file, *system, order);
   if (!given) return tl::unexpected(given.error());
   if (const auto fits = check_state(*system, given->state); !fits)
@@ -110,6 +112,7 @@ Result<json> work(const std::string& scene_file, const std::string& state_file, 
   const auto evaluation = evaluate(*system, given->state, given->efforts);
   if (!evaluation) return in_scene(evaluation.error());
   json answer = answer_of(*evaluation, *system, order);
+  if (!model->not_modelled.empty()) answer["not_modelled"] = model->not_modelled;
   if (!command.json) fmt::print("{}\n", answer.dump(2));
   return answer;
 }
@@ -120,14 +123,16 @@ void add_evaluate(CLI::App& program, Command& command) {
   auto* verb =
       program.add_subcommand("evaluate", "Accelerations, mass matrix, bias and energies at a state, as JSON");
   auto scene = std::make_shared<std::string>(), state = std::make_shared<std::string>();
-  verb->add_option("scene", *scene, "The scene's TOML file")->required();
+  auto options = std::make_shared<ModelOptions>();
+  verb->add_option("scene", *scene, "The scene: TOML, MJCF or URDF")->required();
+  add_model_options(*verb, *options);
   verb->add_option(
       "--state", *state,
       "JSON with t (s), q, v, efforts in the order of the scene's file, as `simulate --json` answers its "
       "`end`; "
       "q must be there, a missing t, v or efforts is zero; without a state file, the scene's initial state");
-  verb->callback([&command, scene, state] {
-    command.work = [scene, state](const Command& c) { return work(*scene, *state, c); };
+  verb->callback([&command, scene, state, options] {
+    command.work = [=](const Command& c) { return work(*scene, *state, *options, c); };
   });
 }
 

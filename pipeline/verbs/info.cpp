@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "pipeline/trajectory_file.hpp"
+#include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/motion_info.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -43,14 +44,18 @@ void add_info(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("info", "Say what a volume, scene or trajectory holds");
   auto path = std::make_shared<std::string>();
   auto quantity = std::make_shared<std::string>();
+  auto options = std::make_shared<ModelOptions>();
   verb->add_option("file", *path, "A volume, a DICOM folder, a scene or a trajectory")->required();
   verb->add_option("--quantity", *quantity,
                    "What a volume's voxels are: hu, density_kgm3, density_gcm3, labels, mr");
-  verb->callback([&command, path, quantity] {
-    command.work = [path, quantity](const Command& chosen) -> Result<nlohmann::json> {
+  add_model_options(*verb, *options);
+  verb->callback([&command, path, quantity, options] {
+    command.work = [path, quantity, options](const Command& chosen) -> Result<nlohmann::json> {
       if (!std::filesystem::exists(*path)) return bad_use(*path, "no such file or folder");
       if (is_trajectory(*path)) return said(trajectory_info(*path), trajectory_info_text, chosen);
-      if (path->ends_with(".toml")) return said(scene_info(*path), scene_info_text, chosen);
+      const auto is = [&](std::string_view ending) { return path->ends_with(ending); };
+      if (is(".toml") || is(".xml") || is(".urdf") || is(".mjcf"))
+        return said(scene_info(*path, *options), scene_info_text, chosen);
       if (may_be_volume(*path)) return volume(*path, *quantity, chosen);
       return bad_use(*path, "is not a file that this program knows");
     };

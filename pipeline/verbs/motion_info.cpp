@@ -7,6 +7,7 @@
 #include "dynamics/system.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/trajectory_file.hpp"
+#include "pipeline/verbs/model_options.hpp"
 
 namespace borelli {
 namespace {
@@ -45,9 +46,10 @@ std::string scene_name(const std::string& text) {
 
 }  // namespace
 
-Result<json> scene_info(const std::string& path) {
-  const auto scene = read_scene(path);
-  if (!scene) return tl::unexpected(scene.error());
+Result<json> scene_info(const std::string& path, const ModelOptions& options) {
+  const auto model = read_model(path, options);
+  if (!model) return tl::unexpected(model.error());
+  const Scene* const scene = &model->scene;
   const auto system = compile(*scene);
   if (!system) return tl::unexpected(Error{path, system.error().message(), system.error().kind});
   json solids = json::array();
@@ -73,6 +75,7 @@ Result<json> scene_info(const std::string& path) {
       {"efforts", names_and_kinds(scene->efforts)},
       {"constraints", names_and_kinds(scene->constraints)},
       {"constraint_rows", system->rows},
+      {"not_modelled", model->not_modelled},
       {"simulation",
        {{"end_time", s.end_time}, {"method", s.method}, {"step", s.step}, {"tolerance", s.tolerance}}}};
 }
@@ -96,7 +99,7 @@ std::string scene_info_text(const json& info) {
   const json& s = info["simulation"];
   out += fmt::format("  to be simulated for {:g} s by {}\n", s["end_time"].get<double>(),
                      s["method"].get<std::string>());
-  return out;
+  return out + not_modelled_text(info["not_modelled"].get<std::vector<std::string>>());
 }
 
 Result<json> trajectory_info(const std::string& path) {

@@ -7,10 +7,12 @@
 #include <optional>
 
 #include "dynamics/integrator.hpp"
+#include "dynamics/model_file.hpp"
 #include "dynamics/scene_file.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/file_order.hpp"
 #include "pipeline/trajectory_file.hpp"
+#include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -22,6 +24,7 @@ namespace {
 // What the command line says; what is not given there is the scene's.
 struct Options {
   std::string scene, output;
+  ModelOptions model;
   std::optional<std::string> method, constraints;
   std::optional<double> step, tolerance, end, output_interval, alpha, beta, energy_threshold;
   bool allow_untrusted = false;
@@ -48,8 +51,8 @@ tl::unexpected<Error> in_file(const std::string& file, Error error) {
   return tl::unexpected(std::move(error));
 }
 
-nlohmann::json answer_of(const Options& o, const Scene& scene, const Trajectory& t, bool written) {
-  const FileOrder order = file_order(scene, t.coordinates);
+nlohmann::json answer_of(const Options& o, const ModelFile& model, const Trajectory& t, bool written) {
+  const FileOrder order = file_order(model.scene, t.coordinates);
   nlohmann::json coordinates = nlohmann::json::array();
   for (const CoordinateInfo& c : order.coordinates)
     coordinates.push_back(
@@ -57,7 +60,7 @@ nlohmann::json answer_of(const Options& o, const Scene& scene, const Trajectory&
   const auto last = [](const Rows& rows, const std::vector<Eigen::Index>& entries) {
     return rows.rows() > 0 ? in_file_order(rows.bottomRows(1).transpose(), entries) : std::vector<double>();
   };
-  return {
+  nlohmann::json answer{
       {"scene", o.scene},
       {"output", written ? nlohmann::json(o.output) : nlohmann::json()},
       {"rows", t.times.size()},
@@ -65,6 +68,8 @@ nlohmann::json answer_of(const Options& o, const Scene& scene, const Trajectory&
       {"end",
        {{"t", t.times.empty() ? 0 : t.times.back()}, {"q", last(t.q, order.q)}, {"v", last(t.v, order.v)}}},
       {"certificate", json_of(t.certificate)}};
+  if (!model.not_modelled.empty()) answer["not_modelled"] = model.not_modelled;
+  return answer;
 }
 
 Result<Trajectory> run(const Options& o, const Command& command, const Scene& scene) {
@@ -92,21 +97,23 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
   if (!o.output.empty()) {
     if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
   }
-  const auto scene = read_scene(o.scene);
-  if (!scene) return tl::unexpected(scene.error());
-  const auto trajectory = run(o, command, *scene);
+  const auto model = read_model(o.scene, o.model);
+  if (!model) return tl::unexpected(model.error());
+  const Scene& scene = model->scene;
+  if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
+  const auto trajectory = run(o, command, scene);
   if (!trajectory) return tl::unexpected(trajectory.error());
 
   const Certificate& certificate = trajectory->certificate;
   if (!command.json) fmt::print("{}", text_of(certificate));
   if (!certificate.trusted && !o.allow_untrusted) {
-    if (command.json) fmt::print("{}\n", answer_of(o, *scene, *trajectory, false).dump(2));
+    if (command.json) fmt::print("{}\n", answer_of(o, *model, *trajectory, false).dump(2));
     return failure(o.scene, fmt::format("the run is not to be trusted: {}; {}--allow-untrusted accepts it",
                                         certificate.reason, o.output.empty() ? "" : "nothing was written; "));
   }
   if (!o.output.empty()) {
-    auto settled = *scene;
-    settled.simulation = settings_of(scene->simulation, o);
+    auto settled = scene;
+    settled.simulation = settings_of(scene.simulation, o);
     const auto text = write_scene(settled);
     if (!text) return tl::unexpected(text.error());
     const auto done = write_whole(o.output, [&](const std::filesystem::path& path) {
@@ -115,7 +122,7 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
     if (!done) return tl::unexpected(done.error());
     if (!command.json) fmt::print("{}: {} rows\n", o.output, trajectory->times.size());
   }
-  return answer_of(o, *scene, *trajectory, !o.output.empty());
+  return answer_of(o, *model, *trajectory, !o.output.empty());
 }
 
 }  // namespace
@@ -124,7 +131,8 @@ void add_simulate(CLI::App& program, Command& command) {
   auto* verb =
       program.add_subcommand("simulate", "Integrate a scene; print its certificate, write its trajectory");
   auto o = std::make_shared<Options>();
-  verb->add_option("scene", o->scene, "The scene's TOML file")->required();
+  verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
+  add_model_options(*verb, o->model);
   verb->add_option("-o,--output", o->output, "Trajectory to write: .h5 (all of it) or .csv");
   verb->add_option("--method", o->method, "Integrator")->check(CLI::IsMember(integrator_names()));
   verb->add_option("--step", o->step, "Fixed step, or the first one tried, s")->check(positive_number());

@@ -1,0 +1,187 @@
+#include "dynamics/mjcf.hpp"
+
+#include <fmt/core.h>
+
+#include "dynamics/mjcf_compiler.hpp"
+#include "dynamics/mjcf_defaults.hpp"
+#include "dynamics/mjcf_equality.hpp"
+#include "dynamics/mjcf_geom.hpp"
+#include "dynamics/mjcf_include.hpp"
+#include "dynamics/mjcf_inertia.hpp"
+#include "dynamics/mjcf_joint.hpp"
+#include "dynamics/mjcf_names.hpp"
+#include "dynamics/unread.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// What <option> says, of what is modelled.
+struct Options {
+  Vector3d gravity{0, 0, -9.81};
+  double timestep = 0;
+  bool passive = true, equality = true;
+
+  explicit Options(const XmlElement& root) {
+    bool weight = true;
+    for (const XmlElement& e : root.children) {
+      if (e.name != "option") continue;
+      e.read = true;
+      gravity = e.vector("gravity", gravity);
+      timestep = e.number("timestep", timestep);
+      if (e.has("timestep") && !(timestep > 0))
+        e.refuse("timestep",
+                 fmt::format("timestep is {:g}, expected a positive number of seconds", timestep));
+      const XmlElement* flag = e.child("flag");
+      if (!flag) continue;
+      const auto enabled = [&](const char* key, bool standard) {
+        return flag->word(key, {"enable", "disable"}, standard ? "enable" : "disable") == "enable";
+      };
+      weight = enabled("gravity", weight);
+      passive = enabled("passive", passive);
+      equality = enabled("constraint", equality) && enabled("equality", equality);
+    }
+    if (!weight) gravity.setZero();
+  }
+};
+
+class MjcfReader {
+ public:
+  explicit MjcfReader(const XmlElement& root)
+      : root_(root),
+        compiler_(MjcfCompiler::read(root)),
+        options_(root),
+        geoms_(root, compiler_),
+        joints_(compiler_, options_.passive, model_.not_modelled) {}
+
+  ModelFile read() {
+    model_.scene.name = root_.text("model");
+    model_.scene.gravity = options_.gravity;
+    if (options_.timestep > 0) model_.scene.simulation.step = options_.timestep;
+    for (const XmlElement& section : root_.children)
+      if (section.name == "worldbody") take_names(section), joints_.take_names(section);
+    for (const XmlElement& section : root_.children)
+      if (section.name == "worldbody") add_world(section);
+    scale_to_total_mass();
+    compensate_gravity();
+    if (options_.equality) model_.scene.constraints = read_mjcf_equality(root_, poses_, joints_.named());
+    if (meshes_not_seen_ > 0)
+      model_.not_modelled.push_back(fmt::format(
+          "the looks of {} geoms that are meshes (they weigh, but are not seen)", meshes_not_seen_));
+    for (std::string& line : list_unread(root_)) model_.not_modelled.push_back(std::move(line));
+    return std::move(model_);
+  }
+
+ private:
+  void take_names(const XmlElement& parent) {
+    for (const XmlElement& c : parent.children) {
+      if (c.name != "body") continue;
+      const std::string name = c.text("name");
+      if (name == world_name) c.refuse("bears the fixed frame's name; rename it");
+      if (!name.empty() && !joints_.solid_names.take(name)) c.refuse("there are two bodies of this name");
+      take_names(c);
+    }
+  }
+
+  void add_world(const XmlElement& worldbody) {
+    worldbody.read = true;
+    worldbody.find("name");
+    poses_[world_name] = Pose{};
+    Solid floor;
+    read_geoms(worldbody, floor);
+    if (!floor.shapes.empty()) {
+      floor.name = joints_.solid_names.make("worldbody");
+      model_.scene.solids.push_back(std::move(floor));
+    }
+    for (const XmlElement& c : worldbody.children)
+      if (c.name == "body") add_body(c, world_name, Pose{});
+  }
+
+  void add_body(const XmlElement& body, const std::string& parent, const Pose& X_WP) {
+    body.read = true;
+    body.find("childclass");
+    Solid solid;
+    solid.name = body.text("name");
+    if (solid.name.empty())
+      solid.name = joints_.solid_names.make(fmt::format("body {}", ++bodies_without_name_));
+    solid.parent = parent;
+    const Pose X_PS = compiler_.pose_of(body);
+    const Pose X_WS = X_WP * X_PS;
+    poses_[solid.name] = X_WS;
+
+    const Inertial own = mjcf_inertial(body, read_geoms(body, solid), compiler_);
+    if (own.mass > 0 || !own.tensor.isZero(0)) solid.inertials.push_back(own);
+    std::vector<Solid> before;
+    joints_.read(body, X_PS, solid, before, model_.scene.efforts);
+    for (Solid& s : before) model_.scene.solids.push_back(std::move(s));
+    if (const double share = body.number("gravcomp", 0); share != 0)
+      compensated_.emplace_back(model_.scene.solids.size(), share);
+    const std::string name = solid.name;
+    model_.scene.solids.push_back(std::move(solid));
+    for (const XmlElement& c : body.children)
+      if (c.name == "body") add_body(c, name, X_WS);
+  }
+
+  // A body's geoms; their shapes go to the solid.
+  std::vector<MjcfGeom> read_geoms(const XmlElement& body, Solid& solid) {
+    const bool weighs = weighs_by_geoms(body, compiler_);
+    std::vector<MjcfGeom> out;
+    for (const XmlElement& c : body.children) {
+      if (c.name != "geom") continue;
+      const MjcfGeom& geom = out.emplace_back(geoms_.read(c, weighs));
+      if (geom.shape) solid.shapes.push_back(*geom.shape);
+      meshes_not_seen_ += !geom.shape && c.read;
+    }
+    return out;
+  }
+
+  void scale_to_total_mass() {
+    if (!(compiler_.total_mass > 0)) return;
+    double whole = 0;
+    for (const Solid& solid : model_.scene.solids)
+      for (const Inertial& i : solid.inertials) whole += i.mass;
+    if (!(whole > 0)) return;
+    for (Solid& solid : model_.scene.solids)
+      for (Inertial& i : solid.inertials) {
+        i.mass *= compiler_.total_mass / whole;
+        i.tensor *= compiler_.total_mass / whole;
+      }
+  }
+
+  // gravcomp: a share of the weight is carried by a force at the gravity centre.
+  void compensate_gravity() {
+    for (const auto& [index, share] : compensated_) {
+      const Solid& solid = model_.scene.solids[index];
+      if (!options_.passive || solid.inertials.empty()) continue;
+      const Inertial& own = solid.inertials[0];
+      model_.scene.efforts.push_back(
+          {"gravcomp of " + solid.name, Force{.at = {solid.name, own.centre},
+                                              .force = -share * own.mass * options_.gravity,
+                                              .axes = Axes::world,
+                                              .factor = constant(1),
+                                              .reaction = {}}});
+    }
+  }
+
+  const XmlElement& root_;
+  ModelFile model_;
+  const MjcfCompiler compiler_;
+  const Options options_;
+  MjcfGeoms geoms_;
+  MjcfJoints joints_;
+  std::map<std::string, Pose> poses_;  // X_WS in the model's pose
+  std::vector<std::pair<std::size_t, double>> compensated_;
+  int bodies_without_name_ = 0, meshes_not_seen_ = 0;
+};
+
+}  // namespace
+
+ModelFile read_mjcf(XmlElement root) {
+  put_in_includes(root);
+  check_mjcf_names(root);
+  apply_mjcf_defaults(root);
+  return MjcfReader(root).read();
+}
+
+}  // namespace borelli

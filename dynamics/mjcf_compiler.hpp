@@ -1,0 +1,42 @@
+// MJCF's <compiler>: how the numbers of a model are to be understood.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <filesystem>
+#include <string>
+
+#include "dynamics/pose.hpp"
+#include "dynamics/xml_element.hpp"
+
+namespace borelli {
+
+struct MjcfCompiler {
+  enum class InertiaFromGeom { never, where_missing, always };
+
+  bool degrees = true;  ///< angles in the file
+  std::string euler_sequence = "xyz";
+  bool auto_limits = true;  ///< a joint with a range is limited
+  InertiaFromGeom inertia_from_geom = InertiaFromGeom::where_missing;
+  int lowest_group = 0, highest_group = 5;  ///< of the geoms that count in an inertia
+  bool balance_inertia = false;             ///< impossible moments are replaced by their mean
+  bool exact_mesh_inertia = false;
+  double least_mass = 0, least_inertia = 0;  ///< of any body, kg, kg m^2
+  double total_mass = -1;                    ///< kg; masses and inertias are scaled to it; -1: not
+  std::string mesh_folder;
+  bool strip_path = false;       ///< of the names of mesh files
+  std::filesystem::path folder;  ///< of the model's main file
+
+  /// All <compiler> sections of a model, later ones over earlier ones.
+  static MjcfCompiler read(const XmlElement& root);
+
+  /// An angle of the file in rad.
+  double angle(double value) const;
+  /// `pos` and one of quat, axisangle, euler, xyaxes, zaxis: where an element's frame sits in its parent's.
+  Pose pose_of(const XmlElement& element) const;
+  Eigen::Matrix3d orientation_of(const XmlElement& element) const;
+};
+
+/// The least rotation that turns z along a direction (any length but zero).
+Eigen::Matrix3d turn_from_z(const Eigen::Vector3d& direction);
+
+}  // namespace borelli

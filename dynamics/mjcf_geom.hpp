@@ -1,0 +1,51 @@
+// MJCF's geoms: forms with a mass, and the meshes that they name.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "dynamics/mjcf_compiler.hpp"
+#include "dynamics/scene.hpp"
+
+namespace borelli {
+
+struct MjcfGeom {
+  std::optional<Inertial> inertial;   ///< in its body's frame; none: it weighs nothing
+  std::optional<ShapeElement> shape;  ///< to be seen only; none for planes, height fields and meshes
+  int group = 0;
+};
+
+/// Reads geoms, with the meshes of a model's <asset>.
+class MjcfGeoms {
+ public:
+  MjcfGeoms(const XmlElement& root, const MjcfCompiler& compiler);
+
+  /// A geom, its attributes complete (mjcf_defaults.hpp). Its mass is `mass`, else its volume times `density`
+  /// (1000 kg/m^3 if not given). `weighs`: whether its inertia is wanted, for which meshes are read from
+  /// their files.
+  MjcfGeom read(const XmlElement& geom, bool weighs);
+
+ private:
+  struct Mesh {
+    const XmlElement* asset = nullptr;
+    std::optional<ClosedMesh> loaded{};
+  };
+
+  const ClosedMesh& mesh(const XmlElement& geom);
+  ClosedMesh load(const XmlElement& asset) const;
+  Inertial mesh_inertial(const XmlElement& geom, const Pose& X, std::optional<double> mass, double density);
+
+  const MjcfCompiler& compiler_;
+  std::map<std::string, Mesh> meshes_;
+};
+
+/// Inertial elements of triangles by MuJoCo's `legacy` rule (its only one until `exact` came, the default up
+/// to 3.2): the pyramids that the triangles span with a centre all count as positive; the gravity centre
+/// comes from those with the surface's centre, volume and moments from those with the gravity centre. Exact
+/// where these see the whole surface (convex meshes). Density 1 kg/m^3; the triangles' frame. Mass zero for a
+/// flat mesh. (MuJoCo 2.2 gave a mesh without `mass` the volume of the box of equal inertia; this is the
+/// volume itself, as later ones have it.)
+Inertial legacy_mesh_inertial(const ClosedMesh& mesh);
+
+}  // namespace borelli

@@ -1,0 +1,122 @@
+#include "dynamics/triangle_file.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+void add_triangle(ClosedMesh& mesh, const Vector3d* corners) {
+  const int first = static_cast<int>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), corners, corners + 3);
+  mesh.triangles.push_back({first, first + 1, first + 2});
+}
+
+// 80 bytes of header, the count, then per triangle a normal, three corners (floats) and two bytes.
+Result<ClosedMesh> binary_stl(const std::string& bytes, std::uint32_t count) {
+  ClosedMesh mesh;
+  for (std::uint32_t t = 0; t < count; ++t) {
+    float numbers[9];
+    std::memcpy(numbers, bytes.data() + 84 + std::size_t{50} * t + 12, sizeof numbers);
+    Vector3d corners[3];
+    for (int i = 0; i < 9; ++i) corners[i / 3][i % 3] = numbers[i];
+    add_triangle(mesh, corners);
+  }
+  return mesh;
+}
+
+Result<ClosedMesh> text_stl(const std::string& text, const std::string& file) {
+  ClosedMesh mesh;
+  std::istringstream lines(text);
+  Vector3d corners[3];
+  int number = 0, corner = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word == "outer") corner = 0;
+    if (word != "vertex") continue;
+    if (corner == 3 || !(words >> corners[corner][0] >> corners[corner][1] >> corners[corner][2]))
+      return bad_use(fmt::format("{}:{}", file, number),
+                     "expected three vertices of three numbers to a facet");
+    if (++corner == 3) add_triangle(mesh, corners);
+  }
+  return mesh;
+}
+
+Result<ClosedMesh> stl(const std::string& bytes, const std::string& file) {
+  std::uint32_t count = 0;
+  if (bytes.size() >= 84) std::memcpy(&count, bytes.data() + 80, sizeof count);
+  if (bytes.size() >= 84 && bytes.size() == 84 + std::size_t{50} * count) return binary_stl(bytes, count);
+  if (bytes.starts_with("solid") && bytes.find("endsolid") != std::string::npos) return text_stl(bytes, file);
+  return bad_use(file, bytes.size() < 84 ? "is too short for an STL file"
+                                         : fmt::format("has {} bytes, expected {} for its {} triangles",
+                                                       bytes.size(), 84 + std::size_t{50} * count, count));
+}
+
+Result<ClosedMesh> obj(const std::string& text, const std::string& file) {
+  ClosedMesh mesh;
+  std::istringstream lines(text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    const auto where = [&] { return fmt::format("{}:{}", file, number); };
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word == "v") {
+      Vector3d p;
+      if (!(words >> p[0] >> p[1] >> p[2])) return bad_use(where(), "a vertex takes three numbers");
+      mesh.vertices.push_back(p);
+    } else if (word == "f") {
+      std::vector<int> corners;
+      while (words >> word) {  // "7", "7/1", "7//3", "-1": the vertex stands before the first slash
+        int index = 0;
+        if (!(std::istringstream(word.substr(0, word.find('/'))) >> index))
+          return bad_use(where(), fmt::format("'{}' is no corner of a face", word));
+        const int count = static_cast<int>(mesh.vertices.size());
+        corners.push_back(index < 0 ? count + index : index - 1);
+        if (corners.back() < 0 || corners.back() >= count)
+          return bad_use(where(),
+                         fmt::format("the face names vertex {}, but {} stand before it", index, count));
+      }
+      if (corners.size() < 3) return bad_use(where(), "a face takes three corners or more");
+      for (std::size_t i = 2; i < corners.size(); ++i)
+        mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+    }
+  }
+  return mesh;
+}
+
+}  // namespace
+
+Result<ClosedMesh> read_triangles(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  if (ending != ".stl" && ending != ".obj")
+    return bad_use(path.string(), fmt::format("ends in '{}', expected a mesh in .stl or .obj", ending));
+  std::error_code problem;
+  if (!std::filesystem::is_regular_file(path, problem)) return bad_use(path.string(), "no such file");
+  std::ifstream stream(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream) return failure(path.string(), "cannot be read");
+  auto mesh = ending == ".stl" ? stl(bytes, path.string()) : obj(bytes, path.string());
+  if (mesh && mesh->triangles.empty()) return bad_use(path.string(), "holds no triangles");
+  if (mesh)
+    for (const Vector3d& p : mesh->vertices)
+      if (!p.allFinite()) return bad_use(path.string(), "holds a vertex that is not finite");
+  return mesh;
+}
+
+}  // namespace borelli

@@ -1,0 +1,327 @@
+#include "dynamics/urdf.hpp"
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "dynamics/free_joint.hpp"
+#include "dynamics/unread.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// ---- the file's rules ----
+
+// Known children of each element that is read; elements of other name spaces (a colon in the name) may stand
+// anywhere. What is known and not read is listed in the end.
+const std::map<std::string, std::set<std::string>, std::less<>> known_children{
+    {"robot", {"link", "joint", "material", "transmission", "gazebo", "mujoco", "sensor", "group_state"}},
+    {"link",
+     {"inertial", "visual", "collision", "self_collision_checking", "contact", "sensor", "gazebo",
+      "material"}},
+    {"joint",
+     {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller",
+      "hardwareInterface", "gazebo"}},
+    {"inertial", {"origin", "mass", "inertia"}},
+    {"visual", {"origin", "geometry", "material", "meshResource"}},
+    {"collision", {"origin", "geometry", "verbose", "material"}},
+    {"geometry", {"box", "cylinder", "sphere", "capsule", "mesh", "plane"}}};
+
+void check_names(const XmlElement& element) {
+  const auto known = known_children.find(element.name);
+  for (const XmlElement& c : element.children) {
+    if (c.name.starts_with("xacro:"))
+      c.refuse(
+          "is xacro, a language that writes URDF; expand the file first (xacro FILE > robot.urdf) and read "
+          "that");
+    if (c.name.find(':') != std::string::npos || known == known_children.end()) continue;
+    if (!known->second.contains(c.name))
+      c.refuse(
+          fmt::format("no such element in <{}>; known: {}", element.name, fmt::join(known->second, ", ")));
+    check_names(c);
+  }
+}
+
+// ---- placements, inertia, shapes ----
+
+// The rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.
+Matrix3d from_roll_pitch_yaw(const Vector3d& rpy) {
+  return rotation_about(Vector3d::UnitZ(), rpy[2]) * rotation_about(Vector3d::UnitY(), rpy[1]) *
+         rotation_about(Vector3d::UnitX(), rpy[0]);
+}
+
+// Where the <origin> of an element puts it.
+Pose origin_of(const XmlElement& element) {
+  const XmlElement* origin = element.child("origin");
+  if (!origin) return {};
+  return {from_roll_pitch_yaw(origin->vector("rpy", Vector3d::Zero())),
+          origin->vector("xyz", Vector3d::Zero())};
+}
+
+void add_inertial(const XmlElement& link, Solid& solid) {
+  const XmlElement* element = link.child("inertial");
+  if (!element) return;
+  const Pose X = origin_of(*element);
+  const XmlElement &mass = element->require_child("mass"), &inertia = element->require_child("inertia");
+  mass.require("value");
+  Inertial own;
+  own.mass = mass.number("value", 0);
+  for (const char* key : {"ixx", "iyy", "izz"}) inertia.require(key);
+  const double xy = inertia.number("ixy", 0), xz = inertia.number("ixz", 0), yz = inertia.number("iyz", 0);
+  own.tensor << inertia.number("ixx", 0), xy, xz, xy, inertia.number("iyy", 0), yz, xz, yz,
+      inertia.number("izz", 0);
+  if (own.mass == 0 && own.tensor.isZero(0)) return;
+  if (const auto fine = check_physical(own, "", Extent::may_be_bar_or_point); !fine)
+    element->refuse(fmt::format("of link '{}' {}", solid.name, fine.error().what));
+  solid.inertials.push_back(own.expressed_in(X.R, X.p));
+}
+
+std::optional<Form> form_of(const XmlElement& geometry) {
+  const auto size = [](const XmlElement& e, const char* key) {
+    e.require(key);
+    const double value = e.number(key, 0);
+    if (!(value > 0))
+      e.refuse(key, fmt::format("{} is {:g}, expected a positive number of metres", key, value));
+    return value;
+  };
+  if (const XmlElement* e = geometry.child("box")) {
+    e->require("size");
+    const Vector3d edges = e->vector("size", Vector3d::Zero());
+    if (!(edges.minCoeff() > 0)) e->refuse("size", "size must be three positive numbers of metres");
+    return Box{edges};
+  }
+  if (const XmlElement* e = geometry.child("sphere")) return Sphere{size(*e, "radius")};
+  if (const XmlElement* e = geometry.child("cylinder"))
+    return Cylinder{size(*e, "radius"), size(*e, "length")};
+  if (const XmlElement* e = geometry.child("capsule")) return Capsule{size(*e, "radius"), size(*e, "length")};
+  return std::nullopt;
+}
+
+void add_shapes(const XmlElement& link, Solid& solid) {
+  const auto count = std::count_if(link.children.begin(), link.children.end(),
+                                   [](const XmlElement& c) { return c.name == "visual"; });
+  const std::string_view kind = count > 0 ? "visual" : "collision";
+  for (const XmlElement& c : link.children) {
+    if (c.name != kind) continue;
+    c.read = true;
+    c.find("name");
+    const Pose X = origin_of(c);
+    if (const auto form = form_of(c.require_child("geometry"))) {
+      const Quaternion q = quaternion(X.R);
+      solid.shapes.push_back({.shape = {*form, X.p, {q[0], q[1], q[2], q[3]}}, .density = {}, .mass = {}});
+    }
+  }
+}
+
+// ---- joints ----
+
+Switch moving(SwitchKind kind, std::string name) {
+  Switch out;
+  out.kind = std::move(kind);
+  out.coordinate = std::move(name);
+  return out;
+}
+
+class UrdfReader {
+ public:
+  explicit UrdfReader(const XmlElement& root) : root_(root) {}
+
+  ModelFile read(const ModelOptions& options) {
+    check_names(root_);
+    model_.scene.name = root_.text("name");
+    collect();
+    const std::string root_link = find_root();
+    add_root(root_link, options.floating);
+    for (const XmlElement* joint : joints_) add_joint(*joint);
+    for (const XmlElement* joint : joints_) add_mimic(*joint);
+    for (std::string& line : list_unread(root_)) model_.not_modelled.push_back(std::move(line));
+    return std::move(model_);
+  }
+
+ private:
+  void collect() {
+    for (const XmlElement& c : root_.children) {
+      if (c.name != "link" && c.name != "joint") continue;
+      c.read = true;
+      const std::string& name = c.require("name");
+      if (name.empty()) c.refuse("its name is empty; give it one");
+      auto& known = c.name == "link" ? links_ : joint_names_;
+      if (!known.emplace(name, &c).second) c.refuse("there are two of this name; names must differ");
+      if (c.name == "joint") joints_.push_back(&c);
+    }
+    if (links_.empty()) root_.refuse("has no <link>");
+  }
+
+  const std::string& link_of(const XmlElement& joint, const char* which) const {
+    const XmlElement& end = joint.require_child(which);
+    const std::string& link = end.require("link");
+    if (!links_.contains(link)) end.refuse("link", fmt::format("no link is named '{}'", link));
+    return link;
+  }
+
+  // The only link that is no joint's child, from which all others can be reached.
+  std::string find_root() {
+    std::map<std::string, const XmlElement*> above;  // the joint that carries a link
+    for (const XmlElement* joint : joints_) {
+      link_of(*joint, "parent");
+      const std::string& child = link_of(*joint, "child");
+      if (!above.emplace(child, joint).second)
+        joint->refuse(fmt::format("link '{}' is the child of joint '{}' too; URDF has no loops", child,
+                                  above.at(child)->text("name")));
+    }
+    std::vector<std::string> roots;
+    for (const auto& [name, link] : links_)
+      if (!above.contains(name)) roots.push_back(name);
+    if (roots.size() > 1)
+      links_.at(roots[1])->refuse(
+          fmt::format("hangs on no joint, as others do: {}; expected one root", fmt::join(roots, ", ")));
+    for (const auto& [name, joint] : above) {
+      std::string at = name;
+      for (std::size_t steps = 0; above.contains(at); ++steps, at = link_of(*above.at(at), "parent"))
+        if (steps > above.size()) joint->refuse(fmt::format("link '{}' is its own ancestor", name));
+    }
+    return roots.at(0);
+  }
+
+  Solid solid_of(const std::string& link) const {
+    Solid solid;
+    solid.name = link;
+    const XmlElement& element = *links_.at(link);
+    add_inertial(element, solid);
+    add_shapes(element, solid);
+    return solid;
+  }
+
+  void add_root(const std::string& link, bool floating) {
+    Solid solid = solid_of(link);
+    if (link == world_name) {
+      if (floating)
+        links_.at(link)->refuse("is the root and cannot float: it is the world; leave out --floating");
+      if (solid.inertials.empty() && solid.shapes.empty()) return;
+      solid.name = "world link";
+      while (links_.contains(solid.name)) solid.name += "'";
+    }
+    if (floating) solid.switches = free_joint(link, Pose{});
+    if (floating)
+      for (const Switch& s : solid.switches) coordinates_.insert(s.coordinate);
+    model_.scene.solids.push_back(std::move(solid));
+  }
+
+  void add_joint(const XmlElement& joint) {
+    const std::string& link = link_of(joint, "child");
+    if (link == world_name)
+      links_.at(link)->refuse("bears the fixed frame's name, but is not the root; rename it");
+    Solid solid = solid_of(link);
+    solid.parent = link_of(joint, "parent");
+    if (const Pose X = origin_of(joint); !X.R.isIdentity(0) || !X.p.isZero(0)) {
+      Switch& placed = solid.switches.emplace_back();
+      placed.kind = Fixed{X};
+    }
+    for (Switch& s : motion_of(joint)) {
+      if (!coordinates_.insert(s.coordinate).second)
+        joint.refuse(fmt::format("there are two coordinates named '{}'; rename one", s.coordinate));
+      solid.switches.push_back(std::move(s));
+    }
+    model_.scene.solids.push_back(std::move(solid));
+  }
+
+  std::vector<Switch> motion_of(const XmlElement& joint) {
+    const std::string& name = joint.require("name");
+    joint.require("type");
+    const std::string type = joint.word(
+        "type", {"fixed", "revolute", "continuous", "prismatic", "floating", "planar", "spherical"}, "");
+    if (type == "fixed") return {};
+    if (type == "floating") return free_joint(name, Pose{});
+    if (type == "spherical") return {moving(Ball{}, name)};
+    const Vector3d axis = axis_of(joint);
+    if (type == "planar") {
+      const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), axis).toRotationMatrix();
+      return {moving(Translation{R.col(0)}, name + ".x"), moving(Translation{R.col(1)}, name + ".y"),
+              moving(Rotation{axis}, name + ".turn")};
+    }
+    SwitchKind kind = Rotation{axis};
+    if (type == "prismatic") kind = Translation{axis};
+    Switch one = moving(kind, name);
+    if (type != "continuous") add_limits(joint, one);
+    add_damping(joint, name);
+    return {one};
+  }
+
+  static Vector3d axis_of(const XmlElement& joint) {
+    const XmlElement* element = joint.child("axis");
+    if (!element) return Vector3d::UnitX();
+    element->require("xyz");
+    const Vector3d axis = element->vector("xyz", Vector3d::UnitX());
+    if (axis.norm() < 1e-12) element->refuse("xyz", "xyz has no direction");
+    return axis.normalized();
+  }
+
+  void add_limits(const XmlElement& joint, Switch& one) {
+    const XmlElement* limit = joint.child("limit");
+    if (!limit || !(limit->has("lower") || limit->has("upper"))) return;
+    const Range range{limit->number("lower", 0), limit->number("upper", 0)};
+    if (range.lower > range.upper)
+      limit->refuse(
+          fmt::format("of joint '{}' runs from {} to {}", one.coordinate, range.lower, range.upper));
+    one.range = range;
+    const double start = std::clamp(0.0, range.lower, range.upper);
+    if (start == 0) return;
+    one.q = {start};
+    model_.not_modelled.push_back(
+        fmt::format("joint '{}' starts at {:g}, for 0 lies outside its limits: at {}", one.coordinate, start,
+                    limit->where()));
+  }
+
+  void add_damping(const XmlElement& joint, const std::string& name) {
+    const XmlElement* dynamics = joint.child("dynamics");
+    const double damping = dynamics ? dynamics->number("damping", 0) : 0;
+    if (damping < 0)
+      dynamics->refuse("damping", fmt::format("damping is {:g}, expected no negative number", damping));
+    if (damping > 0)
+      model_.scene.efforts.push_back(
+          {"damping of " + name, CoordinateSpring{.on = {name}, .damping = damping}});
+  }
+
+  bool is_scalar(const std::string& joint) const {
+    const auto found = joint_names_.find(joint);
+    if (found == joint_names_.end()) return false;
+    const std::string type = found->second->text("type");
+    return type == "revolute" || type == "continuous" || type == "prismatic";
+  }
+
+  // q = multiplier q' + offset
+  void add_mimic(const XmlElement& joint) {
+    const XmlElement* mimic = joint.child("mimic");
+    if (!mimic) return;
+    const std::string &name = joint.require("name"), &other = mimic->require("joint");
+    for (const std::string& end : {name, other})
+      if (!is_scalar(end))
+        mimic->refuse(fmt::format("'{}' is no joint with one coordinate, as both ends of a <mimic> must be",
+                                  coordinate));
+    CoordinateCoupling coupling;
+    coupling.coordinates = {{name}, {other}};
+    coupling.ratios = {1, -mimic->number("multiplier", 1)};
+    coupling.value = constant(mimic->number("offset", 0));
+    model_.scene.constraints.push_back({"mimic of " + name, coupling});
+  }
+
+  const XmlElement& root_;
+  ModelFile model_;
+  std::map<std::string, const XmlElement*> links_, joint_names_;
+  std::vector<const XmlElement*> joints_;  // in file order
+  std::set<std::string> coordinates_;
+};
+
+}  // namespace
+
+ModelFile read_urdf(const XmlElement& root, const ModelOptions& options) {
+  return UrdfReader(root).read(options);
+}
+
+}  // namespace borelli

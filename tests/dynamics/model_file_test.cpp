@@ -1,0 +1,189 @@
+// Which reader a file goes to, and how bad MJCF is refused.
+#include "dynamics/model_file.hpp"
+
+#include <fmt/ranges.h>
+#include <gtest/gtest.h>
+
+#include "dynamics/evaluate.hpp"
+#include "dynamics/scene_file.hpp"
+#include "scenes.hpp"
+#include "test_folder.hpp"
+
+namespace borelli::test {
+namespace {
+
+const std::string toml =
+    "[[solid]]\nname='arm'\njoint={rotation='y'}\nmass=1\ncentre=[0,0,-1]\ntensor=[0,0,0]\n";
+const std::string mjcf =
+    "<mujoco><worldbody><body name='arm'><joint axis='0 1 0'/><inertial pos='0 0 -1' "
+    "mass='1'/></body></worldbody></mujoco>";
+const std::string urdf =
+    "<?xml version='1.0'?>\n<robot name='r'><link name='base'/><link name='arm'><inertial><origin xyz='0 0 "
+    "-1'/>"
+    "<mass value='1'/><inertia ixx='0' iyy='0' izz='0'/></inertial></link><joint name='j' type='continuous'>"
+    "<parent link='base'/><child link='arm'/><axis xyz='0 1 0'/></joint></robot>";
+
+TEST(ModelFile, TheContentTellsTheKind) {
+  const Folder folder;
+  for (const auto& [name, text] :
+       {std::pair("a.toml", toml), std::pair("a.xml", mjcf), std::pair("a.urdf", urdf),
+        std::pair("model", mjcf), std::pair("b.xml", urdf), std::pair("scene", toml)}) {
+    const ModelFile model = need(read_model(folder.write(name, text)));
+    const System system = compiled(model.scene);
+    ASSERT_EQ(system.nv, 1) << name;
+    // the same pendulum in each language
+    State state = system.initial;
+    state.q[0] = 0.3;
+    EXPECT_NEAR(need(evaluate(system, state)).acceleration[0], -9.81 * std::sin(0.3), 1e-14) << name;
+    EXPECT_TRUE(model.not_modelled.empty()) << name;
+  }
+}
+
+TEST(ModelFile, OnlyUrdfFloats) {
+  const Folder folder;
+  EXPECT_FALSE(read_model(folder.write("a.toml", toml), {.floating = true}));
+  EXPECT_FALSE(read_model(folder.write("a.xml", mjcf), {.floating = true}));
+  EXPECT_TRUE(read_model(folder.write("a.urdf", urdf), {.floating = true}));
+}
+
+TEST(ModelFile, ASceneReadFromMjcfIsASceneInToml) {
+  // all that the reader makes has its place in a scene's file, and comes back the same
+  const Folder folder;
+  const Scene scene =
+      need(
+          read_model(folder.write(
+              "a.xml",
+              "<mujoco model='m'><worldbody><geom type='box' size='1 1 1'/><body name='a' pos='1 0 0'><joint "
+              "type='free' stiffness='1'/><geom type='capsule' size='.1 .2'/><body name='b' euler='9 0 0'>"
+              "<joint type='ball' damping='1'/><geom size='1'/><joint name='s' type='slide'/></body></body>"
+              "</worldbody><equality><connect body1='b' anchor='0 0 1'/><joint joint1='s'/>"
+              "<weld body1='a'/></equality></mujoco>")))
+          .scene;
+  const std::string text = need(write_scene(scene));
+  EXPECT_EQ(need(write_scene(need(parse_scene(text, "m.toml")))), text);
+  const System first = compiled(scene), second = compiled(need(parse_scene(text, "m.toml")));
+  Random random(4);
+  const State state = random.state(first);
+  EXPECT_EQ(need(evaluate(first, state)).acceleration, need(evaluate(second, state)).acceleration);
+}
+
+TEST(ModelFile, NothingOfMjcfIsDroppedSilently) {
+  const Folder folder;
+  folder.write("more.xml", "<mujoco><custom><text name='a' data='b'/></custom></mujoco>");
+  const auto lines =
+      need(read_model(folder.write(
+               "a.xml",
+               "<mujoco>\n<option viscosity='1' integrator='RK4'><flag energy='enable'/></option><size "
+               "njmax='9'/>\n"
+               "<include file='more.xml'/><asset><texture/><mesh name='unused' file='no.stl'/></asset>\n"
+               "<default><joint frictionloss='2'/><geom rgba='1 0 0 1'/></default>\n"
+               "<worldbody><light/><geom type='plane' size='1 1 1'/>\n<body mocap='true'><geom "
+               "size='1'/><geom size='2'/>"
+               "</body>\n<body><joint name='j' springdamper='1 1'/><geom size='1'/></body></worldbody>\n"
+               "<equality><connect body1='a' active='false' anchor='0 0 0'/><tendon tendon1='t'/>"
+               "<joint joint1='j' polycoef='0 1 2 0 0'/></equality>"
+               "<contact><exclude/></contact><tendon/><actuator><motor/><motor/></actuator><keyframe/"
+               "><sensor/></mujoco>")))
+          .not_modelled;
+  const std::string all = fmt::format("{}", fmt::join(lines, "\n"));
+  for (const char* part :
+       {"<option> in <mujoco> (integrator, viscosity)", "<flag> in <option> (energy)", "<size> in",
+        "<custom>", "<texture>", "<mesh> in <asset>", "<joint> in <body> (frictionloss, springdamper)",
+        "<geom> in <body> (rgba): 3 times", "<light> in <worldbody>", "<geom> in <worldbody>",
+        "<body> in <worldbody> (mocap)", "<connect> in <equality>", "<tendon> in <equality>",
+        "<joint> in <equality>", "<contact>", "<tendon> in <mujoco>", "<actuator> in <mujoco> with 2 <motor>",
+        "<keyframe>", "<sensor>"})
+    EXPECT_NE(all.find(part), std::string::npos) << part << "\n" << all;
+}
+
+TEST(ModelFile, BadFilesEndInOneSentence) {
+  const Folder folder;
+  folder.write("self.xml", "<mujoco><include file='round.xml'/></mujoco>");
+  folder.write("round.xml", "<mujoco>\n<include file='self.xml'/></mujoco>");
+  folder.write("short.stl", "solid");
+  folder.write("bad.obj", "v 0 0 0\nf 1 2 3\n");
+  folder.write("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const auto body = [](const std::string& inside) {
+    return "<mujoco>\n<worldbody>\n<body name='b'>\n" + inside + "</body></worldbody></mujoco>";
+  };
+  const auto mesh = [&](const std::string& attributes) {
+    return "<mujoco><asset>\n<mesh name='m' " + attributes +
+           "/></asset><worldbody><body><freejoint/><geom type='mesh' mesh='m'/></body></worldbody></mujoco>";
+  };
+  const std::string in = "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>";
+  const std::pair<std::string, const char*> bad[] = {
+      {"<mujoco><worldbody>\n<body", "model.xml:2: is not well-formed XML: unclosed token"},
+      {"", "model.xml:1: is not well-formed XML: no element found"},
+      {"<OpenSimDocument/>", "the root is <OpenSimDocument>, expected <mujoco> (MJCF) or <robot> (URDF)"},
+      {"<mujoco><include file='self.xml'/></mujoco>", "round.xml:2: include: "},
+      {"<mujoco>\n<include file='no.xml'/></mujoco>", "model.xml:2: include: no such file"},
+      {"<mujoco><include/></mujoco>", "file is missing"},
+      {body("<geom sizes='1'/>"), "model.xml:4: geom: no such attribute 'sizes'; known: name"},
+      {body("<goem/>"), "model.xml:4: goem: no such element in <body>"},
+      {body("<composite/>"), "not supported"},
+      {body("<geom type='cube'/>"), "model.xml:4: geom: type is 'cube', expected one of: plane"},
+      {body("<geom size='nan'/>"), "model.xml:4: geom: size holds 'nan', expected finite numbers"},
+      {body("<geom size='1,2'/>"), "size holds '1,2'"},
+      {body("<geom type='box' size='1 2'/>"), "a box takes 3 sizes, 2 are given"},
+      {body("<geom size='-1'/>"), "size holds -1, expected positive numbers"},
+      {body("<geom size='1' mass='-1'/>"), "mass is -1"},
+      {body("<geom size='1' class='c'/>"), "no class of defaults is named 'c'"},
+      {body("<geom size='1' quat='0 0 0 0'/>"), "quat is zero"},
+      {body("<geom size='1' quat='1 0 0 0' euler='0 0 0'/>"), "has several orientations"},
+      {body("<geom type='mesh' mesh='m'/>"), "no mesh in <asset> is named 'm'"},
+      {body("<geom type='sphere' fromto='0 0 0 1 1 1'/>"), "a sphere has no ends"},
+      {body(in + "<joint axis='0 0 0'/>"), "axis has no direction"},
+      {body(in + "<joint limited='true'/>"), "is limited, but has no range"},
+      {body(in + "<joint range='2 1'/>"), "range goes from 2 to 1"},
+      {body(in + "<joint damping='-1'/>"), "damping is -1"},
+      {body(in + "<joint name='j'/><joint name='j'/>"), "there are two joints of this name"},
+      {body(in + "<joint/><freejoint/>"), "a free joint must be its body's only one"},
+      {body(in + "<joint type='ball'/><joint/>"), "a ball must be the last"},
+      {body(in + "<body><freejoint/></body>"), "must stand in <worldbody> itself"},
+      {body(in + "<body name='b'/>"), "there are two bodies of this name"},
+      {body(in + in), "model.xml:4: inertial: body 'b' has a second one"},
+      {body("<inertial mass='1'/>"), "pos is missing"},
+      {body("<inertial pos='0 0 0' mass='1' diaginertia='1 1 3'/>"), "balanceinertia"},
+      {"<mujoco><compiler coordinate='global'/></mujoco>", "global coordinates are not supported"},
+      {"<mujoco><compiler eulerseq='xyw'/></mujoco>", "eulerseq is 'xyw'"},
+      {"<mujoco><worldbody/><equality><connect body1='c' anchor='0 0 0'/></equality></mujoco>",
+       "no body is named 'c'"},
+      {"<mujoco><worldbody/><equality><joint joint1='c'/></equality></mujoco>",
+       "no hinge or slide is named 'c'"},
+      {mesh("file='no.stl'"), "no such file"},
+      {mesh("file='short.stl'"), "is too short for an STL file"},
+      {mesh("file='m.dae'"), "expected a mesh in .stl or .obj"},
+      {mesh("file='bad.obj'"), "bad.obj:2: the face names vertex 2, but 1 stand before it"},
+      {mesh("file='open.obj'"), "encloses no volume"},
+      {mesh("vertex='0 0 0 1 0 0 0 1 0 0 0 1' face='0 1 4'"), "face names vertex 4"},
+      {mesh("vertex='0 0 0 1 0 0 0 1 0 0 0 1'"), "hulls of points are not supported"}};
+  for (const auto& [xml, said] : bad) {
+    const auto model = read_model(folder.write("model.xml", xml));
+    ASSERT_FALSE(model) << xml;
+    EXPECT_NE(model.error().message().find(said), std::string::npos) << xml << "\n"
+                                                                     << model.error().message();
+    EXPECT_NE(model.error().where.find(".xml:"), std::string::npos) << model.error().message();
+  }
+  EXPECT_NE(read_model("/no/model.xml").error().message().find("no such file"), std::string::npos);
+}
+
+TEST(ModelFile, DeepTreesAreReadAndEndlessOnesRefused) {
+  const auto nested = [](int n) {
+    std::string open, close;
+    for (int i = 0; i < n; ++i) {
+      open +=
+          "<body pos='0 0 -1'><joint axis='0 1 0'/><inertial pos='0 0 -.5' mass='1' diaginertia='.1 .1 "
+          ".01'/>";
+      close += "</body>";
+    }
+    return "<mujoco><worldbody>" + open + close + "</worldbody></mujoco>";
+  };
+  const Folder folder;
+  EXPECT_EQ(need(read_model(folder.write("m.xml", nested(2000)))).scene.solids.size(), 2000u);
+  const auto endless = read_model(folder.write("m.xml", nested(20000)));
+  ASSERT_FALSE(endless);
+  EXPECT_NE(endless.error().message().find("nested deeper than 10000"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace borelli::test

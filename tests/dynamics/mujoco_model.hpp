@@ -1,0 +1,92 @@
+// A model in MuJoCo, and its equations of motion beside ours. Only where MuJoCo is installed
+// (BORELLI_MUJOCO).
+#pragma once
+
+#include <mujoco/mujoco.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "dynamics/evaluate.hpp"
+#include "scenes.hpp"
+
+namespace borelli::test {
+
+/// A model that MuJoCo has read from a file, contacts, limits, equalities and actuators switched off.
+struct Mujoco {
+  mjModel* model = nullptr;
+  mjData* data = nullptr;
+
+  explicit Mujoco(const std::filesystem::path& file) {
+    char error[1000] = "";
+    model = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
+    if (!model) throw std::runtime_error(error);
+    model->opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_ACTUATION;
+    data = mj_makeData(model);
+  }
+  ~Mujoco() {
+    mj_deleteData(data);
+    mj_deleteModel(model);
+  }
+  Mujoco(const Mujoco&) = delete;
+  Mujoco& operator=(const Mujoco&) = delete;
+
+  /// A, what drives (passive + applied - bias) and accelerations at a state in MuJoCo's order.
+  struct Terms {
+    Rows A;
+    Eigen::VectorXd drive, acceleration;
+  };
+  Terms at(const Eigen::VectorXd& q, const Eigen::VectorXd& v, const Eigen::VectorXd& efforts) {
+    std::copy(q.begin(), q.end(), data->qpos);
+    std::copy(v.begin(), v.end(), data->qvel);
+    std::copy(efforts.begin(), efforts.end(), data->qfrc_applied);
+    mj_forward(model, data);
+    const int n = model->nv;
+    Terms out{Rows(n, n), Eigen::VectorXd(n), Eigen::VectorXd(n)};
+    mj_fullM(model, out.A.data(), data->qM);
+    for (int i = 0; i < n; ++i) {
+      out.drive[i] = data->qfrc_passive[i] + data->qfrc_applied[i] - data->qfrc_bias[i];
+      out.acceleration[i] = data->qacc[i];
+    }
+    return out;
+  }
+};
+
+/// The largest difference against the largest entry of what is expected.
+inline double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& expected) {
+  return (a - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff();
+}
+
+/// Where each of MuJoCo's positions and velocities stands in the system; empty: at the same place.
+struct Order {
+  std::vector<Eigen::Index> q, v;
+};
+struct Differences {
+  double A = 0, drive = 0, acceleration = 0;
+};
+/// The largest relative differences of A, Q - B and the accelerations over random states with random efforts.
+inline Differences differences(const System& system, Mujoco& mujoco, unsigned seed = 1, Order order = {}) {
+  if (system.nq != mujoco.model->nq || system.nv != mujoco.model->nv)
+    throw std::runtime_error(fmt::format("nq, nv are {}, {}; MuJoCo has {}, {}", system.nq, system.nv,
+                                         mujoco.model->nq, mujoco.model->nv));
+  if (order.q.empty()) {
+    for (int i = 0; i < system.nq; ++i) order.q.push_back(i);
+    for (int i = 0; i < system.nv; ++i) order.v.push_back(i);
+  }
+  Random random(seed);
+  Differences out;
+  for (int trial = 0; trial < 5; ++trial) {
+    const State state = random.state(system);
+    Eigen::VectorXd efforts(system.nv);
+    for (double& e : efforts) e = random.number(-10, 10);
+    const Evaluation own = need(evaluate(system, state, efforts));
+    const Mujoco::Terms other = mujoco.at(state.q(order.q), state.v(order.v), efforts(order.v));
+    out.A = std::max(out.A, relative(own.mass_matrix(order.v, order.v), other.A));
+    out.drive = std::max(out.drive, relative((own.generalized_efforts - own.bias)(order.v), other.drive));
+    out.acceleration = std::max(out.acceleration, relative(own.acceleration(order.v), other.acceleration));
+  }
+  return out;
+}
+
+}  // namespace borelli::test

@@ -1,0 +1,105 @@
+// Models of others through the program: evaluate, simulate and info on MJCF and URDF.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "program_run.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+
+// the tip's joint stands first, so that the file's order is not the tree's
+const std::string arm_urdf =
+    "<robot name='arm'><link name='base'/><link name='upper'><inertial><origin xyz='0 0 -1'/><mass "
+    "value='1'/>"
+    "<inertia ixx='0' iyy='0' izz='0'/></inertial></link><link name='lower'><inertial><origin xyz='0 0 -1'/>"
+    "<mass value='2'/><inertia ixx='0' iyy='0' izz='0'/></inertial></link>"
+    "<joint name='elbow' type='continuous'><parent link='upper'/><child link='lower'/><origin xyz='0 0 -1'/>"
+    "<axis xyz='0 1 0'/></joint>"
+    "<joint name='shoulder' type='revolute'><parent link='base'/><child link='upper'/><axis xyz='0 1 0'/>"
+    "<limit lower='-3' upper='3' effort='9' velocity='9'/></joint></robot>";
+
+const std::string spinner_mjcf =
+    "<mujoco><option gravity='0 0 0'/><worldbody><body name='plate' pos='1 2 3'><freejoint name='root'/>"
+    "<inertial pos='0 0 0' mass='2' diaginertia='1 2 "
+    "3'/></body></worldbody><actuator><motor/></actuator></mujoco>";
+
+json said(const ProgramRun& run) {
+  EXPECT_EQ(run.code, 0) << run.err;
+  return json::parse(run.out, nullptr, false);
+}
+
+TEST(ModelVerbs, EvaluateKeepsUrdfsOrderOfJoints) {
+  const TestFolder folder;
+  const std::string file = folder.write("arm.urdf", arm_urdf);
+  const std::string state = folder.write("s.json", R"({"q": [0.5, 0.2], "v": [1, -2], "efforts": [0, 3]})");
+  const json a = said(run_program("evaluate " + file + " --state " + state));
+  ASSERT_EQ(a["coordinates"], json({"elbow", "shoulder"}));
+  // the double pendulum of points (1 kg, 2 kg, both rods 1 m) by hand: A of the elbow is m2, of the shoulder
+  // m1 + m2 (2 + 2 cos), between them m2 (1 + cos)
+  const double c = std::cos(0.5), s = std::sin(0.5), g = 9.81;
+  EXPECT_NEAR(a["mass_matrix"][0][0], 2, 1e-14);
+  EXPECT_NEAR(a["mass_matrix"][0][1], 2 * (1 + c), 1e-14);
+  EXPECT_NEAR(a["mass_matrix"][1][1], 1 + 2 * (2 + 2 * c), 1e-14);
+  EXPECT_NEAR(a["bias"][0], 2 * s * 4, 1e-14);                  // m2 sin(q) w_shoulder^2
+  EXPECT_NEAR(a["bias"][1], -2 * s * (1 + 2 * 1 * -2), 1e-14);  // -m2 sin(q) (w_e^2 + 2 w_e w_s)
+  EXPECT_NEAR(a["generalized_efforts"][0], -2 * g * std::sin(0.7), 1e-13);
+  EXPECT_NEAR(a["generalized_efforts"][1], 3 - g * (3 * std::sin(0.2) + 2 * std::sin(0.7)), 1e-13);
+  ASSERT_EQ(a["not_modelled"].size(), 1u);
+  EXPECT_NE(a["not_modelled"][0].get<std::string>().find("(effort, velocity)"), std::string::npos);
+}
+
+TEST(ModelVerbs, EvaluateTakesMjcfsFreeJoint) {
+  const TestFolder folder;
+  const std::string file = folder.write("plate.xml", spinner_mjcf);
+  const std::string state = folder.write(
+      "s.json",
+      R"({"q": [0, 0, 0, 0.5, 0.5, 0.5, 0.5], "v": [4, 5, 6, 1, 2, 3], "efforts": [2, 4, 6, 0, 0, 0]})");
+  const json a = said(run_program("evaluate " + file + " --state " + state));
+  // linear in the world: F / m; angular in the body: Euler's equations, -(w x I w) / I
+  const double expected[] = {1, 2, 3, -6, 3, -2. / 3};
+  for (int i = 0; i < 6; ++i) EXPECT_NEAR(a["acceleration"][i], expected[i], 1e-13) << i;
+  EXPECT_NEAR(a["kinetic_energy"], (16 + 25 + 36) + 0.5 * (1 + 8 + 27), 1e-12);
+}
+
+TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {
+  const TestFolder folder;
+  const std::string file = folder.write("plate.xml", spinner_mjcf);
+  const std::string line = "not modelled: <actuator> in <mujoco> with 1 <motor>: at ";
+  for (const char* verb : {"info ", "simulate "}) {
+    const ProgramRun run = run_program(verb + file);
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_NE(run.out.find(line), std::string::npos) << run.out;
+    EXPECT_EQ(said(run_program(verb + file + " --json"))["not_modelled"].size(), 1u);
+  }
+  // a trajectory keeps the scene as TOML, whatever it was read from
+  const std::string output = folder / "motion.h5";
+  EXPECT_EQ(run_program("simulate " + file + " -o " + output).code, 0);
+  EXPECT_EQ(said(run_program("info --json " + output))["solids"], json({"plate"}));
+}
+
+TEST(ModelVerbs, ARootFloatsIfAsked) {
+  const TestFolder folder;
+  const std::string file = folder.write("arm.urdf", arm_urdf);
+  EXPECT_EQ(said(run_program("info --json " + file))["degrees_of_freedom"], 2);
+  EXPECT_EQ(said(run_program("info --json --floating " + file))["degrees_of_freedom"], 8);
+  EXPECT_EQ(run_program("info --floating " + std::string(BORELLI_SOURCE) + "/samples/pendulum.toml").code, 2);
+}
+
+TEST(ModelVerbs, BadModelsEndInASentenceAndCodeTwo) {
+  const TestFolder folder;
+  for (const char* verb : {"info ", "evaluate ", "simulate "})
+    for (const char* text :
+         {"<mujoco><worldbody>", "<mujoco><wordbody/></mujoco>", "<robot/>", "<html/>", ""}) {
+      const ProgramRun run = run_program(verb + folder.write("bad.xml", text).string());
+      EXPECT_EQ(run.code, 2) << verb << text;
+      EXPECT_NE(run.err.find("bad.xml:1"), std::string::npos) << run.err;
+      EXPECT_EQ(run.out, "") << run.out;
+    }
+}
+
+}  // namespace
+}  // namespace borelli
