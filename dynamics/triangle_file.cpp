@@ -91,6 +91,12 @@ Result<ClosedMesh> obj(const std::string& text, const std::string& file) {
                          fmt::format("the face names vertex {}, but {} stand before it", index, count));
       }
       if (corners.size() < 3) return bad_use(where(), "a face takes three corners or more");
+      if (corners.size() == 4) {  // along the shorter diagonal, which lies inside of most hollow ones too
+        const auto far = [&](int i, int j) {
+          return (mesh.vertices[corners[i]] - mesh.vertices[corners[j]]).norm();
+        };
+        if (far(1, 3) < far(0, 2)) std::rotate(corners.begin(), corners.begin() + 1, corners.end());
+      }
       for (std::size_t i = 2; i < corners.size(); ++i)
         mesh.triangles.push_back({corners[0], corners[i - 1], corners[i]});
     }

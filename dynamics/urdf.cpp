@@ -303,7 +303,7 @@ class UrdfReader {
     for (const std::string& end : {name, other})
       if (!is_scalar(end))
         mimic->refuse(fmt::format("'{}' is no joint with one coordinate, as both ends of a <mimic> must be",
-                                  coordinate));
+                                  end));
     CoordinateCoupling coupling;
     coupling.coordinates = {{name}, {other}};
     coupling.ratios = {1, -mimic->number("multiplier", 1)};
