@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "dynamics/chart.hpp"
 
 namespace borelli {
@@ -133,19 +135,28 @@ class Assembler {
               fmt::format("no free coordinate moves it at the position reached, and {}; check its points and "
                           "the initial positions",
                           left)};
-    const std::string with = company(row);
-    if (!with.empty()) return {where, fmt::format("cannot hold at the start: {}{}", left, with)};
+    if (const std::string with = company(row); !with.empty())
+      return {where, fmt::format("cannot hold at the start: {}{}", left, with)};
     return {where,
             fmt::format("cannot be reached from the initial positions: {}; check its points, or start closer",
                         left)};
   }
 
-  /// Of a dependent row: the rows that it depends on.
+  /// The constraints that a row contradicts: those that it depends on, and those that are left unmet beside
+  /// it. Where assembly ends, at the least sum of squares, sum_i h_i grad h_i = 0: the rows that are unmet
+  /// are dependent there, and each bears its residual's part of the contradiction.
   std::string company(int row) const {
-    const std::vector<std::string> names = w_.solver.rows_behind(row);
-    return names.empty()
-               ? ""
-               : fmt::format("; it contradicts '{}', which it depends on", fmt::join(names, "', '"));
+    std::vector<std::string> names = w_.solver.rows_behind(row);
+    const double own = residual(system_, w_, row);
+    for (int other = 0; other < system_.rows; ++other) {
+      const std::string& name = system_.row_names[other];
+      if (other == row || system_.row_constraint[other] == system_.row_constraint[row]) continue;
+      // below a thousandth it is what the others' unmet rows left unfinished
+      if (residual(system_, w_, other) > std::max(satisfied, 1e-3 * own) &&
+          std::find(names.begin(), names.end(), name) == names.end())
+        names.push_back(name);
+    }
+    return names.empty() ? "" : fmt::format("; it contradicts '{}'", fmt::join(names, "', '"));
   }
 
   const System& system_;

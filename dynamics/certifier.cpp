@@ -12,8 +12,9 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
       largest_speeds_(system.groups, 1),
       momenta_(conserved_momenta(system, parameters)),
       start_momenta_(momenta_.size()),
-      momentum_rounding_(momenta_.size(), 0),
-      range_noted_(system.ranges.size(), false) {
+      momentum_rounding_(momenta_.size(), 0) {
+  for (const System::LimitedCoordinate& limited : system.ranges)
+    range_noted_.emplace_back(limited.ranges.size(), false);
   certificate_.energy_threshold = threshold;
   certificate_.constraint_rows = system.rows;
   certificate_.constraint_rank = assembly.rank;
@@ -147,16 +148,18 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
 
 void Certifier::observe_ranges(const State& state) {
   for (std::size_t i = 0; i < system_.ranges.size(); ++i) {
-    if (range_noted_[i]) continue;
     const CoordinateInfo& info = system_.coordinates[system_.ranges[i].coordinate];
-    const Range& range = system_.ranges[i].range;
-    const double q = state.q[info.q_index];
-    if (q >= range.lower && q <= range.upper) continue;
-    range_noted_[i] = true;
-    certificate_.notes.push_back(
-        fmt::format("coordinate '{}' left its range of {:.6g} to {:.6g} at t = {:.6g} s "
-                    "(ranges are not enforced)",
-                    info.name, range.lower, range.upper, state.t));
+    for (std::size_t k = 0; k < range_noted_[i].size(); ++k) {
+      if (range_noted_[i][k]) continue;
+      const Range& range = system_.ranges[i].ranges[k];
+      if (range.holds(ranged_value(state.q.data() + info.q_index, info.q_size, static_cast<int>(k))))
+        continue;
+      range_noted_[i][k] = true;
+      certificate_.notes.push_back(fmt::format(
+          "coordinate '{}' left its range of {:.6g} to {:.6g}{} at t = {:.6g} s (ranges are not enforced)",
+          info.name, range.lower, range.upper,
+          info.v_size == 1 ? "" : fmt::format(" about its {} axis", "xyz"[k]), state.t));
+    }
   }
 }
 

@@ -66,7 +66,7 @@ class Certifier {
   std::vector<ConservedMomentum> momenta_;
   std::vector<Eigen::Vector3d> start_momenta_;
   std::vector<double> momentum_rounding_;
-  std::vector<char> range_noted_;
+  std::vector<std::vector<char>> range_noted_;  ///< per limited coordinate, per component
   bool rank_noted_ = false;
 };
 

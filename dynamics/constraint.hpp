@@ -20,6 +20,7 @@ using ConstraintKind = std::variant<PointOnPoint, PointOnPlane, Distance, Coordi
 struct Constraint {
   std::string name;  ///< unique among the scene's constraints; errors and multipliers bear it
   ConstraintKind kind;
+  int line = 0;  ///< as Solid::line
 };
 
 }  // namespace borelli

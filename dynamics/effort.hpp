@@ -18,6 +18,7 @@ using EffortKind = std::variant<Force, Torque, PointSpring, TorsionSpring, Coord
 struct Effort {
   std::string name;  ///< unique among the scene's efforts; errors name it
   EffortKind kind;
+  int line = 0;  ///< as Solid::line
 };
 
 }  // namespace borelli

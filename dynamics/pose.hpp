@@ -20,6 +20,12 @@ inline Pose operator*(const Pose& X_AB, const Pose& X_BC) {
   return {X_AB.R * X_BC.R, X_AB.R * X_BC.p + X_AB.p};
 }
 
+/// Whether X is a rotation, to 1e-9, and a finite place.
+inline bool is_rigid(const Pose& X) {
+  return X.p.allFinite() && X.R.allFinite() &&
+         (X.R * X.R.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-9 && X.R.determinant() > 0;
+}
+
 /// p_A = X_AB p_B: a point's coordinates in A from those in B.
 inline Eigen::Vector3d operator*(const Pose& X_AB, const Eigen::Vector3d& p_B) {
   return X_AB.R * p_B + X_AB.p;

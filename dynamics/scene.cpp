@@ -34,4 +34,13 @@ std::string coordinate_name(const Solid& solid, std::size_t i) {
                      std::count_if(begin, begin + static_cast<std::ptrdiff_t>(i) + 1, moves));
 }
 
+std::string Scene::place(int line) const {
+  if (file.empty()) return {};
+  return line > 0 ? fmt::format("{}:{}: ", file, line) : file + ": ";
+}
+
+std::string Scene::where(const Solid& solid) const {
+  return fmt::format("{}solid '{}'", place(solid.line), solid.name);
+}
+
 }  // namespace borelli

@@ -33,6 +33,7 @@ struct Solid {
   std::vector<Switch> switches;      ///< from the parent outwards
   std::vector<Inertial> inertials;   ///< in the solid's frame; their sum counts; none: a massless frame
   std::vector<ShapeElement> shapes;  ///< counted as well
+  int line = 0;                      ///< where it stands in Scene::file, for errors; 0: nowhere
 };
 
 /// All that gives a solid its inertia: its `inertials` and those of its `shapes`. The error names solid and
@@ -51,6 +52,13 @@ struct Scene {
   std::vector<Effort> efforts;
   std::vector<Constraint> constraints;
   SimulationSettings simulation;
+  std::string file;  ///< that it was read from, for errors; empty: none
+
+  /// "file:line: ", what an error about something that was read at that line begins with; empty where there
+  /// is no file.
+  std::string place(int line) const;
+  /// Its place and "solid 'name'".
+  std::string where(const Solid& solid) const;
 };
 
 }  // namespace borelli

@@ -12,6 +12,7 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/scene_fields.hpp"
 #include "dynamics/scene_file.hpp"
+#include "dynamics/scene_file_switch.hpp"
 #include "dynamics/toml_table.hpp"
 
 namespace borelli {
@@ -19,107 +20,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-// ---- joints ----
-
-// The value under a switch's own key: an axis, `true`, or for a fixed one its position (the turn stands
-// beside it).
-template <class T>
-void read_switch_kind(TomlTable& table, const toml::node& node, T& kind) {
-  if constexpr (std::is_same_v<T, Fixed>) {
-    kind.X_AB.p = table.vector3(node, T::kind);
-    kind.X_AB.R = read_turn(table).as_matrix();
-  } else if constexpr (requires { kind.axis; }) {
-    kind.axis = unit_direction(table, node, T::kind);
-  } else {
-    if (!table.boolean(node, T::kind)) table.refuse(node, fmt::format("{} is false, expected true", T::kind));
-  }
-}
-
-template <std::size_t... i>
-SwitchKind read_switch_kind(TomlTable& table, std::index_sequence<i...>) {
-  const std::string_view key = table.one_of({std::variant_alternative_t<i, SwitchKind>::kind...});
-  SwitchKind out;
-  const auto attempt = [&]<class T>(T value) {
-    if (key != T::kind) return;
-    read_switch_kind(table, table.require(key), value);
-    out = value;
-  };
-  (attempt(std::variant_alternative_t<i, SwitchKind>{}), ...);
-  return out;
-}
-
-// `key` in SI or `key`_deg in degrees, `count` numbers (one stands alone, without a list); none: empty.
-std::vector<double> read_coordinate(TomlTable& table, std::string_view key, std::size_t count,
-                                    bool may_be_degrees) {
-  const toml::node* node = table.find(key);
-  const toml::node* in_degrees = may_be_degrees ? table.find(fmt::format("{}_deg", key)) : nullptr;
-  if (node && in_degrees)
-    table.refuse(*in_degrees, fmt::format("has {0} and {0}_deg, expected one of them", key));
-  if (!node && !in_degrees) return {};
-  const toml::node& given = node ? *node : *in_degrees;
-  std::vector<double> values =
-      count == 1 ? std::vector{table.number(given, key)} : table.numbers(given, key, count);
-  if (in_degrees)
-    for (double& v : values) v *= degree;
-  return values;
-}
-
-Motion read_motion(TomlTable& table, bool is_ball) {
-  const toml::node *locked = table.find("locked"), *driven = table.find("driven");
-  if (locked && driven) table.refuse(*driven, "is locked and driven, expected one of them");
-  if (locked && table.boolean(*locked, "locked")) return Locked{};
-  if (!driven) return Free{};
-  if (!is_ball) return Driven{{read_time_function(table, *driven, "driven")}};
-  const toml::array& parts = table.list(*driven, "driven");
-  if (parts.size() != 3)
-    table.refuse(
-        *driven,
-        fmt::format("driven is a list of {}, expected three functions of time, the components of the "
-                    "ball's rotation vector",
-                    parts.size()));
-  Driven out;
-  for (const toml::node& part : parts) out.functions.push_back(read_time_function(table, part, "driven"));
-  return out;
-}
-
-Switch read_switch(TomlTable& table) {
-  Switch out;
-  out.kind = read_switch_kind(table, std::make_index_sequence<std::variant_size_v<SwitchKind>>{});
-  if (std::holds_alternative<Fixed>(out.kind)) {
-    table.finish();
-    return out;
-  }
-  const auto [nq, nv, rotates] = std::visit(
-      [](const auto& kind) {
-        return std::array<int, 3>{kind.nq, kind.nv, kind.rotates};
-      },
-      out.kind);
-  const bool is_ball = nq != nv;
-  if (const toml::node* name = table.find("name")) out.coordinate = table.name(*name, "name");
-  if (is_ball) {
-    if (const toml::node* value = table.find("value")) out.q = unit_quaternion(table, *value, "value");
-  } else {
-    out.q = read_coordinate(table, "value", 1, rotates);
-    if (const auto limits = read_coordinate(table, "range", 2, rotates); !limits.empty()) {
-      out.range = Range{limits[0], limits[1]};
-      if (limits[0] > limits[1])
-        table.refuse(fmt::format("range begins at {} and ends at {}", limits[0], limits[1]));
-      const double start = out.q.empty() ? 0 : out.q[0];
-      if (start < limits[0] || start > limits[1])
-        table.refuse(fmt::format("starts at {}, outside its range of {} to {}{}", start, limits[0], limits[1],
-                                 rotates ? " (rad)" : " (m)"));
-    }
-  }
-  out.v = read_coordinate(table, "velocity", static_cast<std::size_t>(nv), rotates);
-  out.motion = read_motion(table, is_ball);
-  table.finish();
-  if (!out.v.empty() && !std::holds_alternative<Free>(out.motion))
-    table.refuse("has a velocity, which only a free coordinate may have");
-  if (!out.q.empty() && !is_ball && std::holds_alternative<Driven>(out.motion))
-    table.refuse("has a value, but a driven coordinate has the value of its function");
-  return out;
-}
 
 // ---- inertia and shapes ----
 
@@ -220,6 +120,7 @@ Solid read_solid(TomlTable& table, std::size_t number) {
   Solid out;
   table.rename(fmt::format("solid {}", number));
   out.name = table.name(table.require("name"), "name");
+  out.line = table.line();
   table.rename(fmt::format("solid '{}'", out.name));
   if (out.name == world_name) table.refuse("the name 'world' stands for the fixed frame");
   if (const toml::node* parent = table.find("parent")) out.parent = table.name(*parent, "parent");
@@ -335,7 +236,9 @@ void check_circles(const TomlTable& root, const Scene& scene, const std::vector<
 
 class SceneReader {
  public:
-  SceneReader(const toml::table& root, const std::string& file) : root_(root, file, "") {}
+  SceneReader(const toml::table& root, const std::string& file) : root_(root, file, "") {
+    scene_.file = file;
+  }
 
   Scene read() {
     root_.read("name", scene_.name);
@@ -381,6 +284,7 @@ class SceneReader {
       Action action;
       const toml::node& name = table.require("name");
       action.name = table.name(name, "name");
+      action.line = table.line();
       names.add(root_, action.name, name);
       table.rename(fmt::format("{} '{}'", key, action.name));
       const std::string kind = table.text(table.require("kind"), "kind");

@@ -187,7 +187,11 @@ std::string switch_of(const Switch& s) {
   if (!s.coordinate.empty()) out.emplace_back("name", text_of(s.coordinate));
   if (!s.q.empty()) out.emplace_back("value", values(s.q));
   if (!s.v.empty()) out.emplace_back("velocity", values(s.v));
-  if (s.range) out.emplace_back("range", text_of(std::vector{s.range->lower, s.range->upper}));
+  if (!s.ranges.empty()) {
+    std::vector<std::string> ranges;
+    for (const Range& r : s.ranges) ranges.push_back(text_of(std::vector{r.lower, r.upper}));
+    out.emplace_back("range", ranges.size() == 1 ? ranges[0] : fmt::format("[{}]", fmt::join(ranges, ", ")));
+  }
   if (std::holds_alternative<Locked>(s.motion)) out.emplace_back("locked", "true");
   if (const auto* driven = std::get_if<Driven>(&s.motion)) {
     std::vector<std::string> functions;

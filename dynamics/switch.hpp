@@ -6,11 +6,11 @@
 // an angle, its fields, and `advance`, which moves a frame on and says what unit velocity does to it.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "dynamics/rotation_vector.hpp"
 #include "dynamics/switch_ball.hpp"
 #include "dynamics/switch_fixed.hpp"
 #include "dynamics/switch_rotation.hpp"
@@ -36,10 +36,13 @@ struct Locked {};
 
 using Motion = std::variant<Free, Driven, Locked>;
 
-/// Where a free scalar coordinate is allowed to be, m or rad. A start outside is refused; a motion that
-/// leaves it is noted in the certificate (limits are not enforced yet).
+/// Where a component of a free coordinate is allowed to be, m or rad. A start outside is refused; a motion
+/// that leaves it is noted in the certificate (ranges are not enforced).
 struct Range {
   double lower = 0, upper = 0;
+
+  /// With room for the rounding of a start on a bound (a ball's goes through its quaternion): 1e-9 m or rad.
+  bool holds(double x) const { return x >= lower - 1e-9 && x <= upper + 1e-9; }
 };
 
 struct Switch {
@@ -48,7 +51,16 @@ struct Switch {
   Motion motion = Free{};
   std::vector<double> q;  ///< initial position (nq numbers); empty: zero, or the identity quaternion
   std::vector<double> v;  ///< initial velocity (nv numbers); empty: zero. Free coordinates only.
-  std::optional<Range> range;
+  /// None, or nv of them: a scalar coordinate's one, or a ball's three, of the components of its rotation
+  /// vector in its own axes (logarithm of its quaternion, at most pi long: where a ball passes half a turn,
+  /// its rotation vector jumps to the other side).
+  std::vector<Range> ranges;
 };
+
+/// What the i-th range of a coordinate with `nq` positions q speaks of: q itself, or a component of a ball's
+/// rotation vector.
+inline double ranged_value(const double* q, int nq, int i) {
+  return nq == 4 ? logarithm(Quaternion(q[0], q[1], q[2], q[3]))[i] : q[i];
+}
 
 }  // namespace borelli

@@ -122,8 +122,8 @@ struct System {
   std::vector<int> row_constraint;  ///< the constraint of each row
   std::vector<std::string> constraint_names;
   struct LimitedCoordinate {
-    int coordinate;  ///< in `coordinates`
-    Range range;
+    int coordinate;             ///< in `coordinates`
+    std::vector<Range> ranges;  ///< one per velocity component
   };
   std::vector<LimitedCoordinate> ranges;
 

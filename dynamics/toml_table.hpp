@@ -55,6 +55,8 @@ class TomlTable {
   void rename(std::string what) { what_ = std::move(what); }
   std::string where(const toml::node& node) const;
   const toml::node& node() const { return *table_; }
+  /// Where it begins in its file; 0: not known.
+  int line() const { return static_cast<int>(table_->source().begin.line); }
 
   [[noreturn]] void refuse(const toml::node& at, const std::string& sentence) const;
   [[noreturn]] void refuse(const std::string& sentence) const { refuse(*table_, sentence); }

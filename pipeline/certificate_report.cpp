@@ -7,6 +7,18 @@
 
 namespace borelli {
 
+namespace {
+
+// A run of even steps has none that is the smallest, but the certificate keeps its first.
+std::string smallest_step(const Certificate& c) {
+  if (c.steps_accepted == 0) return "";
+  if (c.smallest_step_time == 0)
+    return fmt::format("; none smaller than the first, {:.3g} s", c.smallest_step);
+  return fmt::format("; the smallest was {:.3g} s (at {:.6g} s)", c.smallest_step, c.smallest_step_time);
+}
+
+}  // namespace
+
 std::string text_of(const Certificate& c) {
   std::string out = c.trusted ? "trusted\n" : fmt::format("UNTRUSTED: {}\n", c.reason);
   const auto line = [&](const std::string& text) { out += text + '\n'; };
@@ -38,8 +50,8 @@ std::string text_of(const Certificate& c) {
         "constraint '{}': off by at most {:.3g} (at {:.6g} s), its velocity by {:.3g} (at {:.6g} s)",
         r.constraint, r.position, r.position_time, r.velocity, r.velocity_time));
   for (const std::string& row : c.redundant) line("redundant: " + row);
-  line(fmt::format("steps: {} accepted, {} rejected, {} evaluations; the smallest was {:.3g} s (at {:.6g} s)",
-                   c.steps_accepted, c.steps_rejected, c.evaluations, c.smallest_step, c.smallest_step_time));
+  line(fmt::format("steps: {} accepted, {} rejected, {} evaluations{}", c.steps_accepted, c.steps_rejected,
+                   c.evaluations, smallest_step(c)));
   for (const std::string& note : c.notes) line("note: " + note);
   return out;
 }

@@ -6,7 +6,9 @@
 #include <numbers>
 #include <set>
 
+#include "pipeline/joint_axes.hpp"
 #include "pipeline/joint_ranges.hpp"
+#include "pipeline/segment_frames.hpp"
 #include "segmentation/cuts.hpp"
 #include "segmentation/parts.hpp"
 
@@ -71,6 +73,7 @@ class Builder {
   Inertial subtree(const Part& part) const;
   std::vector<Switch> free_in_space(const Part& part);
   std::vector<Switch> hinge(const Part& part, const Vector3d& offset);
+  std::vector<Switch> ball(const Part& part, const Part& parent, const Vector3d& offset);
   std::vector<Switch> joint(const Part& part);
   void add_muscle(const Part& part, const Vector3d& axis, double rest, bool is_hinge);
   std::optional<Vector3d> hinge_axis(const Part& part, double flexion_sign) const;
@@ -156,7 +159,7 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
   add_muscle(part, *axis, flexion + options_.leap.tuck * sign * tuck_angle(kind), true);
   Fixed straight{{rotation_about(*axis, -flexion), offset}};
   return {{.kind = straight, .coordinate = ""},
-          {.kind = Rotation{*axis}, .coordinate = name, .q = {flexion}, .range = range}};
+          {.kind = Rotation{*axis}, .coordinate = name, .q = {flexion}, .ranges = {range}}};
 }
 
 std::vector<Switch> Builder::joint(const Part& part) {
@@ -175,7 +178,33 @@ std::vector<Switch> Builder::joint(const Part& part) {
   }
   if (kind == "knee" || kind == "elbow") return hinge(part, offset);
   add_muscle(part, axes_.col(0), options_.leap.tuck * tuck_angle(kind), false);
-  return {to_joint, {.kind = Ball{}, .coordinate = name}};
+  return ball(part, parent, offset);
+}
+
+// A ball whose axes are the anatomical ones, from the anatomical position. Between the two fixed turns the
+// part's frame has the patient's axes at the start, like its parent's.
+std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Vector3d& offset) {
+  const std::string name(part.joint);
+  const auto frame = [&](const Part& of) {
+    return segment_frame(of.name, landmarks_, present_.find(of.name)->second);
+  };
+  const auto before = frame(parent), after = frame(part);
+  if (!before || !after) {
+    warn(fmt::format("{}: the landmarks of {} do not give its axes, so the joint has no ranges", name,
+                     before ? part.name : parent.name));
+    return {{.kind = Fixed{{Eigen::Matrix3d::Identity(), offset}}, .coordinate = ""},
+            {.kind = Ball{}, .coordinate = name}};
+  }
+  const JointAxes joint = joint_axes(name);
+  const Eigen::Matrix3d R_PA = before->R_WA * joint.R_FA, R_SB = after->R_WA * joint.R_FA;
+  const Quaternion start = quaternion(R_PA.transpose() * R_SB);
+  const auto ranges = ranges_with_start(joint, logarithm(start), name, result_.warnings);
+  return {{.kind = Fixed{{R_PA, offset}}, .coordinate = ""},
+          {.kind = Ball{},
+           .coordinate = name,
+           .q = {start[0], start[1], start[2], start[3]},
+           .ranges = {ranges.begin(), ranges.end()}},
+          {.kind = Fixed{{R_SB.transpose(), Vector3d::Zero()}}, .coordinate = ""}};
 }
 
 // A passive joint of a given natural frequency and damping ratio.

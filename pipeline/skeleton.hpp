@@ -4,6 +4,13 @@
 // elbows and knees about the line of the epicondyles. A part's frame has its origin at the joint to its
 // parent (the lower trunk: between the hips) and, in the pose of the scan, the patient's axes; the world is
 // the patient frame in metres.
+//
+// A ball counts from the anatomical position: its coordinate is the identity where the anatomical axes of the
+// part (segment_frames.hpp: X forwards, Y up, Z to the right) are parallel to those of its parent. Its own
+// axes are those about which the published ranges count, each with its sign (joint_axes.hpp), so that the
+// left side's coordinates mirror the right's: x flexion, y adduction (of the trunk: bending to the left), z
+// internal rotation (of the trunk: to the left). The start is the scan's pose; where that lies outside a
+// published range, the range is widened to it, with a warning.
 #pragma once
 
 #include <map>

@@ -140,11 +140,13 @@ TEST(CompileRefuses, CoordinatesWithBadNumbers) {
   expect_refused(with([](Switch& s) { s.q = {1, 2}; }), where, "2 numbers; expected 1");
   expect_refused(with([](Switch& s) { s.v = {1, 2}; }), where, "2 numbers");
   expect_refused(with([](Switch& s) { s.q = {NAN}; }), where + ", initial q", "not a finite number");
-  expect_refused(with([](Switch& s) { s.range = Range{1, 2}; }), where, "outside its range of 1 to 2");
-  expect_refused(with([](Switch& s) { s.range = Range{2, 1}; }), where, "range runs from 2 to 1");
+  expect_refused(with([](Switch& s) { s.ranges = {{1, 2}}; }), where, "outside its range of 1 to 2");
+  expect_refused(with([](Switch& s) { s.ranges = {{2, 1}}; }), where, "range runs from 2 to 1");
+  expect_refused(with([](Switch& s) { s.ranges = {{0, INFINITY}}; }), where, "range runs from 0 to inf");
+  expect_refused(with([](Switch& s) { s.ranges = {{0, 1}, {0, 1}}; }), where, "has 2 ranges; expected one");
   expect_refused(with([](Switch& s) {
                    s.motion = Driven{{constant(1)}};
-                   s.range = Range{0, 2};
+                   s.ranges = {{0, 2}};
                  }),
                  where, "remove its range");
   expect_refused(with([](Switch& s) { s.motion = Driven{}; }), where,

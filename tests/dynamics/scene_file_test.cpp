@@ -93,7 +93,7 @@ struct Compare {
   void operator()(const Range& a, const Range& b) { (*this)(a.lower, b.lower), (*this)(a.upper, b.upper); }
   void operator()(const Switch& a, const Switch& b) {
     (*this)(a.kind, b.kind), (*this)(a.coordinate, b.coordinate), (*this)(a.motion, b.motion);
-    (*this)(a.q, b.q), (*this)(a.v, b.v), (*this)(a.range, b.range);
+    (*this)(a.q, b.q), (*this)(a.v, b.v), (*this)(a.ranges, b.ranges);
   }
   void operator()(const Inertial& a, const Inertial& b) {
     (*this)(a.mass, b.mass), (*this)(a.centre, b.centre), (*this)(a.tensor, b.tensor);
@@ -181,13 +181,14 @@ Scene varied(unsigned seed) {
                       positive(), positive(), positive()};
   Solid first{"first", "second", {}, {inertial()}, {}};
   first.switches = {{Fixed{{turn(), vector()}}, "", Free{}, {}, {}, {}},
-                    {Rotation{-Vector3d::UnitY()}, "a", Free{}, {half(random)}, {number()}, Range{-1.5, 2}},
+                    {Rotation{-Vector3d::UnitY()}, "a", Free{}, {half(random)}, {number()}, {Range{-1.5, 2}}},
                     {Translation{turn().col(0)}, "b", Driven{{wave}}, {}, {}, {}},
                     {Translation{}, "", Free{}, {-0.}, {0.}, {}},
                     {Ball{}, "c", Driven{{ramp, constant(0.1), wave}}, {q.w(), q.x(), q.y(), q.z()}, {}, {}}};
   Solid second{"second", "world", {}, {inertial(), inertial()}, {}};
-  second.switches = {{Ball{}, "d", Free{}, {}, {number(), number(), number()}, {}},
-                     {Rotation{}, "e", Locked{}, {number()}, {}, {}}};
+  second.switches = {
+      {Ball{}, "d", Free{}, {}, {number(), number(), number()}, {{0, 1. / 3}, {-1, 0}, {-2, 2}}},
+      {Rotation{}, "e", Locked{}, {number()}, {}, {}}};
   const ClosedMesh mesh{{{0, 0, 0}, {0.1, 0, 0}, {0, 0.2, 0}, {0, 0, 0.3}},
                         {{{0, 2, 1}}, {{0, 1, 3}}, {{0, 3, 2}}, {{1, 2, 3}}}};
   second.shapes = {{{Box{Vector3d(0.1, 0.2, 1. / 3)}, vector(), q}, positive(), {}},
@@ -280,8 +281,8 @@ normal = "z"
   EXPECT_EQ(std::get<Rotation>(hinge.kind).axis, Vector3d(0, -1, 0));
   EXPECT_DOUBLE_EQ(hinge.q[0], pi / 6);
   EXPECT_DOUBLE_EQ(hinge.v[0], pi);
-  EXPECT_DOUBLE_EQ(hinge.range->lower, -pi / 18);
-  EXPECT_DOUBLE_EQ(hinge.range->upper, pi / 4);
+  EXPECT_DOUBLE_EQ(hinge.ranges.at(0).lower, -pi / 18);
+  EXPECT_DOUBLE_EQ(hinge.ranges.at(0).upper, pi / 4);
   EXPECT_EQ(door.inertials[0].tensor(1, 2), 0.3);
   EXPECT_EQ(door.inertials[0].tensor(2, 0), 0.2);
   const auto& spring = std::get<CoordinateSpring>(scene.efforts[0].kind);
@@ -291,6 +292,33 @@ normal = "z"
   EXPECT_EQ(floor.point.solid, "door");
   EXPECT_EQ(floor.plane.solid, "world");
   EXPECT_EQ(floor.plane.point, Vector3d(0, 0, 1));
+}
+
+TEST(SceneFile, ABallHasThreeRanges) {
+  const Scene scene = parsed(R"(
+[[solid]]
+name = "arm"
+joint = {ball = true, value = [0.8, 0.6, 0, 0], range_deg = [[0, 90], [-10, 0], [-180, 180]]}
+)");
+  const std::vector<Range>& ranges = scene.solids.at(0).switches.at(0).ranges;
+  ASSERT_EQ(ranges.size(), 3u);
+  const double pi = std::numbers::pi;
+  EXPECT_DOUBLE_EQ(ranges[0].upper, pi / 2);
+  EXPECT_DOUBLE_EQ(ranges[1].lower, -pi / 18);
+  EXPECT_DOUBLE_EQ(ranges[2].upper, pi);
+}
+
+TEST(SceneFile, CompileNamesTheLineOfWhatItRefuses) {
+  const Scene massless =
+      parsed("[[solid]]\nname='a'\nmass=1\ntensor=[1,1,1]\n\n[[solid]]\nname='b'\njoint={rotation='x'}\n");
+  EXPECT_EQ(
+      compile(massless).error().message().find("scene.toml:6: solid 'b', coordinate 'b': moves no mass"), 0u)
+      << compile(massless).error().message();
+  const Scene spring = parsed(
+      "[[solid]]\nname='a'\njoint={ball=true}\nmass=1\ntensor=[1,1,1]\n[[effort]]\nname='s'\n"
+      "kind='coordinate_spring'\non='a'\n");
+  EXPECT_EQ(compile(spring).error().message().find("scene.toml:6: effort 's': "), 0u)
+      << compile(spring).error().message();
 }
 
 // ---- refusals ----
@@ -404,7 +432,26 @@ INSTANTIATE_TEST_SUITE_P(
         Refused{"value_of_driven", "[[solid]]\nname='a'\njoint={rotation='x', driven=[0,1], value=1}\n", 3,
                 "has the value of its function"},
         Refused{"range_upside_down", "[[solid]]\nname='a'\njoint={rotation='x', range=[1,0]}\n", 3,
-                "begins at 1"},
+                "runs from 1 to 0"},
+        Refused{"range_of_three_numbers", "[[solid]]\nname='a'\njoint={rotation='x', range=[0,1,2]}\n", 3,
+                "range is a list of 3, expected a list of 2 numbers"},
+        Refused{"ranges_of_a_hinge", "[[solid]]\nname='a'\njoint={rotation='x', range=[[0,1]]}\n", 3,
+                "expected a list of 2 numbers"},
+        Refused{"range_without_end", "[[solid]]\nname='a'\njoint={rotation='x', range=[0,inf]}\n", 3,
+                "expected a finite number"},
+        Refused{"range_of_driven", "[[solid]]\nname='a'\njoint={rotation='x', driven=[0], range=[0,1]}\n", 3,
+                "remove its range"},
+        Refused{"one_range_of_a_ball", "[[solid]]\nname='a'\njoint={ball=true, range=[0,1]}\n", 3,
+                "expected three ranges"},
+        Refused{"numbers_for_a_balls_ranges", "[[solid]]\nname='a'\njoint={ball=true, range=[0,1,2]}\n", 3,
+                "a range of the ball is the number 0"},
+        Refused{"ball_range_upside_down",
+                "[[solid]]\nname='a'\njoint=[{fixed=[0,0,0]},\n{ball=true,\nrange=[[0,1],[1,0],[0,1]]}]\n", 5,
+                "range about its y axis runs from 1 to 0"},
+        Refused{
+            "ball_outside_its_range",
+            "[[solid]]\nname='a'\njoint={ball=true, value=[0.8,0,0,0.6], range_deg=[[0,1],[0,1],[0,60]]}\n",
+            3, "about its z axis, outside its range of 0 to 1.047"},
         Refused{"value_outside_range", "[[solid]]\nname='a'\njoint={rotation='x', value=2, range=[0,1]}\n", 3,
                 "starts at 2, outside its range of 0 to 1 (rad)"},
         Refused{"no_value_outside_range", "[[solid]]\nname='a'\njoint={translation='x', range=[1,2]}\n", 3,

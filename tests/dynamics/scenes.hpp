@@ -18,15 +18,15 @@ inline Inertial inertial(double mass, const Vector3d& centre, const Vector3d& mo
 }
 
 inline Switch fixed(const Vector3d& p, const Matrix3d& R = Matrix3d::Identity()) {
-  return {.kind = Fixed{Pose{R, p}}, .coordinate = {}, .motion = {}, .q = {}, .v = {}, .range = {}};
+  return {.kind = Fixed{Pose{R, p}}, .coordinate = {}, .motion = {}, .q = {}, .v = {}, .ranges = {}};
 }
 
 inline Switch hinge(const std::string& name, const Vector3d& axis, double q = 0, double v = 0) {
-  return {.kind = Rotation{axis}, .coordinate = name, .motion = {}, .q = {q}, .v = {v}, .range = {}};
+  return {.kind = Rotation{axis}, .coordinate = name, .motion = {}, .q = {q}, .v = {v}, .ranges = {}};
 }
 
 inline Switch slide(const std::string& name, const Vector3d& axis, double q = 0, double v = 0) {
-  return {.kind = Translation{axis}, .coordinate = name, .motion = {}, .q = {q}, .v = {v}, .range = {}};
+  return {.kind = Translation{axis}, .coordinate = name, .motion = {}, .q = {q}, .v = {v}, .ranges = {}};
 }
 
 inline Switch ball(const std::string& name, const Quaternion& q = identity_quaternion(),
@@ -36,7 +36,7 @@ inline Switch ball(const std::string& name, const Quaternion& q = identity_quate
           .motion = {},
           .q = {q[0], q[1], q[2], q[3]},
           .v = {v[0], v[1], v[2]},
-          .range = {}};
+          .ranges = {}};
 }
 
 /// A switch driven by one function of time.

@@ -432,10 +432,38 @@ TEST(Output, AnObserverCanStopTheRun) {
 
 TEST(Output, ACoordinateThatLeavesItsRangeIsNoted) {
   Scene scene = chain(1, false, 0.5);
-  scene.solids[0].switches[0].range = Range{-0.2, 0.6};
+  scene.solids[0].switches[0].ranges = {{-0.2, 0.6}};
   const Certificate certificate = run(scene, settings("rk4", 2, 0.01)).certificate;
   ASSERT_EQ(certificate.notes.size(), 1u);
-  EXPECT_NE(certificate.notes[0].find("coordinate 'h0' left its range of -0.2 to 0.6"), std::string::npos);
+  EXPECT_NE(certificate.notes[0].find("coordinate 'h0' left its range of -0.2 to 0.6 at t"),
+            std::string::npos);
+}
+
+TEST(Output, ABallThatLeavesItsRangeIsNotedByAxisAndTime) {
+  // A point mass on a rod, let go at rest 1 rad from hanging, in a plane whose normal is one of the ball's
+  // axes. It swings as sin(angle / 2) = k sn(K - t sqrt(g / l)), k = sin(1 / 2) (e.g. Landau & Lifshitz,
+  // Mechanics, section 11), so it passes an angle at (K - F(asin(sin(angle / 2) / k))) sqrt(l / g).
+  const double l = 0.7, start = 1, limit = -0.4, k = std::sin(start / 2);
+  const double t =
+      (std::comp_ellint_1(k) - std::ellint_1(k, std::asin(std::sin(limit / 2) / k))) * std::sqrt(l / 9.81);
+  for (int axis = 0; axis < 2; ++axis) {
+    Switch joint = ball("b", exponential(start * Vector3d::Unit(axis)));
+    joint.ranges = {{-0.1, 1.1}, {-0.1, 1.1}, {-0.1, 0.1}};
+    joint.ranges[axis].lower = limit;
+    Scene scene;
+    scene.solids = {solid("bob", "world", {joint}, {inertial(2, {0, 0, -l}, {0, 0, 1e-6})})};
+    const double step = 1e-4;
+    const Certificate certificate = run(scene, settings("rk4", t + 0.1, step)).certificate;
+    ASSERT_EQ(certificate.notes.size(), 1u);
+    const std::string& note = certificate.notes[0];
+    const std::string said =
+        fmt::format("coordinate 'b' left its range of -0.4 to 1.1 about its {} axis at t = ", "xyz"[axis]);
+    ASSERT_TRUE(note.starts_with(said)) << note;
+    const double noted = std::stod(note.substr(said.size()));
+    // at the end of the step in which it left; the note has six digits
+    EXPECT_GT(noted, t - 1e-6);
+    EXPECT_LT(noted, t + step + 1e-6);
+  }
 }
 
 }  // namespace

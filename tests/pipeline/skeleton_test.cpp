@@ -6,7 +6,10 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "dynamics/rotation_vector.hpp"
+#include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
+#include "pipeline/joint_axes.hpp"
 #include "pipeline/joint_ranges.hpp"
 #include "samples/phantom.hpp"
 
@@ -46,6 +49,8 @@ Pose pose(const Scene& scene, const std::string& name) {
       X.p += X.R * slide->axis * (step.q.empty() ? 0 : step.q[0]);
     if (const auto* hinge = std::get_if<Rotation>(&step.kind))
       X.R = X.R * rotation_about(hinge->axis, step.q.empty() ? 0 : step.q[0]);
+    if (std::holds_alternative<Ball>(step.kind) && !step.q.empty())
+      X.R = X.R * Eigen::Quaterniond(step.q[0], step.q[1], step.q[2], step.q[3]).toRotationMatrix();
   }
   return X;
 }
@@ -85,6 +90,110 @@ TEST(Skeleton, JointsAreAtTheirCentresAndHingesReadTheFlexion) {
   EXPECT_NEAR(flexion("forearm_right") - flexion("forearm_left"), 40, 1e-6);
   EXPECT_NEAR(flexion("shank_right"), 0, 2);
   EXPECT_NEAR(flexion("forearm_left"), 0, 2);
+}
+
+const Switch& ball(const Scene& scene, const std::string& part) {
+  for (const Switch& one : solid(scene, part).switches)
+    if (std::holds_alternative<Ball>(one.kind)) return one;
+  throw std::runtime_error("no ball at " + part);
+}
+
+// where the ball stands at the start, in degrees about its axes
+Vector3d start(const Scene& scene, const std::string& part) {
+  const Switch& one = ball(scene, part);
+  return logarithm(Quaternion(one.q.at(0), one.q.at(1), one.q.at(2), one.q.at(3))) / degree;
+}
+
+TEST(Skeleton, BallsReadTheAnatomicalAngles) {
+  const Body still = body(),
+             bent = body({{"hip_left_flexion", 40},
+                          {"hip_right_flexion", 20},
+                          {"ankle_left_dorsiflexion", 10},
+                          {"shoulder_right_flexion", 50}}),
+             spread = body({{"hip_left_abduction", 25},
+                            {"shoulder_left_abduction", 30},
+                            {"shoulder_right_abduction", 20}});
+  const auto scene = [](const Body& made) {
+    return build_skeleton(made.parts, made.phantom.landmarks)->scene;
+  };
+  const Scene rest = scene(still), flexed = scene(bent), abducted = scene(spread);
+  // The phantom turns its parts by its own angles, from a stance that is itself some degrees from the
+  // anatomical position; components of rotation vectors add up only as far as turns commute: 5 % of the angle
+  // and of that stance's some 5 degrees
+  const auto change = [&](const Scene& posed, const char* part) {
+    return Vector3d(start(posed, part) - start(rest, part));
+  };
+  EXPECT_NEAR(change(flexed, "thigh_left").x(), 40, 2);
+  EXPECT_NEAR(change(flexed, "thigh_right").x(), 20, 1);
+  EXPECT_NEAR(change(flexed, "foot_left").x(), 10, 0.5);
+  EXPECT_NEAR(change(flexed, "upper_arm_right").x(), 50, 2.5);
+  EXPECT_NEAR(change(abducted, "thigh_left").y(), -25, 1.3);
+  EXPECT_NEAR(change(abducted, "upper_arm_left").y(), -30, 1.5);
+  EXPECT_NEAR(change(abducted, "upper_arm_right").y(), -20, 1);
+  EXPECT_LT(change(flexed, "foot_right").norm(), 1e-6);
+  EXPECT_LT(change(abducted, "thigh_right").norm(), 1e-6);
+  // the phantom's sides mirror each other, and so do coordinates and ranges
+  for (const char* part : {"thigh", "foot", "upper_arm", "hand"}) {
+    const std::string left = std::string(part) + "_left", right = std::string(part) + "_right";
+    EXPECT_LT((start(rest, left) - start(rest, right)).norm(), 1e-6) << part;
+    const auto &a = ball(rest, left).ranges, &b = ball(rest, right).ranges;
+    ASSERT_EQ(a.size(), 3u);
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_NEAR(a[i].lower, b[i].lower, 1e-8) << part;
+      EXPECT_NEAR(a[i].upper, b[i].upper, 1e-8) << part;
+    }
+  }
+  const std::vector<Range>& hip = ball(rest, "thigh_left").ranges;
+  EXPECT_DOUBLE_EQ(hip[0].upper, 120 * degree);
+  EXPECT_DOUBLE_EQ(hip[1].lower, -50 * degree);
+  EXPECT_DOUBLE_EQ(hip[2].upper, 40 * degree);
+}
+
+TEST(Skeleton, AStartOutsideAPublishedRangeWidensIt) {
+  const Body made = body({{"shoulder_left_abduction", 60}, {"hip_left_flexion", -40}});
+  const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
+  ASSERT_TRUE(skeleton);
+  const double flexion = start(skeleton->scene, "thigh_left").x();
+  EXPECT_LT(flexion, -35);
+  const std::vector<Range>& hip = ball(skeleton->scene, "thigh_left").ranges;
+  EXPECT_NEAR(hip[0].lower, flexion * degree, 1e-12);
+  EXPECT_DOUBLE_EQ(hip[0].upper, 120 * degree);
+  ASSERT_EQ(skeleton->warnings.size(), 1u) << skeleton->warnings.back();
+  EXPECT_NE(skeleton->warnings[0].find("hip_left: flexion of "), std::string::npos) << skeleton->warnings[0];
+  EXPECT_NE(skeleton->warnings[0].find("outside the usual -30 to 120; its range is widened"),
+            std::string::npos);
+  // it compiles, also once it has been through its file
+  ASSERT_TRUE(compile(skeleton->scene)) << compile(skeleton->scene).error().message();
+  const auto back = parse_scene(write_scene(skeleton->scene).value(), "scene.toml");
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_TRUE(compile(*back)) << compile(*back).error().message();
+}
+
+TEST(JointAxes, TurnTheWayTheyAreNamed) {
+  // in anatomical axes: X forwards, Y up, Z to the right
+  const Vector3d front = Vector3d::UnitX(), up = Vector3d::UnitY(), right = Vector3d::UnitZ();
+  for (const char* side : {"_left", "_right"}) {
+    const Vector3d medial = side == std::string("_left") ? right : Vector3d(-right);
+    for (const char* kind : {"hip", "shoulder", "wrist", "ankle"}) {
+      const Eigen::Matrix3d A = joint_axes(std::string(kind) + side).R_FA;
+      EXPECT_NEAR(A.determinant(), 1, 1e-15);
+      // the velocity of a point of the part, turning about the axis
+      EXPECT_EQ(A.col(0).cross(-up), front) << "flexion: the lower end goes forwards";
+      EXPECT_EQ(A.col(1).cross(-up), medial) << "adduction: the lower end goes to the midline";
+      EXPECT_EQ(A.col(2).cross(front), medial) << "internal rotation: the front goes to the midline";
+    }
+  }
+  for (const char* joint : {"neck", "spine_upper", "spine_lower"}) {
+    const Eigen::Matrix3d A = joint_axes(joint).R_FA;
+    EXPECT_NEAR(A.determinant(), 1, 1e-15);
+    EXPECT_EQ(A.col(0).cross(up), front) << "flexion: the upper end goes forwards";
+    EXPECT_EQ(A.col(1).cross(up), -right) << "bending: the upper end goes left";
+    EXPECT_EQ(A.col(2).cross(front), -right) << "rotation: the front goes left";
+  }
+  EXPECT_EQ(joint_axes("ankle_left").axes[1].motion, "inversion");
+  EXPECT_EQ(joint_axes("wrist_right").axes[2].motion, "pronation");
+  EXPECT_DOUBLE_EQ(joint_axes("shoulder_left").axes[1].range.lower, -120 * degree);
+  EXPECT_DOUBLE_EQ(joint_axes("ankle_left").axes[2].range.upper, 180 * degree);  // none is published
 }
 
 TEST(Skeleton, LeavesUpwardsTurningAsOneBody) {
@@ -160,7 +269,7 @@ TEST(Skeleton, FliesOnItsParabolaAndKeepsItsSpin) {
 }
 
 TEST(JointRanges, ReadsTheTable) {
-  EXPECT_EQ(joint_ranges().size(), 21u);
+  EXPECT_EQ(joint_ranges().size(), 22u);
   EXPECT_DOUBLE_EQ(joint_ranges().at("knee flexion").upper, 120 * degree);
   for (const auto& [name, range] : joint_ranges()) EXPECT_LT(range.lower, range.upper) << name;
 }

@@ -64,7 +64,13 @@ function conservedOf(c) {
 
 function stepsOf(c) {
   const rejected = c.steps_rejected > 0 ? ` and rejected ${c.steps_rejected}` : '';
-  return `The integrator took ${c.steps_accepted} steps${rejected}, with ${c.evaluations} evaluations of the equations; the smallest step was ${seconds(c.smallest_step)} at ${seconds(c.smallest_step_time)}.`;
+  const smallest =
+    c.steps_accepted === 0
+      ? ''
+      : c.smallest_step_time === 0 // so it is where all steps are even
+        ? `; none was smaller than the first, ${seconds(c.smallest_step)}`
+        : `; the smallest was ${seconds(c.smallest_step)}, at ${seconds(c.smallest_step_time)}`;
+  return `The integrator took ${c.steps_accepted} steps${rejected}, with ${c.evaluations} evaluations of the equations${smallest}.`;
 }
 
 /** The worst residual of each constraint; null where there are none. */

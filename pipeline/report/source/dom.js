@@ -69,6 +69,7 @@ export function bytes(count) {
 
 export function seconds(value) {
   if (typeof value !== 'number' || !Number.isFinite(value)) return '–';
+  if (value === 0) return '0 s';
   if (value < 1e-3) return `${significant(value * 1e6, 3)} µs`;
   if (value < 1) return `${significant(value * 1e3, 3)} ms`;
   if (value < 120) return `${significant(value, 3)} s`;

@@ -1,0 +1,153 @@
+#include "dynamics/action_sites.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/solid_order.hpp"
+
+namespace borelli {
+
+struct ActionSites::FieldVisitor {
+  ActionSites& sites;
+  std::string where;
+  Result<void> result;
+
+  void site(std::string_view field, const std::string& solid) {
+    if (!result) return;
+    if (solid == world_name) {
+      sites.system_.sites.push_back({0, -1});
+      return;
+    }
+    const auto found = sites.solids_.find(solid);
+    if (found == sites.solids_.end()) {
+      result =
+          bad_use(where, fmt::format("its '{}' is on solid '{}', which is not in the scene; there are {}",
+                                     field, solid, solid_list(sites.scene_)));
+      return;
+    }
+    const int body = sites.system_.solid_bodies[found->second];
+    sites.system_.bodies[body].touched = true;
+    sites.system_.sites.push_back({body, found->second});
+  }
+  void finite(std::string_view field, bool is_finite) {
+    if (result && !is_finite) result = bad_use(where, fmt::format("its '{}' is not a finite number", field));
+  }
+
+  void operator()(std::string_view field, const SolidPoint& at) {
+    finite(field, at.point.allFinite());
+    sites.farthest_ = std::max(sites.farthest_, at.point.norm());
+    site(field, at.solid);
+  }
+  void operator()(std::string_view field, const SolidName& on) { site(field, on.solid); }
+  void operator()(std::string_view field, const CoordinateName& name) {
+    if (!result) return;
+    auto coordinate = sites.coordinate_site(name.coordinate);
+    if (coordinate)
+      sites.system_.coordinate_sites.push_back(*coordinate);
+    else
+      result = bad_use(where, fmt::format("its '{}' {}", field, coordinate.error().what));
+  }
+  template <class T>
+  void operator()(std::string_view field, const std::optional<T>& value) {
+    if (value)
+      (*this)(field, *value);
+    else if constexpr (std::is_same_v<T, SolidPoint> || std::is_same_v<T, SolidName>)
+      sites.system_.sites.push_back({-1, -1});
+  }
+  template <class T>
+  void operator()(std::string_view field, const std::vector<T>& values) {
+    for (const T& value : values) (*this)(field, value);
+  }
+  void operator()(std::string_view field, double x) { finite(field, std::isfinite(x)); }
+  void operator()(std::string_view field, const Eigen::Vector3d& x) { finite(field, x.allFinite()); }
+  void operator()(std::string_view field, const Pose& X) { finite(field, is_rigid(X)); }
+  void operator()(std::string_view field, const TimeFunction& f) {
+    finite(field, std::isfinite(at(f, 0).value) && std::isfinite(at(f, 1).value));
+  }
+  void operator()(std::string_view, Axes) {}
+};
+
+Result<void> ActionSites::add_efforts() {
+  std::set<std::string> names;
+  for (const Effort& effort : scene_.efforts) {
+    auto action = resolve(effort, "effort", names);
+    if (!action) return tl::unexpected(action.error());
+    system_.efforts.push_back(*action);
+    system_.parameters.efforts.push_back(effort);
+  }
+  return {};
+}
+
+Result<void> ActionSites::add_constraints() {
+  std::set<std::string> names;
+  for (const Constraint& constraint : scene_.constraints) {
+    auto action = resolve(constraint, "constraint", names);
+    if (!action) return tl::unexpected(action.error());
+    action->first_row = system_.rows;
+    action->row_count = std::visit([](const auto& kind) { return kind.rows; }, constraint.kind);
+    system_.rows += action->row_count;
+    for (int i = 0; i < action->row_count; ++i) {
+      system_.row_names.push_back(action->row_count == 1 ? constraint.name
+                                                         : fmt::format("{}[{}]", constraint.name, i));
+      system_.row_constraint.push_back(int(system_.constraints.size()));
+    }
+    system_.constraint_names.push_back(constraint.name);
+    system_.constraints.push_back(*action);
+    system_.parameters.constraints.push_back(constraint);
+    std::visit(
+        [](auto& kind) {
+          if constexpr (requires { kind.normal; }) kind.normal.normalize();
+        },
+        system_.parameters.constraints.back().kind);
+  }
+  return {};
+}
+
+/// Looks up the solids and coordinates of an effort or a constraint, field by field, and checks its
+/// numbers.
+template <class Thing>
+Result<Action> ActionSites::resolve(const Thing& thing, const char* what, std::set<std::string>& names) {
+  if (thing.name.empty())
+    return bad_use(fmt::format("{}{} {}", scene_.place(thing.line), what, names.size() + 1),
+                   "has no name; give it one");
+  const std::string where = fmt::format("{}{} '{}'", scene_.place(thing.line), what, thing.name);
+  if (!names.insert(thing.name).second)
+    return bad_use(where, fmt::format("there are two {}s of this name; names must differ", what));
+  FieldVisitor reader{*this, where, {}};
+  Action action{.first_site = int(system_.sites.size()),
+                .first_coordinate = int(system_.coordinate_sites.size())};
+  std::visit(
+      [&](const auto& kind) {
+        kind.fields(kind, reader);
+        if constexpr (requires { kind.complaint(); }) {
+          if (const std::string complaint = kind.complaint(); !complaint.empty() && reader.result)
+            reader.result = bad_use(where, complaint);
+        }
+      },
+      thing.kind);
+  if (!reader.result) return tl::unexpected(reader.result.error());
+  action.site_count = int(system_.sites.size()) - action.first_site;
+  action.coordinate_count = int(system_.coordinate_sites.size()) - action.first_coordinate;
+  return action;
+}
+
+Result<CoordinateSite> ActionSites::coordinate_site(const std::string& name) const {
+  const auto found = coordinates_.find(name);
+  if (found == coordinates_.end()) {
+    std::vector<std::string> names;
+    for (const auto& [known, ignored] : coordinates_) names.push_back(known);
+    return bad_use(name, fmt::format("is on coordinate '{}', which is not in the scene; there are {}", name,
+                                     fmt::join(names, ", ")));
+  }
+  if (found->second.nq != 1)
+    return bad_use(
+        name, fmt::format("is on '{}', a ball; expected a translation's or rotation's coordinate", name));
+  if (found->second.step < 0) return CoordinateSite{-1, -1, found->second.value};
+  const Step& step = system_.steps[found->second.step];
+  return CoordinateSite{step.q, step.u, 0};
+}
+
+}  // namespace borelli
