@@ -104,6 +104,10 @@ TimeFunction read_time_function(const TomlTable& table, const toml::node& node, 
     const std::string kind = inner.text(inner.require("kind"), "kind");
     return read_kind<TimeFunction>(inner, kind, nullptr);
   }
+  if (!node.is_array())
+    table.refuse(node, fmt::format("{} is {}, expected a number, a list of polynomial coefficients, or "
+                                   "a table with a kind",
+                                   label, TomlTable::kind_of(node)));
   const std::vector<double> coefficients = table.numbers(node, label);
   if (coefficients.empty()) table.refuse(node, fmt::format("{} has no coefficients", label));
   return Polynomial{coefficients};

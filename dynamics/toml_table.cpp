@@ -15,7 +15,9 @@ double number_of(const toml::node& node) {
   return node.as_floating_point()->get();
 }
 
-std::string kind_of(const toml::node& node) {
+}  // namespace
+
+std::string TomlTable::kind_of(const toml::node& node) {
   switch (node.type()) {
     case toml::node_type::table:
       return "a table";
@@ -32,8 +34,6 @@ std::string kind_of(const toml::node& node) {
       return "a date or time";
   }
 }
-
-}  // namespace
 
 TomlTable::TomlTable(const toml::table& table, std::string file, std::string what)
     : table_(&table), file_(std::move(file)), what_(std::move(what)) {}
@@ -135,7 +135,9 @@ std::vector<const toml::node*> TomlTable::tables(std::string_view key) {
   const toml::node* node = find(key);
   if (!node) return out;
   if (node->is_table()) return {node};
-  for (const toml::node& entry : list(*node, key)) {
+  if (!node->is_array())
+    refuse(*node, fmt::format("{} is {}, expected a table or a list of tables", key, kind_of(*node)));
+  for (const toml::node& entry : *node->as_array()) {
     if (!entry.is_table()) refuse(entry, fmt::format("{} holds {}, expected tables", key, kind_of(entry)));
     out.push_back(&entry);
   }

@@ -58,6 +58,9 @@ class TomlTable {
   /// Where it begins in its file; 0: not known.
   int line() const { return static_cast<int>(table_->source().begin.line); }
 
+  /// What a value is, for errors: "the number 3", "a table".
+  static std::string kind_of(const toml::node& node);
+
   [[noreturn]] void refuse(const toml::node& at, const std::string& sentence) const;
   [[noreturn]] void refuse(const std::string& sentence) const { refuse(*table_, sentence); }
 

@@ -97,7 +97,8 @@ json answer_of(const Evaluation& e, const System& system, const FileOrder& order
 Result<json> work(const std::string& scene_file, const std::string& state_file, const ModelOptions& options,
                   const Command& command) {
   const auto in_scene = [&](Error error) {
-    error.where = error.where.empty() ? scene_file : scene_file + ", " + error.where;
+    if (!error.where.starts_with(scene_file))  // what compile refuses names the file already, with the line
+      error.where = error.where.empty() ? scene_file : scene_file + ", " + error.where;
     return tl::unexpected(std::move(error));
   };
   const auto model = read_model(scene_file, options);

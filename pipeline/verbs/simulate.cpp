@@ -47,7 +47,8 @@ SimulationSettings settings_of(SimulationSettings s, const Options& o) {
 
 // The scene's file stands before what its compilation or simulation finds wrong.
 tl::unexpected<Error> in_file(const std::string& file, Error error) {
-  error.where = error.where.empty() ? file : file + ", " + error.where;
+  // what compile refuses names the file already, with the line
+  if (!error.where.starts_with(file)) error.where = error.where.empty() ? file : file + ", " + error.where;
   return tl::unexpected(std::move(error));
 }
 

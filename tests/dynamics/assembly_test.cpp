@@ -125,5 +125,18 @@ TEST(Projection, PutsAStateBackByTheLeastMove) {
             1e-3 * mode.norm() * (A * move).norm());  // up to the curvature over 1e-4
 }
 
+TEST(Assembly, AllConstraintsOfAContradictionAreNamed) {
+  // a four-bar has one freedom: crank and rocker cannot both be held where one pleases
+  Scene scene = four_bar();
+  scene.constraints.push_back({"hold crank", CoordinateCoupling{{{"a"}}, {1}, constant(2.0)}});
+  scene.constraints.push_back({"hold rocker", CoordinateCoupling{{{"c"}}, {1}, constant(1.5)}});
+  const System system = compiled(scene);
+  State state = system.initial;
+  const auto answer = assemble(system, state);
+  ASSERT_FALSE(answer);
+  for (const char* name : {"'hold crank'", "'hold rocker'", "'joint"})
+    EXPECT_NE(answer.error().message().find(name), std::string::npos) << answer.error().message();
+}
+
 }  // namespace
 }  // namespace borelli::test

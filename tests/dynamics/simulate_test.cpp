@@ -440,18 +440,18 @@ TEST(Output, ACoordinateThatLeavesItsRangeIsNoted) {
 }
 
 TEST(Output, ABallThatLeavesItsRangeIsNotedByAxisAndTime) {
-  // A point mass on a rod, let go at rest 1 rad from hanging, in a plane whose normal is one of the ball's
-  // axes. It swings as sin(angle / 2) = k sn(K - t sqrt(g / l)), k = sin(1 / 2) (e.g. Landau & Lifshitz,
-  // Mechanics, section 11), so it passes an angle at (K - F(asin(sin(angle / 2) / k))) sqrt(l / g).
-  const double l = 0.7, start = 1, limit = -0.4, k = std::sin(start / 2);
-  const double t =
-      (std::comp_ellint_1(k) - std::ellint_1(k, std::asin(std::sin(limit / 2) / k))) * std::sqrt(l / 9.81);
+  // A sphere on a rod, let go at rest 1 rad from hanging, in a plane whose normal is one of the ball's
+  // axes. It swings as sin(angle / 2) = k sn(K - t w), k = sin(1 / 2), w^2 = m g l / (m l^2 + i) (e.g. Landau
+  // & Lifshitz, Mechanics, section 11), so it passes an angle at (K - F(asin(sin(angle / 2) / k))) / w.
+  const double m = 2, l = 0.7, i = 0.05, start = 1, limit = -0.4, k = std::sin(start / 2);
+  const double t = (std::comp_ellint_1(k) - std::ellint_1(k, std::asin(std::sin(limit / 2) / k))) *
+                   std::sqrt((l + i / (m * l)) / 9.81);
   for (int axis = 0; axis < 2; ++axis) {
     Switch joint = ball("b", exponential(start * Vector3d::Unit(axis)));
     joint.ranges = {{-0.1, 1.1}, {-0.1, 1.1}, {-0.1, 0.1}};
     joint.ranges[axis].lower = limit;
     Scene scene;
-    scene.solids = {solid("bob", "world", {joint}, {inertial(2, {0, 0, -l}, {0, 0, 1e-6})})};
+    scene.solids = {solid("bob", "world", {joint}, {inertial(m, {0, 0, -l}, {i, i, i})})};
     const double step = 1e-4;
     const Certificate certificate = run(scene, settings("rk4", t + 0.1, step)).certificate;
     ASSERT_EQ(certificate.notes.size(), 1u);
