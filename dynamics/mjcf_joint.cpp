@@ -188,7 +188,7 @@ void MjcfJoints::add_range(const XmlElement& joint, bool hinge, Switch& one) {
   if (!(limits.lower < limits.upper))
     joint.refuse("range",
                  fmt::format("range goes from {:g} to {:g}, expected a rising one", range[0], range[1]));
-  one.range = limits;
+  one.ranges = {limits};
   const double start = one.q.empty() ? 0 : one.q[0];
   const double allowed = std::clamp(start, limits.lower, limits.upper);
   if (allowed == start) return;

@@ -269,7 +269,7 @@ class UrdfReader {
     if (range.lower > range.upper)
       limit->refuse(
           fmt::format("of joint '{}' runs from {} to {}", one.coordinate, range.lower, range.upper));
-    one.range = range;
+    one.ranges = {range};
     const double start = std::clamp(0.0, range.lower, range.upper);
     if (start == 0) return;
     one.q = {start};

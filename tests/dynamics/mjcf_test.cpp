@@ -95,7 +95,7 @@ TEST(Mjcf, TheStartIsTheModelsPose) {
   for (int i = 0; i < system.nq; ++i) EXPECT_NEAR(system.initial.q[i], mujoco.model->qpos0[i], 1e-15) << i;
   EXPECT_EQ(system.coordinates[0].name, "root.x");
   ASSERT_EQ(system.ranges.size(), 1u);
-  EXPECT_NEAR(system.ranges[0].range.upper, 40 * M_PI / 180, 1e-15);
+  EXPECT_NEAR(system.ranges[0].ranges[0].upper, 40 * M_PI / 180, 1e-15);
 }
 
 // ---- frames, defaults, includes ----

@@ -164,7 +164,7 @@ TEST(Urdf, LimitsShapesAndWhatIsNotModelled) {
   EXPECT_EQ(std::get<Box>(scene.solids[0].shapes[0].shape.form).size, Vector3d(1, 2, 3));
   EXPECT_TRUE(std::holds_alternative<Sphere>(scene.solids[1].shapes.at(0).shape.form));
   const Switch& joint = scene.solids[1].switches.back();
-  EXPECT_EQ(joint.range->upper, .5);
+  EXPECT_EQ(joint.ranges.at(0).upper, .5);
   EXPECT_EQ(joint.q, std::vector{.2});  // 0 lies outside
   const auto listed = [&](const std::string& part) {
     return std::any_of(model.not_modelled.begin(), model.not_modelled.end(),
