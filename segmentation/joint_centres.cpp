@@ -1,10 +1,12 @@
 #include "segmentation/joint_centres.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "segmentation/hinges.hpp"
 
@@ -34,6 +36,37 @@ double narrowest(const LimbWay& way, double from, double to) {
 }
 
 double section(const LimbWay& way, double s) { return way.section[index_of(way, s)]; }
+
+// the same, as a mean over 15 mm: coarse voxels make single sections of slender bones jump
+double smooth_section(const LimbWay& way, double s) {
+  double sum = 0;
+  for (int n = -2; n <= 2; ++n) sum += section(way, s + n * LimbWay::spacing);
+  return sum / 5;
+}
+
+double middling_section(const LimbWay& way, double from, double to) {
+  std::vector<double> all(way.section.begin() + static_cast<std::ptrdiff_t>(index_of(way, from)),
+                          way.section.begin() + static_cast<std::ptrdiff_t>(index_of(way, to)) + 1);
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
+}
+
+// the waist between a broad place and another broad one within `reach` of it: a joint's line where no gap is
+// seen between two bones' broad ends
+std::optional<double> waist_near(const LimbWay& way, double broad, double reach) {
+  const double at = section(way, broad);
+  std::optional<double> best;
+  double rise = 0.12 * at;
+  for (std::size_t q = index_of(way, broad - reach); q <= index_of(way, broad + reach); ++q) {
+    const double s = LimbWay::spacing * static_cast<double>(q);
+    const double low = narrowest(way, std::min(s, broad), std::max(s, broad));
+    if (way.section[q] < 0.6 * at || way.section[q] - section(way, low) <= rise) continue;
+    rise = way.section[q] - section(way, low);
+    best = low;
+  }
+  return best;
+}
 
 // middle of the gap in the bones that is nearest to s, within `reach` of it
 std::optional<double> gap_near(const LimbWay& way, double s, double reach) {
@@ -162,62 +195,70 @@ Landmark found(const Vector3d& point, double deviation, const char* source, doub
   return {point, deviation, radius, source};
 }
 
+void put_sides(Landmarks& marks, const std::string& joint, const std::string& at, const JointEnd& end,
+               double deviation, const char* source) {
+  marks[joint + "_medial" + at] = found(end.medial, deviation, source);
+  marks[joint + "_lateral" + at] = found(end.lateral, deviation, source);
+}
+
+// A malleolus' tip: from its side at the joint's level on down the limb, on lines within the bone's thickness
+// of that side, to where bone ends last.
+std::optional<Vector3d> malleolus_tip(const CloseUp& view, const Vector3d& side, const Vector3d& inwards,
+                                      const Vector3d& along) {
+  constexpr double bone = 150;  // CT number
+  const Vector3d across = along.cross(inwards);
+  std::vector<std::pair<double, Vector3d>> ends;
+  double last = 0;
+  for (double in = 2; in <= 7; in += 1)
+    for (double q = -8; q <= 8; q += 2) {
+      const Vector3d from = side + in * inwards + q * across;
+      if (view.at(from) < bone) continue;
+      const auto falls = falls_along(view, from, along, 0.5, 32);
+      if (falls.empty()) continue;
+      ends.emplace_back(falls.front(), from);
+      last = std::max(last, falls.front());
+    }
+  if (ends.size() < 3) return std::nullopt;
+  Vector3d sum = Vector3d::Zero();
+  int count = 0;
+  for (const auto& [t, from] : ends)
+    if (t > last - 2.5) sum += from, ++count;
+  return Vector3d(sum / count + last * along);
+}
+
+// How far down a limb from `line` the middle of the gap lies between the bone that ends there and the next:
+// the middling one of lines that begin in the bone, `up` above. Nothing where the scan does not resolve a
+// gap.
+std::optional<double> gap_below(const CloseUp& view, const Section& section, const Vector3d& line,
+                                const Vector3d& along, double up) {
+  constexpr double bone = 150;
+  const Vector3d deep = along.cross(section.wide);
+  std::vector<double> middles;
+  for (double x = -24; x <= 24; x += 3)
+    for (double y = -12; y <= 12; y += 3) {
+      const Vector3d from = section.middle + x * section.wide + y * deep +
+                            (line - section.middle).dot(along) * along - up * along;
+      if (view.at(from) < bone) continue;
+      const auto falls = falls_along(view, from, along, 2, up + 30);
+      if (falls.empty()) continue;
+      const double edge = view.at(from + falls.front() * along);
+      for (double r = falls.front() + 1; r < falls.front() + 16; r += 0.5)
+        if (view.at(from + r * along) > edge) {
+          if (r > falls.front() + 2) middles.push_back(0.5 * (falls.front() + r) - up);
+          break;
+        }
+    }
+  if (middles.size() < 6) return std::nullopt;
+  std::sort(middles.begin(), middles.end());
+  // a shaft's lines that leave it sideways see no gap, or one anywhere
+  if (middles[3 * middles.size() / 4] - middles[middles.size() / 4] > 8) return std::nullopt;
+  return middles[middles.size() / 2];
+}
+
 Vector3d body_left(const Trunk& trunk) {
   const auto& pair = trunk.hip[0] && trunk.hip[1] ? trunk.hip : trunk.shoulder;
   if (!pair[0] || !pair[1]) return Vector3d::UnitX();
   return (pair[0]->centre - pair[1]->centre).normalized();
-}
-
-// The body's end along `direction` from `from`, among what lies within `reach` mm of that line: the middle of
-// the last few millimetres, so that a blunt end has its middle and not a chance voxel of its face.
-std::optional<Vector3d> tip(const Anatomy& a, const Vector3d& from, const Vector3d& direction, double length,
-                            double reach) {
-  const auto& g = a.grid();
-  const double all = length + reach;
-  const Vector3d low = g.index(from - Vector3d::Constant(all)),
-                 high = g.index(from + Vector3d::Constant(all));
-  std::vector<std::pair<double, Vector3d>> places;
-  double farthest = 0;
-  for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
-    for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
-      for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
-        if (!g.holds(i, j, k) || !a.body.at(i, j, k)) continue;
-        const Vector3d d =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))) - from;
-        const double t = d.dot(direction);
-        if (t <= 0 || t > length || (d - t * direction).norm() > reach) continue;
-        farthest = std::max(farthest, t);
-        places.emplace_back(t, d);
-      }
-  constexpr double last = 5;
-  Vector3d sum = Vector3d::Zero();
-  int count = 0;
-  for (const auto& [t, d] : places)
-    if (t > farthest - last) sum += d, ++count;
-  if (count == 0) return std::nullopt;
-  const Vector3d middle = sum / count;
-  return Vector3d(from + middle + (farthest + 0.5 * a.step() - middle.dot(direction)) * direction);
-}
-
-// unit, from heel to toes
-Vector3d foot_line(const Anatomy& a, const Limbs& limbs, Limb limb, const Vector3d& ankle, double ankle_way) {
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  Vector3d sum = Vector3d::Zero();
-  double count = 0;
-  near_bone(a, limbs, limb, ankle, 260, [&](const Vector3d& p) {
-    const Vector3d index = a.grid().index(p);
-    if (limbs.territory.length.at(std::lround(index[0]), std::lround(index[1]), std::lround(index[2])) <
-        ankle_way)
-      return;
-    sum += p;
-    second += p * p.transpose();
-    ++count;
-  });
-  if (count < 4) return -Vector3d::UnitY();
-  const Vector3d mean = sum / count;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(second / count - mean * mean.transpose());
-  const Vector3d line = solver.eigenvectors().col(2);
-  return line.dot(mean - ankle) < 0 ? Vector3d(-line) : line;
 }
 
 void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
@@ -244,8 +285,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       found(k.centre, k.deviation,
             k.measured ? "bone: cylinder on the femoral condyles" : "bone: middle of the femoral condyles",
             k.radius);
-  marks["knee_medial" + at] = found(k.medial, k.deviation + 2, "bone: femoral epicondyle");
-  marks["knee_lateral" + at] = found(k.lateral, k.deviation + 2, "bone: femoral epicondyle");
+  put_sides(marks, "knee", at, k, k.deviation + 2, "bone: femoral epicondyle");
 
   if (joints.end == 0) return;
   // straight on along the shank: the way itself turns into the foot before the joint
@@ -257,16 +297,13 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   marks["ankle" + at] =
       found(m.centre, m.measured ? m.deviation : 8,
             m.measured ? "bone: cylinder on the talar dome" : "bone: middle of the malleoli", m.radius);
-  marks["lateral_malleolus" + at] = found(m.lateral, 8, "bone: malleolus");
-  marks["medial_malleolus" + at] = found(m.medial, 8, "bone: malleolus");
-  if (way.cut) return;
-  // the foot's line is that along which its bones spread most
-  const Vector3d forward = foot_line(a, limbs, limb, m.centre, joints.end);
-  if (const auto toe = tip(a, m.centre + 30 * scale * along, forward, 260 * scale, 60 * scale))
-    marks["toe_tip" + at] = found(*toe, 5, "skin: foremost point of the foot");
-  const Vector3d sole = (along - along.dot(forward) * forward).normalized();
-  if (const auto heel = tip(a, m.centre + 35 * scale * sole, -forward, 110 * scale, 33 * scale))
-    marks["heel" + at] = found(*heel, 6, "skin: hindmost point of the foot");
+  const CloseUp view = close_up(*a.source, m.centre, 90 * scale);
+  for (const auto& [name, place] :
+       {std::pair{"lateral_malleolus", m.lateral}, {"medial_malleolus", m.medial}}) {
+    const auto end_of_bone = malleolus_tip(view, place, (m.centre - place).normalized(), along);
+    marks[name + at] = end_of_bone ? found(*end_of_bone, 6, "bone: tip of the malleolus")
+                                   : found(place, 10, "bone: side of the malleolus");
+  }
 }
 
 void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
@@ -293,25 +330,23 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       e.centre, e.deviation,
       e.measured ? "bone: cylinder on the trochlea and capitulum" : "bone: middle of the humeral epicondyles",
       e.radius);
-  marks["elbow_medial" + at] = found(e.medial, e.deviation + 2, "bone: humeral epicondyle");
-  marks["elbow_lateral" + at] = found(e.lateral, e.deviation + 2, "bone: humeral epicondyle");
+  put_sides(marks, "elbow", at, e, e.deviation + 2, "bone: humeral epicondyle");
 
   if (joints.end == 0) return;
   // the joint's line stands square to the forearm, between the styloids' sides just above it
   const Vector3d line = way.points[index_of(way, joints.end)];
   const Vector3d along = (line - e.centre).normalized();
   constexpr double up = 10;
-  const Section w = section_of(a, limbs, limb, line - up * along, along, 5, 40);
-  const Vector3d wrist = w.middle + up * along;
-  marks["wrist" + at] = found(wrist, 5, "bone: between radius and carpals");
-  if (way.cut) return;
-  const Vector3d hand = (way.points[index_of(way, joints.end + 90 * scale)] - wrist).normalized();
-  if (const auto finger = tip(a, wrist, hand, 240 * scale, 70)) {
-    marks["dactylion_3" + at] = found(*finger, 6, "skin: tip of the hand");
-    // de Leva (1996): wrist to third metacarpale 86.2 of 187.9 mm to the dactylion
-    marks["metacarpale_3" + at] =
-        found(wrist + 0.4588 * (*finger - wrist), 8, "proportion: between wrist and dactylion");
+  Section w = section_of(a, limbs, limb, line - up * along, along, 5, 40);
+  Vector3d wrist = w.middle + up * along;
+  // the way tells the gap to some voxels; the scan itself tells it to less
+  for (const double start : {22.0, 14.0}) {
+    const auto gap = gap_below(close_up(*a.source, wrist, 75), w, wrist, along, start * scale);
+    if (!gap || std::abs(*gap) > 25 * scale) break;
+    w = section_of(a, limbs, limb, wrist + (*gap - up) * along, along, 5, 40);
+    wrist = w.middle + up * along;
   }
+  marks["wrist" + at] = found(wrist, 5, "bone: between radius and carpals");
 }
 
 }  // namespace
@@ -322,7 +357,7 @@ JointsAlongWay leg_joints(const LimbWay& way, double scale) {
   if (knee == 0 || way.length() < knee + 20) return joints;
   const double shaft = narrowest(way, 120 * scale, knee);
   if (section(way, knee) < 2 * section(way, shaft)) return joints;
-  joints.middle = gap_near(way, knee, 40 * scale).value_or(knee);
+  joints.middle = gap_near(way, knee, 40 * scale).value_or(waist_near(way, knee, 70 * scale).value_or(knee));
 
   // past the shank's narrowest place the tibia broadens to the ankle
   const double from = joints.middle + 280 * scale, to = joints.middle + 560 * scale;
@@ -343,14 +378,14 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
   // where no gap is seen: the widest place holds trochlea, radial head and olecranon, below the joint's line
   joints.middle = gap_near(way, elbow, 30 * scale).value_or(elbow - 8 * scale);
 
-  const double from = joints.middle + 130 * scale, to = joints.middle + 340 * scale;
+  const double from = joints.middle + 190 * scale, to = joints.middle + 340 * scale;
   if (way.length() < from + 60) return joints;
-  const double thin = narrowest(way, joints.middle + 60 * scale, joints.middle + 200 * scale);
+  const double thin = middling_section(way, joints.middle + 60 * scale, from);
   // the radius's broad end, then the line of the joint; a slender one is but the widest place thereabouts
   const double last = std::min(to, way.length() - 20);
   double broad = 0;
-  for (double s = std::max(thin, from); s <= last && broad == 0; s += LimbWay::spacing)
-    if (section(way, s) >= 1.4 * section(way, thin)) broad = widest(way, s, s + 24 * scale);
+  for (double s = from; s <= last && broad == 0; s += LimbWay::spacing)
+    if (smooth_section(way, s) >= 1.25 * thin) broad = widest(way, s, s + 24 * scale);
   if (broad == 0) broad = widest(way, std::min(joints.middle + 200 * scale, last), last);
   joints.end = gap_near(way, broad, 24 * scale).value_or(broad + 9 * scale);
   return joints;

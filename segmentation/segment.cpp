@@ -7,6 +7,7 @@
 #include "segmentation/body_mask.hpp"
 #include "segmentation/bones.hpp"
 #include "segmentation/joint_centres.hpp"
+#include "segmentation/limb_tips.hpp"
 #include "segmentation/part_planes.hpp"
 #include "segmentation/slabs.hpp"
 #include "segmentation/soft_tissue.hpp"
@@ -219,13 +220,18 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   Segmentation out;
   find_limb_landmarks(a, trunk, limbs, out.landmarks);
   find_trunk_landmarks(a, trunk, out.landmarks);
-  for (const auto& [name, landmark] : options.given) out.landmarks[name] = landmark;
+  const auto put_given = [&] {
+    for (const auto& [name, landmark] : options.given) out.landmarks[name] = landmark;
+  };
+  put_given();
 
-  const PartPlanes planes(out.landmarks);
   progress(0.6, "parting bones");
-  const auto bones = label_bones(a, trunk, limbs, planes);
+  const auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
   progress(0.7, "parting soft tissue");
   const auto owner = label_soft_tissue(a, bones, options.step);
+  find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
+  put_given();
+  const PartPlanes planes(out.landmarks);
   progress(0.9, "cutting at the joints");
   out.labels = label_voxels(volume, a, owner, planes, options.threads);
   judge(a, owner, planes, out);

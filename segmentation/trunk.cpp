@@ -56,43 +56,72 @@ std::vector<Pair> pairs(const std::vector<FoundSphere>& balls, Spacing apart, do
   return out;
 }
 
-// Of the balls that the edges about two voted places agree on (a head, its socket's faces), the pair that is
-// likest: both well and closely agreed on, of one radius, and that of a head (19 to 29 mm in adults).
-Pair likeliest(const Anatomy& a, const Pair& voted) {
-  Pair best = voted;
-  best.left.deviation = best.right.deviation = 6;
-  best.score = 0;
-  const auto left = fit_balls(*a.source, voted.left.centre, 14, 36),
-             right = fit_balls(*a.source, voted.right.centre, 14, 36);
+// The balls that edges agree on about some places of one side.
+using Balls = std::vector<FoundSphere>;
+
+// Of the balls on two sides (heads, their sockets' faces, tubers, trochanters) the pair that is likeliest:
+// both well and closely agreed on, of one radius, and that of a head (19 to 29 mm in adults), as far apart
+// and as level as `fits` asks.
+template <class Fits>
+Pair likeliest(const Anatomy& a, const Balls& left, const Balls& right, Spacing apart, double level,
+               const Fits& fits) {
+  Pair best;
   // edges scatter by a quarter of the scan's resolution about a true sphere, by half of it about a compromise
-  const double scatter = 0.5 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
+  const double scatter = 0.4 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
   const auto close = [&](const FoundSphere& ball) {
     return ball.score * std::exp(-std::pow(ball.deviation / scatter, 2));
   };
   for (const auto& l : left)
     for (const auto& r : right) {
+      const Vector3d d = l.centre - r.centre;
+      if (d[0] < apart.least || d[0] > apart.most) continue;
       const double score = close(l) * close(r) * std::exp(-std::pow((l.radius - r.radius) / 2, 2)) *
-                           std::exp(-std::pow((0.5 * (l.radius + r.radius) - 25) / 7, 2));
-      if (score > best.score) best = {l, r, score};
+                           std::exp(-std::pow((0.5 * (l.radius + r.radius) - 25) / 7, 2)) *
+                           std::exp(-std::pow(d[1] / level, 2) - std::pow(d[2] / level, 2));
+      if (score > best.score && fits(l.centre, r.centre)) best = {l, r, score};
     }
   return best;
 }
 
-// Voted places may be off by a head's radius; where the likeliest heads stand far from them, they are looked
-// for again from there.
-Pair measured(const Anatomy& a, const Pair& voted) {
-  constexpr double far = 8;
-  Pair best = likeliest(a, voted);
-  Pair from = voted;
-  for (int round = 0; round < 3; ++round) {
-    if ((best.left.centre - from.left.centre).norm() < far &&
-        (best.right.centre - from.right.centre).norm() < far)
-      break;
-    from = best;
-    const Pair again = likeliest(a, from);
-    if (again.score <= best.score) break;
-    best = again;
+// The likeliest pair of heads about the best voted places. Votes alone do not tell heads from what else is
+// round thereabouts (tubers, trochanters), least of all where a coarse grid runs head and socket into one,
+// and they may be off by a head's radius: so several places are measured, and the place of the likeliest
+// heads again where those stand far from all of them.
+template <class Fits>
+std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>& votes, Spacing apart,
+                               double level, const Fits& fits) {
+  constexpr double same = 15, far = 8;  // mm; balls are looked for within 30 mm of a place
+  constexpr std::size_t most_places = 5;
+  struct Side {
+    std::vector<Vector3d> places;
+    Balls balls;
+  };
+  std::array<Side, 2> sides;
+  const auto look_about = [&](Side& side, const Vector3d& place, double reach) {
+    if (std::any_of(side.places.begin(), side.places.end(),
+                    [&](const Vector3d& other) { return (other - place).norm() < reach; }))
+      return false;
+    side.places.push_back(place);
+    const Balls more = fit_balls(*a.source, place, 14, 36);
+    side.balls.insert(side.balls.end(), more.begin(), more.end());
+    return true;
+  };
+  const auto voted = pairs(votes, apart, level, fits);
+  if (voted.empty()) return std::nullopt;
+  for (const Pair& pair : voted) {
+    if (sides[0].places.size() < most_places) look_about(sides[0], pair.left.centre, same);
+    if (sides[1].places.size() < most_places) look_about(sides[1], pair.right.centre, same);
   }
+  Pair best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits);
+  for (int round = 0; round < 3 && best.score > 0; ++round) {
+    const bool left = look_about(sides[0], best.left.centre, far),
+               right = look_about(sides[1], best.right.centre, far);
+    if (!left && !right) break;
+    best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits);
+  }
+  if (best.score > 0) return best;
+  best = voted[0];
+  best.left.deviation = best.right.deviation = 6;
   return best;
 }
 
@@ -102,11 +131,10 @@ void find_hips(const Anatomy& a, const std::vector<FoundSphere>& balls, Trunk& t
     // deep inside one body, with the sacrum behind and above between them
     return depth_at(a, m) > 30 && bone_share(a, m + Vector3d(0, 45, 75), Vector3d(25, 45, 40)) > 0.06;
   };
-  const auto found = pairs(balls, hips_apart, 25, fits);
-  if (found.empty()) return;
-  const Pair heads = measured(a, found[0]);
-  trunk.hip[left_side] = heads.left;
-  trunk.hip[right_side] = heads.right;
+  const auto heads = find_heads(a, balls, hips_apart, 25, fits);
+  if (!heads) return;
+  trunk.hip[left_side] = heads->left;
+  trunk.hip[right_side] = heads->right;
 }
 
 void find_shoulders(const Anatomy& a, const std::vector<FoundSphere>& balls, Trunk& trunk) {
@@ -118,11 +146,10 @@ void find_shoulders(const Anatomy& a, const std::vector<FoundSphere>& balls, Tru
       return false;
     return depth_at(a, m) > 20 && bone_share(a, m + Vector3d(0, 20, 0), Vector3d(30, 60, 40)) > 0.03;
   };
-  const auto found = pairs(balls, shoulders_apart, 50, fits);
-  if (found.empty()) return;
-  const Pair heads = measured(a, found[0]);
-  trunk.shoulder[left_side] = heads.left;
-  trunk.shoulder[right_side] = heads.right;
+  const auto heads = find_heads(a, balls, shoulders_apart, 50, fits);
+  if (!heads) return;
+  trunk.shoulder[left_side] = heads->left;
+  trunk.shoulder[right_side] = heads->right;
 }
 
 // sum of the depth within bone over a box about each voxel of a slice: vertebral bodies rather than their

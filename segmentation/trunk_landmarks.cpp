@@ -1,7 +1,9 @@
 #include "segmentation/trunk_landmarks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -211,11 +213,44 @@ Vector3d near_vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
   return centre;
 }
 
+// The roundest bone's middle about a point: of the places near it, mostly in front (the arch is thinner),
+// that from which bone reaches farthest in every direction of the slices above and below the level.
+Vector3d body_middle(const CloseUp& view, const Vector3d& near) {
+  static const std::array<Vector3d, 8> spokes = [] {
+    std::array<Vector3d, 8> out;
+    for (std::size_t n = 0; n < out.size(); ++n) {
+      const double angle = std::numbers::pi / 4 * static_cast<double>(n);
+      out[n] = {std::cos(angle), std::sin(angle), 0};
+    }
+    return out;
+  }();
+  constexpr double bone = 130;
+  Vector3d best = near;
+  double most = 0;
+  for (double y = -18; y <= 6; y += 3)
+    for (double x = -6; x <= 6; x += 3) {
+      double sum = 0;
+      for (const double z : {-14.0, -10.5, -7.0, 7.0, 10.5, 14.0}) {
+        const Vector3d from = near + Vector3d(x, y, z);
+        if (view.at(from) < bone) continue;
+        double least = 20;
+        for (const auto& spoke : spokes) {
+          const auto falls = falls_along(view, from, spoke, 1, least);
+          if (!falls.empty()) least = falls.front();
+        }
+        sum += least;
+      }
+      if (sum > most) most = sum, best = near + Vector3d(x, y, 0);
+    }
+  return best;
+}
+
 // The middle of the column at a level: half way between the faces of the vertebral bodies just above and
 // below it, front to back (the canal behind them is soft) and side to side.
 Vector3d vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
   Vector3d middle = near_vertebral_body(a, trunk, z);
-  const CloseUp view = close_up(*a.source, middle, 50);
+  const CloseUp view = close_up(*a.source, middle, 60);
+  middle = body_middle(view, middle);
   for (int round = 0; round < 2; ++round) {
     Vector3d sum = Vector3d::Zero();
     int sides = 0;
@@ -282,8 +317,9 @@ std::optional<double> first_rib(const Anatomy& a, const Trunk& trunk, double nea
 std::optional<double> disc_within(const Anatomy& a, const Trunk& trunk, double low, double high) {
   std::vector<double> level;
   const Eigen::Matrix3d to_index = a.source->grid.axes.inverse();
+  const Vector3d lower = vertebral_body(a, trunk, low), upper = vertebral_body(a, trunk, high);
   const auto at = [&](double z) {
-    const Vector3d centre = near_vertebral_body(a, trunk, z);
+    const Vector3d centre = lower + (z - low) / (high - low) * (upper - lower);
     double sum = 0;
     int count = 0;
     for (double x = -6; x <= 6; x += 2)
@@ -335,6 +371,29 @@ std::optional<Vector3d> find_vertex(const Anatomy& a, const Vector3d& neck, doub
   return std::nullopt;
 }
 
+// The hindmost bone behind the disc between C7 and T1, where the spinous process of C7 ends: those of C6 and
+// T1 end a vertebra's height above and below.
+std::optional<Vector3d> spinous_tip(const Anatomy& a, const Vector3d& disc, double scale) {
+  const CloseUp view = close_up(*a.source, disc + Vector3d(0, 40 * scale, 0), 60 * scale);
+  std::vector<Vector3d> ends;
+  for (double z = -10; z <= 10; z += 1)
+    for (double x = -8; x <= 8; x += 1) {
+      const Vector3d from = disc + scale * Vector3d(x, 0, z);
+      const auto falls = falls_along(view, from, Vector3d::UnitY(), 18 * scale, 75 * scale);
+      if (!falls.empty()) ends.push_back(from + Vector3d(0, falls.back(), 0));
+    }
+  if (ends.size() < 6) return std::nullopt;
+  const auto last = std::max_element(ends.begin(), ends.end(),
+                                     [](const Vector3d& p, const Vector3d& q) { return p[1] < q[1]; });
+  Vector3d sum = Vector3d::Zero();
+  int count = 0;
+  for (const auto& p : ends)
+    if (p[1] > (*last)[1] - 2.5) sum += p, ++count;
+  Vector3d tip = sum / count;
+  tip[1] = (*last)[1];
+  return tip;
+}
+
 void find_neck(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   Landmark neck;
@@ -367,6 +426,9 @@ void find_neck(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
   }
   neck.point = vertebral_body(a, trunk, z);
   marks["neck"] = neck;
+  if (const auto tip = spinous_tip(a, neck.point, trunk.scale))
+    marks["cervicale"] = {*tip, neck.deviation + 2, 0,
+                          "bone: hindmost point of the seventh cervical vertebra"};
 }
 
 }  // namespace

@@ -1,0 +1,159 @@
+#include "segmentation/limb_tips.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "segmentation/parts.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Flesh {
+  std::vector<Vector3d> body, bone;  // voxel centres, mm
+};
+
+Flesh flesh_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& part) {
+  Flesh flesh;
+  const auto label = static_cast<std::uint8_t>(part_label(part));
+  const auto& g = a.grid();
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        if (owner.at(i, j, k) != label || !a.body.at(i, j, k)) continue;
+        const Vector3d p =
+            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        flesh.body.push_back(p);
+        if (a.bone.at(i, j, k)) flesh.bone.push_back(p);
+      }
+  return flesh;
+}
+
+// an end's last layer, whose middle is taken so that a blunt end has its middle and not a chance voxel
+double layer(const Anatomy& a) { return std::max(5.0, 1.5 * a.step()); }
+
+// The end of some places along a direction: the middle of the last layer, put on the farthest place's face.
+std::optional<Vector3d> end_along(const Anatomy& a, const std::vector<Vector3d>& places,
+                                  const Vector3d& direction, double thick) {
+  double farthest = -1e9;
+  for (const auto& p : places) farthest = std::max(farthest, p.dot(direction));
+  Vector3d sum = Vector3d::Zero();
+  int count = 0;
+  for (const auto& p : places)
+    if (p.dot(direction) > farthest - thick) sum += p, ++count;
+  if (count == 0) return std::nullopt;
+  const Vector3d middle = sum / count;
+  return Vector3d(middle + (farthest + 0.5 * a.step() - middle.dot(direction)) * direction);
+}
+
+// The place farthest from the wrist: of the fingers' tips the third's, however the hand is turned in the
+// wrist.
+std::optional<Vector3d> finger_tip(const Anatomy& a, const std::vector<Vector3d>& hand,
+                                   const Vector3d& wrist) {
+  const Vector3d* last = nullptr;
+  for (const auto& p : hand)
+    if (!last || (p - wrist).squaredNorm() > (*last - wrist).squaredNorm()) last = &p;
+  if (!last) return std::nullopt;
+  const double farthest = (*last - wrist).norm();
+  constexpr double finger = 14;  // no farther from the farthest place than a finger is thick
+  Vector3d sum = Vector3d::Zero();
+  int count = 0;
+  for (const auto& p : hand)
+    if ((p - *last).norm() < finger && (p - wrist).norm() > farthest - layer(a)) sum += p - wrist, ++count;
+  const Vector3d direction = (sum / count).normalized();
+  return Vector3d(wrist + (farthest + 0.5 * a.step()) * direction);
+}
+
+// unit, along which places spread most
+Vector3d longest_axis(const std::vector<Vector3d>& places) {
+  Vector3d mean = Vector3d::Zero();
+  for (const auto& p : places) mean += p;
+  mean /= static_cast<double>(places.size());
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const auto& p : places) spread += (p - mean) * (p - mean).transpose();
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+}
+
+struct FootAxes {
+  Vector3d forward, down;  // unit: along the sole to the toes, square to the sole
+};
+
+// Forward as the foot's bones spread, then along the sole: through what lies lowest under heel and ball.
+FootAxes foot_axes(const Anatomy& a, const Flesh& foot, const Vector3d& ankle, const Vector3d& shank) {
+  Vector3d mean = Vector3d::Zero();
+  for (const auto& p : foot.bone) mean += p;
+  mean /= static_cast<double>(foot.bone.size());
+  Vector3d forward = longest_axis(foot.bone);
+  if (forward.dot(mean - ankle) < 0) forward = -forward;
+  Vector3d down = (shank - shank.dot(forward) * forward).normalized();
+  const Vector3d across = forward.cross(down);
+  for (int round = 0; round < 3; ++round) {
+    double first = 1e9, last = -1e9;
+    for (const auto& p : foot.body) {
+      first = std::min(first, p.dot(forward));
+      last = std::max(last, p.dot(forward));
+    }
+    std::vector<Vector3d> heel, ball;
+    for (const auto& p : foot.body) {
+      const double t = (p.dot(forward) - first) / (last - first);
+      if (t < 0.3) heel.push_back(p);
+      if (t > 0.55 && t < 0.85) ball.push_back(p);
+    }
+    const auto rear = end_along(a, heel, down, 0.75 * layer(a)),
+               front = end_along(a, ball, down, 0.75 * layer(a));
+    if (!rear || !front) break;
+    Vector3d along = *front - *rear;
+    along -= along.dot(across) * across;
+    if (along.normalized().dot(forward) < 0.8) break;  // no sole, then: a piece of a foot
+    forward = along.normalized();
+    down = across.cross(forward);
+  }
+  return {forward, down};
+}
+
+void find_hand_end(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& side,
+                   Landmarks& marks) {
+  const Vector3d wrist = marks.at("wrist" + side).point;
+  const auto finger = finger_tip(a, flesh_of(a, owner, "hand" + side).body, wrist);
+  if (!finger) return;
+  marks["dactylion_3" + side] = {*finger, 6, 0, "skin: tip of the hand"};
+  // de Leva (1996): wrist to third metacarpale 86.2 of 187.9 mm to the dactylion
+  marks["metacarpale_3" + side] = {wrist + 0.4588 * (*finger - wrist), 8, 0,
+                                   "proportion: between wrist and dactylion"};
+}
+
+void find_foot_ends(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& side,
+                    double scale, Landmarks& marks) {
+  const Vector3d ankle = marks.at("ankle" + side).point;
+  const auto knee = marks.find("knee" + side);
+  const Flesh foot = flesh_of(a, owner, "foot" + side);
+  if (knee == marks.end() || foot.bone.size() < 4) return;
+  const FootAxes axes = foot_axes(a, foot, ankle, (ankle - knee->second.point).normalized());
+  if (const auto toe = end_along(a, foot.body, axes.forward, layer(a)))
+    marks["toe_tip" + side] = {*toe, 5, 0, "skin: foremost point of the foot"};
+  // what lies above is the heel's tendon
+  std::vector<Vector3d> below;
+  for (const auto& p : foot.body)
+    if ((p - ankle).dot(axes.down) > 10 * scale) below.push_back(p);
+  if (const auto heel = end_along(a, below, -axes.forward, layer(a)))
+    marks["heel" + side] = {*heel, 6, 0, "skin: hindmost point of the foot"};
+}
+
+}  // namespace
+
+void find_limb_tips(const Anatomy& a, const Limbs& limbs, const Volume<std::uint8_t>& owner, double scale,
+                    Landmarks& marks) {
+  for (const int side : {left_side, right_side}) {
+    const std::string at = side_suffix(side);
+    if (!limbs.arm(side).cut && marks.contains("wrist" + at)) find_hand_end(a, owner, at, marks);
+    if (!limbs.leg(side).cut && marks.contains("ankle" + at)) find_foot_ends(a, owner, at, scale, marks);
+  }
+}
+
+}  // namespace borelli
