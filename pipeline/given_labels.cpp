@@ -32,8 +32,9 @@ Segmentation segmentation_of(LabelMap labels, Landmarks landmarks) {
     part.volume = static_cast<double>(voxels[label]) * found.labels.grid.voxel_volume();
     part.confidence = 1;
     if (voxels[label] == 0) continue;
-    part.coverage =
-        touches_border(found.labels, static_cast<std::uint8_t>(label)) ? Coverage::cut : Coverage::whole;
+    const bool cut = touches_border(found.labels, static_cast<std::uint8_t>(label));
+    part.coverage = cut ? Coverage::cut : Coverage::whole;
+    if (cut) part.note = "reaches the scan's edge";
   }
   return found;
 }

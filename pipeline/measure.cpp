@@ -74,7 +74,11 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
 
 Completeness judge(InertiaRow& row, double edge, const PartCompleteness& completeness) {
   const auto told = completeness.find(row.part);
-  if (told != completeness.end() && told->second != Completeness::absent) return told->second;
+  if (told != completeness.end() && told->second.held != Completeness::absent) {
+    if (told->second.held == Completeness::cut && !told->second.why.empty())
+      row.notes.push_back(told->second.why);
+    return told->second.held;
+  }
   if (edge >= 0.1) {
     row.notes.push_back("reaches the scan's edge");
     return Completeness::cut;
@@ -87,10 +91,11 @@ Completeness judge(InertiaRow& row, double edge, const PartCompleteness& complet
 PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& findings) {
   PartCompleteness completeness;
   for (std::size_t label = 1; label < parts.size(); ++label)
-    completeness[std::string(parts[label].name)] =
+    completeness[std::string(parts[label].name)] = {
         findings[label].coverage == Coverage::whole ? Completeness::whole
         : findings[label].coverage == Coverage::cut ? Completeness::cut
-                                                    : Completeness::absent;
+                                                    : Completeness::absent,
+        findings[label].note};
   return completeness;
 }
 

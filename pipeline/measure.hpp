@@ -27,16 +27,22 @@ struct MeasureOptions {
   int threads = 0;                  ///< 0: as many as the machine has
 };
 
-/// How much of each part a scan holds, by the part's name.
-using PartCompleteness = std::map<std::string, Completeness, std::less<>>;
+/// How much of a part a scan holds; of a cut one, why.
+struct PartHeld {
+  Completeness held = Completeness::whole;
+  std::string why;  ///< "reaches the scan's edge", "holds hand too: no wrist was found" ...
+};
+/// By the part's name.
+using PartCompleteness = std::map<std::string, PartHeld, std::less<>>;
 
-/// The same as our segmentation found it.
+/// The same as our segmentation found it: a cut part's note says why.
 PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& findings);
 
 /// A row for each name of the label map but "outside" (absent where it has no voxel), and the whole. The two
 /// grids must agree to a hundredth of a voxel; the volume's is used. `completeness` tells of parts by name;
-/// those that it does not tell of are judged by edge_share. Errors: volumes that hold neither CT numbers nor
-/// densities, another grid, an unknown curve or sex, no labelled voxel.
+/// those that it does not tell of are judged by edge_share. The reason why a part is cut is the first of its
+/// row's notes. Errors: volumes that hold neither CT numbers nor densities, another grid, an unknown curve or
+/// sex, no labelled voxel.
 Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
                              const MeasureOptions& options = {}, const PartCompleteness& completeness = {});
 

@@ -270,7 +270,8 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<std::string>&
       continue;
     }
     if (row.completeness == Completeness::cut)
-      warnings.push_back(row.part + " is cut by the scan's edge; the scene moves the piece that is there");
+      warnings.push_back(row.part + " is cut" + (row.notes.empty() ? "" : " (" + row.notes.front() + ")") +
+                         "; the scene moves what its label holds");
     present[row.part] = row.inertial;
   }
   return present;

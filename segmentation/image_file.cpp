@@ -1,7 +1,10 @@
 #include "segmentation/image_file.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <bit>
+#include <filesystem>
 #include <limits>
 #include <new>
 
@@ -87,6 +90,22 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
 } catch (const std::bad_alloc&) {
   return failure(header.data_file, "does not fit into memory: " + std::to_string(header.grid.count()) +
                                        " voxels of " + std::string(scalar_name(header.scalar)));
+}
+
+Result<std::string> named_data_file(const std::string& path, std::string_view file, std::string_view joined) {
+  if (file.starts_with("LIST") || file.find('%') != std::string_view::npos)
+    return failure(path, fmt::format("keeps its slices in separate files; join them into one {}", joined));
+  return (std::filesystem::path(path).parent_path() / file).string();
+}
+
+Result<std::uint64_t> voxels_at_end(const ImageHeader& header) {
+  const auto source = ByteSource::open(header.data_file, ByteSource::Packing::plain);
+  if (!source) return tl::unexpected(source.error());
+  const std::uint64_t need = header.grid.count() * scalar_bytes(header.scalar);
+  if (source->file_size() < need)
+    return failure(header.data_file, fmt::format("is cut off: its header promises {} bytes, it has {}", need,
+                                                 source->file_size()));
+  return source->file_size() - need;
 }
 
 }  // namespace borelli

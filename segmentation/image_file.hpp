@@ -8,6 +8,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "segmentation/byte_stream.hpp"
@@ -72,6 +73,14 @@ Result<void> write_metaimage(const std::string& path, const Grid& grid, Scalar s
 
 /// The largest |cosine| between two of the grid's axes: 0 where they are orthogonal.
 double shear(const Grid& grid);
+
+/// The file of voxels that a text header at `path` names, beside it. Errors: a list or pattern of slices'
+/// files; `joined` is the ending of one file that would be read.
+Result<std::string> named_data_file(const std::string& path, std::string_view file, std::string_view joined);
+
+/// Where the voxels start that are the last bytes of the header's plain data file. Errors: a file that cannot
+/// be read or is too short.
+Result<std::uint64_t> voxels_at_end(const ImageHeader& header);
 
 /// Calls f(T{}) with T the C++ type of `scalar`.
 template <class F>

@@ -57,11 +57,11 @@ double middling_section(const LimbWay& way, double from, double to) {
 std::optional<double> waist_near(const LimbWay& way, double broad, double reach) {
   const double at = section(way, broad);
   std::optional<double> best;
-  double rise = 0.12 * at;
+  double rise = 0.2 * at;
   for (std::size_t q = index_of(way, broad - reach); q <= index_of(way, broad + reach); ++q) {
     const double s = LimbWay::spacing * static_cast<double>(q);
     const double low = narrowest(way, std::min(s, broad), std::max(s, broad));
-    if (way.section[q] < 0.6 * at || way.section[q] - section(way, low) <= rise) continue;
+    if (way.section[q] < 0.75 * at || way.section[q] - section(way, low) <= rise) continue;
     rise = way.section[q] - section(way, low);
     best = low;
   }
@@ -231,28 +231,33 @@ std::optional<Vector3d> malleolus_tip(const CloseUp& view, const Vector3d& side,
 // gap.
 std::optional<double> gap_below(const CloseUp& view, const Section& section, const Vector3d& line,
                                 const Vector3d& along, double up) {
-  constexpr double bone = 150;
+  constexpr double bone = 165, most = 16;               // CT number; the gap, mm
+  const double least = std::max(1.5, 0.9 * view.blur);  // less may be noise at a bone's side
   const Vector3d deep = along.cross(section.wide);
-  std::vector<double> middles;
+  const Vector3d middle = section.middle + (line - section.middle).dot(along) * along - up * along;
+  std::vector<double> ends, starts;  // of the bone, and of the next one below it
   for (double x = -24; x <= 24; x += 3)
     for (double y = -12; y <= 12; y += 3) {
-      const Vector3d from = section.middle + x * section.wide + y * deep +
-                            (line - section.middle).dot(along) * along - up * along;
+      const Vector3d from = middle + x * section.wide + y * deep;
       if (view.at(from) < bone) continue;
-      const auto falls = falls_along(view, from, along, 2, up + 30);
-      if (falls.empty()) continue;
-      const double edge = view.at(from + falls.front() * along);
-      for (double r = falls.front() + 1; r < falls.front() + 16; r += 0.5)
-        if (view.at(from + r * along) > edge) {
-          if (r > falls.front() + 2) middles.push_back(0.5 * (falls.front() + r) - up);
-          break;
-        }
+      double end = 0;  // of the bone, while the line is in the gap
+      for (double r = 0; r < up + 35; r += 0.5) {
+        const bool in_bone = view.at(from + r * along) >= bone;
+        if (end == 0 && !in_bone) end = r;
+        if (end > 0 && in_bone && r < end + least) end = 0;
+        if (end == 0 || (!in_bone && r < end + most)) continue;
+        if (in_bone) ends.push_back(end), starts.push_back(r);
+        break;
+      }
     }
-  if (middles.size() < 6) return std::nullopt;
-  std::sort(middles.begin(), middles.end());
+  if (ends.size() < 6) return std::nullopt;
+  std::sort(ends.begin(), ends.end());
+  std::sort(starts.begin(), starts.end());
+  const std::size_t quarter = ends.size() / 4, half = ends.size() / 2;
   // a shaft's lines that leave it sideways see no gap, or one anywhere
-  if (middles[3 * middles.size() / 4] - middles[middles.size() / 4] > 8) return std::nullopt;
-  return middles[middles.size() / 2];
+  if (ends[3 * quarter] - ends[quarter] > 8) return std::nullopt;
+  // some lines pass between the next bones to those after them
+  return 0.5 * (ends[half] + starts[quarter]) - up;
 }
 
 Vector3d body_left(const Trunk& trunk) {
@@ -301,7 +306,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   for (const auto& [name, place] :
        {std::pair{"lateral_malleolus", m.lateral}, {"medial_malleolus", m.medial}}) {
     const auto end_of_bone = malleolus_tip(view, place, (m.centre - place).normalized(), along);
-    marks[name + at] = end_of_bone ? found(*end_of_bone, 6, "bone: tip of the malleolus")
+    marks[name + at] = end_of_bone ? found(*end_of_bone, 4, "bone: tip of the malleolus")
                                    : found(place, 10, "bone: side of the malleolus");
   }
 }
@@ -340,12 +345,15 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   Section w = section_of(a, limbs, limb, line - up * along, along, 5, 40);
   Vector3d wrist = w.middle + up * along;
   // the way tells the gap to some voxels; the scan itself tells it to less
-  for (const double start : {22.0, 14.0}) {
-    const auto gap = gap_below(close_up(*a.source, wrist, 75), w, wrist, along, start * scale);
-    if (!gap || std::abs(*gap) > 25 * scale) break;
-    w = section_of(a, limbs, limb, wrist + (*gap - up) * along, along, 5, 40);
-    wrist = w.middle + up * along;
-  }
+  const CloseUp view = close_up(*a.source, wrist, 90);
+  for (int round = 0; round < 2; ++round)
+    for (const double start : {10.0, 22.0}) {
+      const auto gap = gap_below(view, w, wrist, along, start * scale);
+      if (!gap || std::abs(*gap) > 25 * scale) continue;
+      w = section_of(a, limbs, limb, wrist + (*gap - up) * along, along, 5, 40);
+      wrist = w.middle + up * along;
+      break;
+    }
   marks["wrist" + at] = found(wrist, 5, "bone: between radius and carpals");
 }
 

@@ -19,16 +19,22 @@ struct Flesh {
   std::vector<Vector3d> body, bone;  // voxel centres, mm
 };
 
-Flesh flesh_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& part) {
+// A hand's or foot's own flesh, with what the bone before it owns beyond the joint (near joints bones decide
+// by nearness, and a heel may fall to the shank).
+Flesh flesh_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& part,
+               const std::string& before, const Vector3d& joint, const Vector3d& outwards) {
   Flesh flesh;
-  const auto label = static_cast<std::uint8_t>(part_label(part));
+  const auto label = static_cast<std::uint8_t>(part_label(part)),
+             nearer = static_cast<std::uint8_t>(part_label(before));
   const auto& g = a.grid();
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        if (owner.at(i, j, k) != label || !a.body.at(i, j, k)) continue;
+        const auto own = owner.at(i, j, k);
+        if ((own != label && own != nearer) || !a.body.at(i, j, k)) continue;
         const Vector3d p =
             g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        if (own == nearer && (p - joint).dot(outwards) < 0) continue;
         flesh.body.push_back(p);
         if (a.bone.at(i, j, k)) flesh.bone.push_back(p);
       }
@@ -93,6 +99,7 @@ FootAxes foot_axes(const Anatomy& a, const Flesh& foot, const Vector3d& ankle, c
   if (forward.dot(mean - ankle) < 0) forward = -forward;
   Vector3d down = (shank - shank.dot(forward) * forward).normalized();
   const Vector3d across = forward.cross(down);
+  const FootAxes by_bones{forward, down};
   for (int round = 0; round < 3; ++round) {
     double first = 1e9, last = -1e9;
     for (const auto& p : foot.body) {
@@ -110,7 +117,8 @@ FootAxes foot_axes(const Anatomy& a, const Flesh& foot, const Vector3d& ankle, c
     if (!rear || !front) break;
     Vector3d along = *front - *rear;
     along -= along.dot(across) * across;
-    if (along.normalized().dot(forward) < 0.8) break;  // no sole, then: a piece of a foot
+    // twenty degrees from the bones' line is no sole, but a foot bent or a piece of one
+    if (along.normalized().dot(by_bones.forward) < 0.94) return by_bones;
     forward = along.normalized();
     down = across.cross(forward);
   }
@@ -120,7 +128,10 @@ FootAxes foot_axes(const Anatomy& a, const Flesh& foot, const Vector3d& ankle, c
 void find_hand_end(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& side,
                    Landmarks& marks) {
   const Vector3d wrist = marks.at("wrist" + side).point;
-  const auto finger = finger_tip(a, flesh_of(a, owner, "hand" + side).body, wrist);
+  const auto elbow = marks.find("elbow" + side);
+  if (elbow == marks.end()) return;
+  const Flesh hand = flesh_of(a, owner, "hand" + side, "forearm" + side, wrist, wrist - elbow->second.point);
+  const auto finger = finger_tip(a, hand.body, wrist);
   if (!finger) return;
   marks["dactylion_3" + side] = {*finger, 6, 0, "skin: tip of the hand"};
   // de Leva (1996): wrist to third metacarpale 86.2 of 187.9 mm to the dactylion
@@ -132,9 +143,11 @@ void find_foot_ends(const Anatomy& a, const Volume<std::uint8_t>& owner, const s
                     double scale, Landmarks& marks) {
   const Vector3d ankle = marks.at("ankle" + side).point;
   const auto knee = marks.find("knee" + side);
-  const Flesh foot = flesh_of(a, owner, "foot" + side);
-  if (knee == marks.end() || foot.bone.size() < 4) return;
-  const FootAxes axes = foot_axes(a, foot, ankle, (ankle - knee->second.point).normalized());
+  if (knee == marks.end()) return;
+  const Vector3d shank = (ankle - knee->second.point).normalized();
+  const Flesh foot = flesh_of(a, owner, "foot" + side, "shank" + side, ankle, shank);
+  if (foot.bone.size() < 4) return;
+  const FootAxes axes = foot_axes(a, foot, ankle, shank);
   if (const auto toe = end_along(a, foot.body, axes.forward, layer(a)))
     marks["toe_tip" + side] = {*toe, 5, 0, "skin: foremost point of the foot"};
   // what lies above is the heel's tendon

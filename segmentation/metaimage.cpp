@@ -127,9 +127,9 @@ Result<void> locate_voxels(const std::string& path, const MetaImage& meta, Image
     header.file_offset = meta.header_bytes;
     return {};
   }
-  if (file.starts_with("LIST") || file.find('%') != std::string_view::npos)
-    return failure(path, "keeps its slices in separate files; join them into one .mha");
-  header.data_file = (std::filesystem::path(path).parent_path() / file).string();
+  auto beside = named_data_file(path, file, ".mha");
+  if (!beside) return tl::unexpected(beside.error());
+  header.data_file = std::move(*beside);
   const auto skip = numbers_in(meta.tag("HeaderSize"));
   const double bytes = skip.empty() ? 0 : skip[0];
   if (!(bytes >= -1 && bytes < 1e12)) return failure(path, "has a damaged header: HeaderSize is absurd");
@@ -137,13 +137,9 @@ Result<void> locate_voxels(const std::string& path, const MetaImage& meta, Image
     header.file_offset = static_cast<std::uint64_t>(bytes);
     return {};
   }
-  auto source = ByteSource::open(header.data_file, ByteSource::Packing::plain);
-  if (!source) return tl::unexpected(source.error());
-  const std::uint64_t need = header.grid.count() * scalar_bytes(header.scalar);
-  if (source->file_size() < need)
-    return failure(header.data_file, fmt::format("is cut off: its header promises {} bytes, it has {}", need,
-                                                 source->file_size()));
-  header.file_offset = source->file_size() - need;
+  const auto start_of_voxels = voxels_at_end(header);
+  if (!start_of_voxels) return tl::unexpected(start_of_voxels.error());
+  header.file_offset = *start_of_voxels;
   return {};
 }
 

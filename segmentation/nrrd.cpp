@@ -202,9 +202,9 @@ Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeade
   header.data_file = path;
   header.file_offset = nrrd.header_bytes;
   if (!file.empty()) {
-    if (file.starts_with("LIST") || file.find('%') != std::string_view::npos)
-      return failure(path, "keeps its slices in separate files; join them into one .nrrd");
-    header.data_file = (std::filesystem::path(path).parent_path() / file).string();
+    auto beside = named_data_file(path, file, ".nrrd");
+    if (!beside) return tl::unexpected(beside.error());
+    header.data_file = std::move(*beside);
     header.file_offset = 0;
   }
   const auto number = [&](std::string_view one, std::string_view other) {
@@ -224,13 +224,9 @@ Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeade
   }
   // -1: the voxels are the last bytes of the file
   if (gzip) return failure(path, "has 'byte skip: -1' on compressed voxels, which has no meaning");
-  auto source = ByteSource::open(header.data_file, ByteSource::Packing::plain);
-  if (!source) return tl::unexpected(source.error());
-  const std::uint64_t need = header.grid.count() * scalar_bytes(header.scalar);
-  if (source->file_size() < need)
-    return failure(header.data_file, fmt::format("is cut off: its header promises {} bytes, it has {}", need,
-                                                 source->file_size()));
-  header.file_offset = source->file_size() - need;
+  const auto start_of_voxels = voxels_at_end(header);
+  if (!start_of_voxels) return tl::unexpected(start_of_voxels.error());
+  header.file_offset = *start_of_voxels;
   return {};
 }
 

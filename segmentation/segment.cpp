@@ -96,6 +96,7 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
     finding.volume = static_cast<double>(count[n]) * out.labels.grid.voxel_volume();
     if (count[n] == 0) continue;
     finding.coverage = contact[n] > 100 ? Coverage::cut : Coverage::whole;
+    if (finding.coverage == Coverage::cut) finding.note = "reaches the scan's edge";
     finding.confidence = 1;
     for (const Part& other : parts) {
       if (other.joint.empty() || (other.name != parts[n].name && other.parent != parts[n].name)) continue;

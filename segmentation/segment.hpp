@@ -32,7 +32,8 @@ struct PartFinding {
   double volume = 0;  ///< of its labelled voxels, mm^3
   /// 0 to 1: falls with the deviation of the landmarks that bound the part (1 at none, 0.37 at 30 mm).
   double confidence = 0;
-  std::string note;  ///< in plain words, empty where nothing is to be said
+  /// In plain words, empty where nothing is to be said; of a cut part first why it is cut.
+  std::string note;
 };
 
 struct Segmentation {

@@ -19,6 +19,7 @@ namespace fs = std::filesystem;
 struct Asked {
   RunSettings run;
   std::string out, quantity;
+  bool work_grid_chosen = false;
 };
 
 // the subject's name where none is given: the file's without its endings, or the folder's
@@ -50,6 +51,10 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
     if (!quantity) return tl::unexpected(quantity.error());
     settings.quantity = *quantity;
   }
+  if (settings.labels.empty() && !settings.label_names.empty())
+    return bad_use("--label-names", "names the labels of a map that --labels gives: give both, or neither");
+  if (!settings.labels.empty() && asked.work_grid_chosen)
+    return bad_use("--work-grid", "is for finding parts, and --labels gives them: leave one of the two out");
   if (settings.subject.empty()) settings.subject = name_of_input(settings.volume);
   if (settings.subject.find('/') != std::string::npos || settings.subject.starts_with('.'))
     return bad_use("--subject " + settings.subject, "names a folder; it may not hold '/' nor begin with '.'");
@@ -120,6 +125,10 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_flag("--allow-untrusted", s.untrusted_is_fine,
                  "Go on with a motion that its certificate does not trust");
   verb->callback([&command, asked, verb] {
+    asked->work_grid_chosen = verb->count("--work-grid") > 0;
+    // where labels are given no grid is for finding parts: the settings kept say none, and run again as they
+    // are
+    if (!asked->run.labels.empty()) verb->get_option("--work-grid")->configurable(false);
     asked->run.settings_text = settings_text(*verb);
     command.work = [asked](const Command& chosen) { return work(*asked, chosen); };
   });

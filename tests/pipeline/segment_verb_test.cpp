@@ -54,6 +54,17 @@ TEST(SegmentVerb, LeavesLabelsLandmarksAndAccount) {
   EXPECT_LT((landmarks->at("shoulder_left").point - body->landmarks.at("shoulder_left").point).norm(), 4);
 }
 
+TEST(RunVerb, OptionsWithoutEffectAreRefused) {
+  const TestFolder folder;
+  const std::string run = "run " + (folder / "scan.nii.gz").string() + " -o " + (folder / "out").string();
+  for (const char* options : {" --label-names names.tsv", " --labels map.nii.gz --work-grid 4"}) {
+    const auto refused = run_program(run + options);
+    EXPECT_EQ(refused.code, 2) << options;
+    EXPECT_NE(refused.err.find("--labels"), std::string::npos) << refused.err;
+  }
+  EXPECT_EQ(folder.count(), 0);
+}
+
 TEST(SegmentVerb, BadUseAndFailureAreTold) {
   const TestFolder folder;
   const auto missing =

@@ -239,6 +239,21 @@ TEST(Skeleton, PartsThatAreMissingAreNotInvented) {
   EXPECT_FALSE(build_skeleton({}, made.phantom.landmarks));
 }
 
+TEST(Skeleton, CutPartsAreTakenWithTheReasonThatTheirRowGives) {
+  InertiaTable table;
+  InertiaRow row;
+  row.part = "forearm_left";
+  row.completeness = Completeness::cut;
+  row.notes = {"holds hand too: no wrist was found"};
+  row.inertial.mass = 1;
+  table.rows.push_back(row);
+  std::vector<std::string> warnings;
+  EXPECT_TRUE(movable_parts(table, warnings).contains("forearm_left"));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("no wrist was found"), std::string::npos) << warnings[0];
+  EXPECT_EQ(warnings[0].find("edge"), std::string::npos) << warnings[0];
+}
+
 TEST(Skeleton, JointInertiaIsThatOfTwoBodiesOnAHinge) {
   // two uniform bars of 1 m hinged at their ends: each has m l^2 / 3 about the hinge
   const Inertial bar{3, {0, 0, -0.5}, Vector3d(0.25, 0.25, 0).asDiagonal()};
