@@ -116,9 +116,10 @@ TEST(Measure, ScanCutAcrossTheThighs) {
   }
   EXPECT_EQ(table->whole.completeness, Completeness::cut);
   // what another stage knows better is taken from it
-  const auto told =
-      measure(scan.grey, scan.labels, standing().landmarks, options, {{"head", Completeness::cut}});
+  const auto told = measure(scan.grey, scan.labels, standing().landmarks, options,
+                            {{"head", {Completeness::cut, "its neck was not found"}}});
   EXPECT_EQ(told->rows[0].completeness, Completeness::cut);
+  EXPECT_EQ(told->rows[0].notes.at(0), "its neck was not found");
 }
 
 TEST(Measure, RefusesWhatDoesNotBelongTogether) {

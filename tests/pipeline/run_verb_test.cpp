@@ -199,7 +199,7 @@ TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
   const std::string run = path("scan.mhd") + words("007") +
                           " --pose \"on \\\"one's\\\" side\" --sex female --allow-untrusted"
                           " --tolerance 3.0000000000000004e-7 --somersault-rate -123.456 --tuck +.25"
-                          " --density-curve mcsquare --work-grid 4 --method rk4_adaptive --muscle-frequency 1"
+                          " --density-curve mcsquare --method rk4_adaptive --muscle-frequency 1"
                           " --damping-ratio 0.7 --label-names " +
                           path("labels.tsv");
   EXPECT_EQ(stages_done(run), all);

@@ -54,7 +54,7 @@ TEST(SegmentVerb, LeavesLabelsLandmarksAndAccount) {
   EXPECT_LT((landmarks->at("shoulder_left").point - body->landmarks.at("shoulder_left").point).norm(), 4);
 }
 
-TEST(RunVerb, OptionsWithoutEffectAreRefused) {
+TEST(RunOptions, WithoutEffectAreRefused) {
   const TestFolder folder;
   const std::string run = "run " + (folder / "scan.nii.gz").string() + " -o " + (folder / "out").string();
   for (const char* options : {" --label-names names.tsv", " --labels map.nii.gz --work-grid 4"}) {

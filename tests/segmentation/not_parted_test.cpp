@@ -11,7 +11,7 @@ TEST(NotParted, NoPartIsWholeThatHoldsItsNeighbourNorIsThatOneAbsent) {
   const auto phantom = build_phantom({});
   ASSERT_TRUE(phantom);
   GridOptions options;
-  options.spacing = {6, 6, 6};
+  options.spacing = {9, 9, 9};
   GreyVolume scan = voxelise(*phantom, phantom_grid(*phantom, options)).grey;
   scan.grid.size[2] = scan.grid.size[2] * 85 / 100;  // without the head
   scan.voxels.resize(scan.grid.count());
