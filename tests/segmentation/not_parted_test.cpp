@@ -11,8 +11,15 @@ TEST(NotParted, NoPartIsWholeThatHoldsItsNeighbourNorIsThatOneAbsent) {
   const auto phantom = build_phantom({});
   ASSERT_TRUE(phantom);
   GridOptions options;
-  options.spacing = {9, 9, 9};
-  GreyVolume scan = voxelise(*phantom, phantom_grid(*phantom, options)).grey;
+  options.spacing = {6, 6, 6};
+  Scan made = voxelise(*phantom, phantom_grid(*phantom, options));
+  GreyVolume& scan = made.grey;
+  // forearms and hands without bones: no elbow and no wrist can be told
+  for (std::size_t o = 0; o < scan.voxels.size(); ++o) {
+    const int label = made.labels.voxels[o];
+    if (label >= part_label("forearm_left") && label <= part_label("hand_right") && scan.voxels[o] > 100)
+      scan.voxels[o] = 45;
+  }
   scan.grid.size[2] = scan.grid.size[2] * 85 / 100;  // without the head
   scan.voxels.resize(scan.grid.count());
   const auto found = segment(scan, {.step = 4});
@@ -33,7 +40,7 @@ TEST(NotParted, NoPartIsWholeThatHoldsItsNeighbourNorIsThatOneAbsent) {
         EXPECT_TRUE(found->part[p].note.starts_with("holds ")) << found->part[p].note;
       }
   }
-  if (not_parted == 0) GTEST_SKIP() << "every joint was found: nothing is left to be said of";
+  EXPECT_GE(not_parted, 2);  // a forearm or hand at least on each side
 }
 
 }  // namespace
