@@ -307,7 +307,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
        {std::pair{"lateral_malleolus", m.lateral}, {"medial_malleolus", m.medial}}) {
     const auto end_of_bone = malleolus_tip(view, place, (m.centre - place).normalized(), along);
     marks[name + at] = end_of_bone ? found(*end_of_bone, 4, "bone: tip of the malleolus")
-                                   : found(place, 10, "bone: side of the malleolus");
+                                   : found(place, 15, "bone: side of the malleolus");
   }
 }
 
