@@ -110,8 +110,8 @@ TEST(Simulate, BadScenesAreNamedWithTheirLine) {
   folder.write("bad.toml", "[[solid]]\nname = 'a'\njoint = {rotation = 'x'}\n");
   const ProgramRun massless = run_program("simulate " + scene + output);
   EXPECT_EQ(massless.code, 2)
-      << massless.err;  // moves no mass: found by compile(), named with file and coordinate
-  EXPECT_NE(massless.err.find("bad.toml, "), std::string::npos) << massless.err;
+      << massless.err;  // moves no mass: found by compile(), named with file, line and coordinate
+  EXPECT_NE(massless.err.find("bad.toml:1: "), std::string::npos) << massless.err;
   EXPECT_NE(massless.err.find("'a'"), std::string::npos) << massless.err;
   folder.write("bad.toml", "[simulation]\nmethod = 'magic'\n");
   expect_refused("simulate " + scene + output, 2, "bad.toml:2", folder, 1);
