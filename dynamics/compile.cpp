@@ -107,7 +107,7 @@ class Compiler {
         scene_.where(solid) + (name.empty() ? "" : fmt::format(", coordinate '{}'", name));
     const auto checked = check_switch(one, where);
     if (!checked) return tl::unexpected(checked.error());
-    const auto& [kind, kind_name, nq, nv, rotates, q, v] = *checked;
+    const auto& [kind, kind_name, nq, nv, rotates, slides, q, v] = *checked;
     if (nv == 0) {
       move_on(kind, q, X);
       return {};
@@ -122,7 +122,7 @@ class Compiler {
       move_on(kind, q, X);
       return {};
     }
-    Step step{.nq = nq, .nv = nv, .rotates = rotates};
+    Step step{.nq = nq, .nv = nv, .rotates = rotates, .slides = slides};
     CoordinateInfo info{
         .name = name, .kind = kind_name, .solid = solid.name, .q_size = nq, .v_size = nv, .angle = rotates};
     if (const auto* driven = std::get_if<Driven>(&one.motion)) {

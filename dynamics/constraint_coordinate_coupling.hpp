@@ -10,6 +10,7 @@
 
 namespace borelli {
 
+template <class T>
 class ConstraintScan;
 
 /// sum_i ratios[i] q_i - value(t) = 0: one row, in the units of the coordinates times their ratios.
@@ -33,7 +34,17 @@ struct CoordinateCoupling {
 
   static constexpr int rows = 1;
   static constexpr int length_rows = 0;  ///< the first ones, which are in m
-  void evaluate(ConstraintScan& scan) const;
+
+  template <class T>
+  void evaluate(ConstraintScan<T>& scan) const {
+    const TimeValue asked = at(value, scan.time());
+    T sum = 0;
+    for (std::size_t i = 0; i < coordinates.size(); ++i) {
+      sum += ratios[i] * scan.position(int(i));
+      scan.coordinate(0, int(i), ratios[i]);
+    }
+    scan.residual(0, sum - asked.value, -asked.rate, -asked.acceleration);
+  }
 };
 
 }  // namespace borelli

@@ -8,6 +8,7 @@
 
 namespace borelli {
 
+template <class T>
 class ConstraintScan;
 
 /// |p_a - p_b| - distance(t) = 0: one row, m. The distance must stay positive: at zero the rod has no
@@ -26,7 +27,26 @@ struct Distance {
 
   static constexpr int rows = 1;
   static constexpr int length_rows = 1;  ///< the first ones, which are in m
-  void evaluate(ConstraintScan& scan) const;
+
+  template <class T>
+  void evaluate(ConstraintScan<T>& scan) const {
+    enum { a_site, b_site };
+    const auto pa = scan.point(a_site, a.point), pb = scan.point(b_site, b.point);
+    const Eigen::Vector3<T> d = pa.p - pb.p, v = pa.v - pb.v;
+    using std::sqrt;
+    const T length = sqrt(d.squaredNorm());
+    const TimeValue asked = at(distance, scan.time());
+    if (!(length > 1e-12 * std::abs(asked.value)) || length == 0) {
+      scan.degenerate(0);
+      scan.residual(0, length - asked.value, 0, 0);
+      return;
+    }
+    const Eigen::Vector3<T> n = d / length;
+    scan.along(0, a_site, pa.p, n);
+    scan.along(0, b_site, pb.p, -n);
+    const T across = v.squaredNorm() - n.dot(v) * n.dot(v);
+    scan.residual(0, length - asked.value, -asked.rate, across / length - asked.acceleration);
+  }
 };
 
 }  // namespace borelli

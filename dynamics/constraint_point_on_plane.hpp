@@ -9,6 +9,7 @@
 
 namespace borelli {
 
+template <class T>
 class ConstraintScan;
 
 /// n . (p - p_plane) - offset(t) = 0: one row, m. n is made unit by compile().
@@ -31,7 +32,22 @@ struct PointOnPlane {
 
   static constexpr int rows = 1;
   static constexpr int length_rows = 1;  ///< the first ones, which are in m
-  void evaluate(ConstraintScan& scan) const;
+
+  // Seen from the plane's solid, the point moves with v_rel = v_point - v_plane(p), v_plane(p) the velocity
+  // of the solid's own point there; the second derivative of h holds the relative acceleration, less
+  // Coriolis' part.
+  template <class T>
+  void evaluate(ConstraintScan<T>& scan) const {
+    enum { point_site, plane_site };
+    const auto p = scan.point(point_site, point.point);
+    const Eigen::Vector3<T> n = scan.frame(plane_site).R * normal;
+    const TimeValue shift = at(offset, scan.time());
+    const Eigen::Vector3<T> v_rel = p.v - scan.velocity(plane_site, p.p);
+    scan.along(0, point_site, p.p, n);
+    scan.along(0, plane_site, p.p, -n);
+    scan.residual(0, n.dot(p.p - scan.point(plane_site, plane.point).p) - shift.value, -shift.rate,
+                  -2 * n.dot(scan.angular_velocity(plane_site).cross(v_rel)) - shift.acceleration);
+  }
 };
 
 }  // namespace borelli

@@ -7,6 +7,7 @@
 
 namespace borelli {
 
+template <class T>
 class ConstraintScan;
 
 /// p_a - p_b = 0 in world axes: three rows, m.
@@ -22,7 +23,18 @@ struct PointOnPoint {
 
   static constexpr int rows = 3;
   static constexpr int length_rows = 3;  ///< the first ones, which are in m
-  void evaluate(ConstraintScan& scan) const;
+
+  template <class T>
+  void evaluate(ConstraintScan<T>& scan) const {
+    enum { a_site, b_site };
+    const Eigen::Vector3<T> pa = scan.point(a_site, a.point).p, pb = scan.point(b_site, b.point).p;
+    for (int r = 0; r < 3; ++r) {
+      const Eigen::Vector3<T> axis = Eigen::Vector3<T>::Unit(r);
+      scan.along(r, a_site, pa, axis);
+      scan.along(r, b_site, pb, -axis);
+      scan.residual(r, pa[r] - pb[r], 0, 0);
+    }
+  }
 };
 
 }  // namespace borelli

@@ -1,5 +1,5 @@
 // Efforts (the paper's strains): what acts on the solids beside their weight and what holds the joints. A new
-// kind is one new file pair beside effort_force.hpp, and its name in the list below.
+// kind is one new header beside effort_force.hpp, and its name in the list below.
 #pragma once
 
 #include <string>

@@ -7,6 +7,7 @@
 
 namespace borelli {
 
+template <class T>
 class EffortScan;
 
 /// The generalized effort -stiffness (q - rest) - damping dq/dt on a coordinate (N or N m). For a ball use a
@@ -26,7 +27,14 @@ struct CoordinateSpring {
     visit("rest", self.rest);
   }
 
-  void apply(EffortScan& scan) const;
+  template <class T>
+  void apply(EffortScan<T>& scan) const {
+    enum { on_coordinate };
+    const T stretch = scan.position(on_coordinate) - rest, rate = scan.rate(on_coordinate);
+    scan.coordinate(on_coordinate, -stiffness * stretch - damping * rate);
+    scan.potential(0.5 * stiffness * stretch * stretch);
+    scan.power(-damping * rate * rate);
+  }
 };
 
 }  // namespace borelli

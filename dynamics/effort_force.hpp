@@ -9,6 +9,7 @@
 
 namespace borelli {
 
+template <class T>
 class EffortScan;
 
 /// `force` times `factor(t)` acts at `at`; if `reaction` is given, the opposite force acts there.
@@ -29,7 +30,20 @@ struct Force {
     visit("reaction", self.reaction);
   }
 
-  void apply(EffortScan& scan) const;
+  template <class T>
+  void apply(EffortScan<T>& scan) const {
+    enum { at_site, reaction_site };
+    const Eigen::Vector3<T> given = axes == Axes::solid ? Eigen::Vector3<T>(scan.frame(at_site).R * force)
+                                                        : Eigen::Vector3<T>(force.cast<T>());
+    const Eigen::Vector3<T> f = borelli::at(factor, scan.time()).value * given;
+    const auto point = scan.point(at_site, at.point);
+    scan.force(at_site, point.p, f);
+    scan.power(f.dot(point.v));
+    if (!reaction) return;
+    const auto other = scan.point(reaction_site, reaction->point);
+    scan.force(reaction_site, other.p, -f);
+    scan.power(-f.dot(other.v));
+  }
 };
 
 }  // namespace borelli

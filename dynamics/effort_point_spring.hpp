@@ -3,10 +3,12 @@
 
 #include <string_view>
 
+#include "dynamics/scalar.hpp"
 #include "dynamics/site.hpp"
 
 namespace borelli {
 
+template <class T>
 class EffortScan;
 
 /// Pulls a and b together with stiffness (l - rest_length) + damping dl/dt along the line between them, l
@@ -27,7 +29,22 @@ struct PointSpring {
     visit("rest_length", self.rest_length);
   }
 
-  void apply(EffortScan& scan) const;
+  template <class T>
+  void apply(EffortScan<T>& scan) const {
+    enum { a_site, b_site };
+    const auto pa = scan.point(a_site, a.point), pb = scan.point(b_site, b.point);
+    const Eigen::Vector3<T> d = pa.p - pb.p;
+    using std::sqrt;
+    const T length = sqrt(d.squaredNorm()), stretch = length - rest_length;
+    scan.potential(0.5 * stiffness * stretch * stretch);
+    const Eigen::Vector3<T> n = d * either(
+                                        length == 0, [] { return T(0); }, [&] { return T(1 / length); });
+    const T rate = n.dot(pa.v - pb.v);
+    const Eigen::Vector3<T> f = -(stiffness * stretch + damping * rate) * n;
+    scan.force(a_site, pa.p, f);
+    scan.force(b_site, pb.p, -f);
+    scan.power(-damping * rate * rate);
+  }
 };
 
 }  // namespace borelli

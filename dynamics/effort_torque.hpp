@@ -9,6 +9,7 @@
 
 namespace borelli {
 
+template <class T>
 class EffortScan;
 
 /// `torque` times `factor(t)` acts on `on`; if `reaction` is given, the opposite torque acts there.
@@ -29,7 +30,18 @@ struct Torque {
     visit("reaction", self.reaction);
   }
 
-  void apply(EffortScan& scan) const;
+  template <class T>
+  void apply(EffortScan<T>& scan) const {
+    enum { on_site, reaction_site };
+    const Eigen::Vector3<T> given = axes == Axes::solid ? Eigen::Vector3<T>(scan.frame(on_site).R * torque)
+                                                        : Eigen::Vector3<T>(torque.cast<T>());
+    const Eigen::Vector3<T> m = at(factor, scan.time()).value * given;
+    scan.torque(on_site, m);
+    scan.power(m.dot(scan.angular_velocity(on_site)));
+    if (!reaction) return;
+    scan.torque(reaction_site, -m);
+    scan.power(-m.dot(scan.angular_velocity(reaction_site)));
+  }
 };
 
 }  // namespace borelli

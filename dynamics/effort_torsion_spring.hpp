@@ -3,10 +3,12 @@
 
 #include <string_view>
 
+#include "dynamics/rotation_vector.hpp"
 #include "dynamics/site.hpp"
 
 namespace borelli {
 
+template <class T>
 class EffortScan;
 
 /// With R_ba = rotation(rest) rotation(theta), theta the rotation vector (|theta| <= pi) by which a is turned
@@ -28,7 +30,19 @@ struct TorsionSpring {
     visit("rest", self.rest);
   }
 
-  void apply(EffortScan& scan) const;
+  template <class T>
+  void apply(EffortScan<T>& scan) const {
+    enum { a_site, b_site };
+    const Eigen::Matrix3<T> R_Wa = scan.frame(a_site).R, R_Wb = scan.frame(b_site).R;
+    const Eigen::Vector3<T> theta =  // in a's axes
+        logarithm(product(conjugate(exponential(rest)), quaternion(R_Wb.transpose() * R_Wa)));
+    const Eigen::Vector3<T> w = scan.angular_velocity(a_site) - scan.angular_velocity(b_site);
+    const Eigen::Vector3<T> m = -stiffness * (R_Wa * theta) - damping * w;
+    scan.torque(a_site, m);
+    scan.torque(b_site, -m);
+    scan.potential(0.5 * stiffness * theta.squaredNorm());
+    scan.power(-damping * w.squaredNorm());
+  }
 };
 
 }  // namespace borelli

@@ -6,10 +6,11 @@
 
 namespace borelli {
 
-Workspace::Workspace(const System& system)
-    : kinematics(system),
+Workspace::Workspace(const System& system, Equations equations)
+    : kinematics(system, equations),
       efforts(system),
       terms(system),
+      recursion(system),
       factor(Rows::Zero(system.nv, system.nv)),
       rows(system),
       solver(system),
@@ -40,23 +41,48 @@ Error describe(const System& system, const Fault& fault, double t) {
   return {"", "no fault"};
 }
 
-Fault update_terms(const System& system, const Parameters& parameters, double t, const double* q,
+namespace {
+
+/// Kinematics, efforts and energies.
+void update_motion(const System& system, const Parameters& parameters, double t, const double* q,
                    const double* v, Workspace& w) {
   ++w.evaluations;
   update_kinematics(system, parameters, t, q, v, w.kinematics);
   if (!system.efforts.empty()) scan_efforts(system, parameters, w.kinematics, w.efforts);
-  scan_solids(system, parameters, w.kinematics, w.efforts, w.terms);
-  const int singular = factor_mass_matrix(system, w.terms.A, w.factor);
-  if (singular >= 0) {
-    // a state that is not finite shows here first
-    const bool finite =
-        std::isfinite(w.terms.A(singular, singular)) && std::isfinite(w.factor(singular, singular));
-    return {finite ? Fault::Kind::singular_mass : Fault::Kind::not_finite, singular};
+  if (w.kinematics.equations == Equations::recursive)
+    find_own_forces(system, parameters, parameters.inertials, w.kinematics, w.efforts, w.recursion, w.terms);
+}
+
+/// A, B, Q and the factor of A, after update_motion.
+Fault find_terms(const System& system, const Parameters& parameters, Workspace& w) {
+  if (w.kinematics.equations == Equations::recursive) {
+    find_efforts(system, parameters, w.kinematics, w.efforts, w.recursion, w.terms);
+    find_mass_matrix(system, parameters, w.kinematics, w.recursion, w.terms);
+  } else {
+    scan_solids(system, parameters, parameters.inertials, w.kinematics, w.efforts, w.terms);
   }
+  const int singular = factor_mass_matrix(system, w.terms.A, w.factor);
+  if (singular < 0) return {};
+  // a state that is not finite shows here first
+  const bool finite =
+      std::isfinite(w.terms.A(singular, singular)) && std::isfinite(w.factor(singular, singular));
+  return {finite ? Fault::Kind::singular_mass : Fault::Kind::not_finite, singular};
+}
+
+Fault find_rows(const System& system, const Parameters& parameters, Workspace& w) {
   if (system.rows == 0) return {};
   scan_constraints(system, parameters, w.kinematics, w.rows);
   if (w.rows.degenerate >= 0) return {Fault::Kind::degenerate_constraint, w.rows.degenerate};
   return {};
+}
+
+}  // namespace
+
+Fault update_terms(const System& system, const Parameters& parameters, double t, const double* q,
+                   const double* v, Workspace& w) {
+  update_motion(system, parameters, t, q, v, w);
+  if (const Fault fault = find_terms(system, parameters, w)) return fault;
+  return find_rows(system, parameters, w);
 }
 
 namespace {
@@ -87,15 +113,22 @@ void find_drive_efforts(const System& system, Workspace& w) {
 
 Fault accelerate(const System& system, const Parameters& parameters, double t, const double* q,
                  const double* v, const RowHandling& handling, Workspace& w, const double* applied) {
-  if (const Fault fault = update_terms(system, parameters, t, q, v, w)) return fault;
   const int n = system.nv;
-  if (applied)
-    for (int i = 0; i < n; ++i) w.terms.Q[i] += applied[i];
-  w.a = w.terms.Q.head(n) - w.terms.B.head(n);
-  solve_transposed(system, w.factor, w.a.data());
-  solve_lower(system, w.factor, w.a.data());
-  if (system.rows > 0) add_constraints(system, handling, w);
-  if (system.driven_nv > 0) find_drive_efforts(system, w);
+  update_motion(system, parameters, t, q, v, w);
+  const bool articulated = w.kinematics.equations == Equations::recursive && system.rows == 0 &&
+                           find_accelerations(system, parameters, w.kinematics, w.efforts, applied,
+                                              w.recursion, w.a.data(), w.drive_efforts.data());
+  if (!articulated) {
+    if (const Fault fault = find_terms(system, parameters, w)) return fault;
+    if (const Fault fault = find_rows(system, parameters, w)) return fault;
+    if (applied)
+      for (int i = 0; i < n; ++i) w.terms.Q[i] += applied[i];
+    w.a = w.terms.Q.head(n) - w.terms.B.head(n);
+    solve_transposed(system, w.factor, w.a.data());
+    solve_lower(system, w.factor, w.a.data());
+    if (system.rows > 0) add_constraints(system, handling, w);
+    if (system.driven_nv > 0) find_drive_efforts(system, w);
+  }
   for (int i = 0; i < n; ++i)
     if (!std::isfinite(w.a[i])) return {Fault::Kind::not_finite, i};
 

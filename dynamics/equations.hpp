@@ -4,6 +4,7 @@
 
 #include "dynamics/constraint_solver.hpp"
 #include "dynamics/lagrange.hpp"
+#include "dynamics/recursive.hpp"
 #include "dynamics/scan.hpp"
 
 namespace borelli {
@@ -35,10 +36,12 @@ struct Powers {
 
 /// Scratch and results for one System; one per thread.
 struct Workspace {
-  explicit Workspace(const System& system);
+  explicit Workspace(const System& system) : Workspace(system, system.settings.equations) {}
+  Workspace(const System& system, Equations equations);
   Kinematics kinematics;
   EffortSums efforts;
-  LagrangeTerms terms;
+  LagrangeTerms terms;  ///< after `accelerate` by the recursive equations without constraints: energies alone
+  Recursion recursion;
   Rows factor;  ///< of the mass matrix
   ConstraintRows rows;
   ConstraintSolver solver;

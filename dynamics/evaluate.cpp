@@ -38,16 +38,20 @@ Result<Evaluation> evaluate(const System& system, const State& state, const Eige
   }
   const int n = system.nv;
   Evaluation out;
+  out.acceleration = w.a;
+  out.multipliers = w.multipliers;
+  out.drive_efforts = w.drive_efforts;
+  // A, B and Q, which the accelerations may have done without; their faults would have shown
+  update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w);
+  if (applied)
+    for (int i = 0; i < n; ++i) w.terms.Q[i] += applied[i];
   for (int i = 0; i < n; ++i) out.coordinates.push_back(system.velocity_name(i));
   out.mass_matrix = w.terms.A.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
   out.bias = w.terms.B.head(n);
   out.generalized_efforts = w.terms.Q.head(n);
-  out.acceleration = w.a;
   out.rows = system.row_names;
   out.constraint_jacobian = w.rows.L.leftCols(n);
   out.constraint_bias = w.rows.E;
-  out.multipliers = w.multipliers;
-  out.drive_efforts = w.drive_efforts;
   out.kinetic_energy = w.terms.kinetic;
   out.potential_energy = w.terms.potential;
   return out;

@@ -1,14 +1,17 @@
 #include "dynamics/kinematics.hpp"
 
+#include "dynamics/dual.hpp"
 #include "dynamics/rotation_vector.hpp"
 
 namespace borelli {
 
+using Eigen::Vector3;
 using Eigen::Vector3d;
 
 namespace {
 
-void update_drives(const System& system, const Parameters& parameters, Kinematics& k) {
+template <class T>
+void update_drives(const System& system, const Parameters& parameters, KinematicsOf<T>& k) {
   for (std::size_t s = 0; s < system.steps.size(); ++s) {
     const Step& step = system.steps[s];
     if (step.drive < 0) continue;
@@ -28,13 +31,14 @@ void update_drives(const System& system, const Parameters& parameters, Kinematic
       acceleration[i] = f.acceleration;
     }
     const auto [w, wdot] = body_velocity(theta, rate, acceleration);
-    k.q.segment<4>(step.q) = product(drive.initial, exponential(theta));
-    k.u.segment<3>(step.u) = w;
-    k.acceleration.segment<3>(step.u) = wdot;
+    k.q.template segment<4>(step.q) = product(drive.initial, exponential(theta)).template cast<T>();
+    k.u.template segment<3>(step.u) = w.template cast<T>();
+    k.acceleration.template segment<3>(step.u) = wdot.template cast<T>();
   }
 }
 
-void place(const Placement& placement, Pose& X) {
+template <class T>
+void place(const Placement& placement, PoseOf<T>& X) {
   switch (placement.form) {
     case Placement::Form::identity:
       return;
@@ -46,63 +50,95 @@ void place(const Placement& placement, Pose& X) {
   }
 }
 
-/// Moves a body's frame on by one switch, and with it its angular velocity and the rate of that.
-void advance(const Step& step, const Placement& placement, const SwitchKind& kind, Kinematics& k,
-             BodyMotion& body) {
+/// Moves a body's frame on by one switch, and with it its angular velocity and the rate of that; if carried,
+/// also the velocity of its origin and the rate of that.
+template <class T>
+void advance(const Step& step, const Placement& placement, const SwitchKind& kind, bool accelerated,
+             KinematicsOf<T>& k, BodyMotionOf<T>& body) {
+  const bool carried = k.equations == Equations::recursive;
+  const Vector3<T> before = body.X.p;
   place(placement, body.X);
   const int u = step.u;
   std::visit(
       [&](const auto& motion) { motion.advance(k.q.data() + step.q, body.X, &k.angular[u], &k.linear[u]); },
       kind);
-  Vector3d w = Vector3d::Zero();
+  Vector3<T> w = Vector3<T>::Zero();
   if (step.rotates)
     for (int i = u; i < u + step.nv; ++i) w += k.u[i] * k.angular[i];
-  const Vector3d convective = 2 * body.w + w;
-  for (int i = u; i < u + step.nv; ++i) {
-    k.origin[i] = body.X.p;
-    k.convective[i] = convective;
+  const Vector3<T> convective = 2 * body.w + w;
+  for (int i = u; i < u + step.nv; ++i) k.origin[i] = body.X.p;
+  if (carried) {
+    if (step.slides || placement.form != Placement::Form::identity) {
+      const Vector3<T> r = body.X.p - before, wr = body.w.cross(r);
+      body.origin_v += wr;
+      body.origin_vdot += body.wdot.cross(r) + body.w.cross(wr);
+    }
+    if (step.slides) {
+      Vector3<T> v = Vector3<T>::Zero();
+      for (int i = u; i < u + step.nv; ++i) {
+        v += k.u[i] * k.linear[i];
+        if (accelerated || step.drive >= 0) body.origin_vdot += k.acceleration[i] * k.linear[i];
+      }
+      body.origin_v += v;
+      body.origin_vdot += convective.cross(v);
+    }
+  } else {
+    for (int i = u; i < u + step.nv; ++i) k.convective[i] = convective;
   }
   if (!step.rotates) return;
   body.wdot += body.w.cross(w);
   body.w += w;
-  if (step.drive >= 0)
+  if (accelerated || step.drive >= 0)
     for (int i = u; i < u + step.nv; ++i) body.wdot += k.acceleration[i] * k.angular[i];
 }
 
 /// First derivatives of the gravity centre over the support, its velocity and acceleration.
-void differentiate(const System& system, const Body& body, const Inertial& inertial, Kinematics& k,
-                   BodyMotion& m) {
+template <class T, class Inertia>
+void differentiate(const System& system, const Body& body, const Inertia& inertial, KinematicsOf<T>& k,
+                   BodyMotionOf<T>& m) {
   const int count = body.support_count;
   const int* support = system.support.data() + body.first_support;
-  double* block = k.derivatives.data() + m.derivatives;
+  T* block = k.derivatives.data() + m.derivatives;
   m.g = m.X * inertial.centre;
   m.v.setZero();
   m.vdot.setZero();
   for (int i = 0; i < count; ++i) {
     const int u = support[i];
-    const Vector3d& W = k.angular[u];
-    const Vector3d V = k.linear[u] + W.cross(m.g - k.origin[u]);
+    const Vector3<T>& W = k.angular[u];
+    const Vector3<T> V = k.linear[u] + W.cross(m.g - k.origin[u]);
     for (int c = 0; c < 3; ++c) {
       block[c * count + i] = V[c];
       block[(3 + c) * count + i] = W[c];
     }
-    const Vector3d Vu = k.u[u] * V;
+    const Vector3<T> Vu = k.u[u] * V;
     m.v += Vu;
     m.vdot += k.convective[u].cross(Vu) + k.acceleration[u] * V;
   }
 }
 
+/// The gravity centre's velocity and acceleration from those of the frame's origin.
+template <class T, class Inertia>
+void move_centre(const Inertia& inertial, BodyMotionOf<T>& m) {
+  const Vector3<T> arm = m.X.R * inertial.centre, w_arm = m.w.cross(arm);
+  m.g = m.X.p + arm;
+  m.v = m.origin_v + w_arm;
+  m.vdot = m.origin_vdot + m.wdot.cross(arm) + m.w.cross(w_arm);
+}
+
 }  // namespace
 
-Kinematics::Kinematics(const System& system)
-    : q(Eigen::VectorXd::Zero(system.nq + system.driven_nq)),
-      u(Eigen::VectorXd::Zero(system.size())),
-      acceleration(Eigen::VectorXd::Zero(system.size())),
+template <class T>
+KinematicsOf<T>::KinematicsOf(const System& system, Equations which)
+    : equations(which),
+      q(Eigen::VectorX<T>::Zero(system.nq + system.driven_nq)),
+      u(Eigen::VectorX<T>::Zero(system.size())),
+      acceleration(Eigen::VectorX<T>::Zero(system.size())),
       angular(system.size()),
       linear(system.size()),
       origin(system.size()),
       convective(system.size()),
       bodies(system.bodies.size()) {
+  if (equations == Equations::recursive) return;
   int size = 0;
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     bodies[b].derivatives = size;
@@ -111,22 +147,33 @@ Kinematics::Kinematics(const System& system)
   derivatives.assign(size, 0);
 }
 
-void update_kinematics(const System& system, const Parameters& parameters, double t, const double* q,
-                       const double* v, Kinematics& k) {
+template <class T>
+void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                       double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
   k.t = t;
   std::copy(q, q + system.nq, k.q.data());
   std::copy(v, v + system.nv, k.u.data());
+  if (a)
+    std::copy(a, a + system.nv, k.acceleration.data());
+  else
+    k.acceleration.head(system.nv).setZero();
   if (system.driven_nv > 0) update_drives(system, parameters, k);
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
-    BodyMotion& m = k.bodies[b];
-    const BodyMotion& parent = k.bodies[body.parent];
+    BodyMotionOf<T>& m = k.bodies[b];
+    const BodyMotionOf<T>& parent = k.bodies[body.parent];
     m.X = parent.X;
     m.w = parent.w;
     m.wdot = parent.wdot;
+    m.origin_v = parent.origin_v;
+    m.origin_vdot = parent.origin_vdot;
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
-      advance(system.steps[s], parameters.placements[s], parameters.kinds[s], k, m);
-    if (body.touched) differentiate(system, body, parameters.inertials[b], k, m);
+      advance(system.steps[s], parameters.placements[s], parameters.kinds[s], a != nullptr, k, m);
+    if (!body.touched) continue;
+    if (k.equations == Equations::recursive)
+      move_centre(inertials[b], m);
+    else
+      differentiate(system, body, inertials[b], k, m);
   }
 }
 
@@ -148,5 +195,12 @@ SecondDerivative second_derivative(const System& system, const Kinematics& kinem
     return {kinematics.angular[b].cross(V(i)), kinematics.angular[b].cross(kinematics.angular[a])};
   return {kinematics.angular[a].cross(V(j)), Vector3d::Zero()};
 }
+
+#define BORELLI_KINEMATICS_OVER(T)                                                                           \
+  template struct KinematicsOf<T>;                                                                           \
+  template void update_kinematics(const System&, const Parameters&, const InertialsOf<T>&, double, const T*, \
+                                  const T*, const T*, KinematicsOf<T>&);
+BORELLI_KINEMATICS_OVER(double)
+BORELLI_KINEMATICS_OVER(DualNumber)
 
 }  // namespace borelli

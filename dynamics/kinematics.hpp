@@ -5,52 +5,81 @@
 // The paper's q_0 = t: a driven coordinate is carried like a free one, with its rate and acceleration known.
 #pragma once
 
+#include <type_traits>
 #include <vector>
 
 #include "dynamics/system.hpp"
 
 namespace borelli {
 
-/// One body at one instant. World axes, SI.
-struct BodyMotion {
-  Pose X;                                          ///< X_WB
-  Eigen::Vector3d w = Eigen::Vector3d::Zero();     ///< angular velocity
-  Eigen::Vector3d wdot = Eigen::Vector3d::Zero();  ///< its rate at zero free acceleration
-  Eigen::Vector3d g = Eigen::Vector3d::Zero();     ///< gravity centre (B's origin without mass)
-  Eigen::Vector3d v = Eigen::Vector3d::Zero();     ///< velocity of g
-  Eigen::Vector3d vdot = Eigen::Vector3d::Zero();  ///< its rate at zero free acceleration
-  int derivatives = 0;                             ///< where its block begins in Kinematics::derivatives
+/// A body's inertial elements over a scalar that may carry derivatives (see Inertial).
+template <class T>
+struct VariedInertial {
+  T mass = 0;                                            ///< kg
+  Eigen::Vector3<T> centre = Eigen::Vector3<T>::Zero();  ///< m, body's frame
+  Eigen::Matrix3<T> tensor = Eigen::Matrix3<T>::Zero();  ///< about the gravity centre, kg m^2
 };
+template <class T>
+using InertialsOf = std::vector<std::conditional_t<std::is_same_v<T, double>, Inertial, VariedInertial<T>>>;
+
+/// One body at one instant. World axes, SI.
+template <class T>
+struct BodyMotionOf {
+  PoseOf<T> X;                                         ///< X_WB
+  Eigen::Vector3<T> w = Eigen::Vector3<T>::Zero();     ///< angular velocity
+  Eigen::Vector3<T> wdot = Eigen::Vector3<T>::Zero();  ///< its rate at the given free accelerations
+  Eigen::Vector3<T> g = Eigen::Vector3<T>::Zero();     ///< gravity centre (B's origin without mass)
+  Eigen::Vector3<T> v = Eigen::Vector3<T>::Zero();     ///< velocity of g
+  Eigen::Vector3<T> vdot = Eigen::Vector3<T>::Zero();  ///< its rate at the given free accelerations
+  /// The same of B's origin; kept by the recursive equations only.
+  Eigen::Vector3<T> origin_v = Eigen::Vector3<T>::Zero(), origin_vdot = Eigen::Vector3<T>::Zero();
+  int derivatives = 0;  ///< where its block begins in Kinematics::derivatives
+};
+using BodyMotion = BodyMotionOf<double>;
 
 /// Scratch and result of update_kinematics; one per thread. Sized once for a System.
-struct Kinematics {
-  explicit Kinematics(const System& system);
+template <class T>
+struct KinematicsOf {
+  /// `derivatives` are kept for the paper's equations alone; the recursive ones carry velocities and their
+  /// rates on from body to body.
+  explicit KinematicsOf(const System& system, Equations equations = Equations::lagrange);
+
+  Equations equations;
 
   double t = 0;
-  Eigen::VectorXd q;             ///< extended positions: free, then driven
-  Eigen::VectorXd u;             ///< extended velocities: v, then driven rates
-  Eigen::VectorXd acceleration;  ///< extended: zeros, then driven accelerations
+  Eigen::VectorX<T> q;             ///< extended positions: free, then driven
+  Eigen::VectorX<T> u;             ///< extended velocities: v, then driven rates
+  Eigen::VectorX<T> acceleration;  ///< extended: the given free ones (zeros), then driven accelerations
 
   /// Per extended coordinate: the unit twist that it gives to all that it carries.
-  std::vector<Eigen::Vector3d> angular, linear, origin;
+  std::vector<Eigen::Vector3<T>> angular, linear, origin;
   /// Twice the angular velocity before its switch, plus that of the switch itself: with it the second
   /// derivatives d2Phi/dq_i dq_j = Omega_min(i,j) x V_max(i,j) sum up over i and j to convective[i] x V_i u_i
   /// over i.
-  std::vector<Eigen::Vector3d> convective;
+  std::vector<Eigen::Vector3<T>> convective;
 
-  std::vector<BodyMotion> bodies;
-  /// Per touched body, six rows over its support: V_ki of the gravity centre (x, y, z), then Omega_ki.
-  std::vector<double> derivatives;
+  std::vector<BodyMotionOf<T>> bodies;
+  /// Per touched body, six rows over its support: V_ki of the gravity centre (x, y, z), then Omega_ki. Empty
+  /// for the recursive equations.
+  std::vector<T> derivatives;
 
   /// Row c of body k's block (c = 0..2: V, 3..5: Omega), one number per coordinate of its support.
-  const double* row(const System& system, int k, int c) const {
+  const T* row(const System& system, int k, int c) const {
     return derivatives.data() + bodies[k].derivatives + c * system.bodies[k].support_count;
   }
 };
+using Kinematics = KinematicsOf<double>;
 
-/// Fills `kinematics` for time t, positions q (nq) and velocities v (nv).
-void update_kinematics(const System& system, const Parameters& parameters, double t, const double* q,
-                       const double* v, Kinematics& kinematics);
+/// Fills `kinematics` for time t, positions q (nq) and velocities v (nv); `inertials` say where the gravity
+/// centres are. With `a` (nv, or null for zeros) the rates of velocities are those at the accelerations a.
+template <class T>
+void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                       double t, const T* q, const T* v, const T* a, KinematicsOf<T>& kinematics);
+
+inline void update_kinematics(const System& system, const Parameters& parameters, double t, const double* q,
+                              const double* v, Kinematics& kinematics) {
+  update_kinematics<double>(system, parameters, parameters.inertials, t, q, v, nullptr, kinematics);
+}
 
 /// The second derivatives of body k's pose by the i-th and j-th coordinates of its support (positions in the
 /// support): d V_ki / dq_j, of the gravity centre, and d Omega_ki / dq_j. For a ball's components, whose

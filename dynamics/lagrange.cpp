@@ -1,23 +1,26 @@
 #include "dynamics/lagrange.hpp"
 
+#include "dynamics/dual.hpp"
+
 namespace borelli {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
+using Eigen::Matrix3;
+using Eigen::Vector3;
 
 namespace {
 
 /// Adds one body's products of derivatives to the mass matrix.
-void add_mass_matrix(const System& system, const Body& body, const double* D, double mass,
-                     const Matrix3d& I_W, double* products, Rows& A) {
+template <class T>
+void add_mass_matrix(const System& system, const Body& body, const T* D, const T& mass, const Matrix3<T>& I_W,
+                     T* products, RowsOf<T>& A) {
   const int n = body.support_count;
   const int* support = system.support.data() + body.first_support;
-  const double *Vx = D, *Vy = D + n, *Vz = D + 2 * n, *Wx = D + 3 * n, *Wy = D + 4 * n, *Wz = D + 5 * n;
+  const T *Vx = D, *Vy = D + n, *Vz = D + 2 * n, *Wx = D + 3 * n, *Wy = D + 4 * n, *Wz = D + 5 * n;
   for (int j = 0; j < n; ++j) {
-    const double px = mass * Vx[j], py = mass * Vy[j], pz = mass * Vz[j];
-    const double hx = I_W(0, 0) * Wx[j] + I_W(0, 1) * Wy[j] + I_W(0, 2) * Wz[j];
-    const double hy = I_W(1, 0) * Wx[j] + I_W(1, 1) * Wy[j] + I_W(1, 2) * Wz[j];
-    const double hz = I_W(2, 0) * Wx[j] + I_W(2, 1) * Wy[j] + I_W(2, 2) * Wz[j];
+    const T px = mass * Vx[j], py = mass * Vy[j], pz = mass * Vz[j];
+    const T hx = I_W(0, 0) * Wx[j] + I_W(0, 1) * Wy[j] + I_W(0, 2) * Wz[j];
+    const T hy = I_W(1, 0) * Wx[j] + I_W(1, 1) * Wy[j] + I_W(1, 2) * Wz[j];
+    const T hz = I_W(2, 0) * Wx[j] + I_W(2, 1) * Wy[j] + I_W(2, 2) * Wz[j];
     for (int i = 0; i <= j; ++i)
       products[i] = Vx[i] * px + Vy[i] * py + Vz[i] * pz + Wx[i] * hx + Wy[i] * hy + Wz[i] * hz;
     const int u = support[j];
@@ -26,13 +29,14 @@ void add_mass_matrix(const System& system, const Body& body, const double* D, do
 }
 
 /// Adds one body's virtual powers: those of its inertial forces to B, those of what acts on it to Q.
-void add_powers(const System& system, const Body& body, const double* D, const Vector3d& inertia_force,
-                const Vector3d& inertia_moment, const Vector3d& force, const Vector3d& moment,
-                LagrangeTerms& terms) {
+template <class T>
+void add_powers(const System& system, const Body& body, const T* D, const Vector3<T>& inertia_force,
+                const Vector3<T>& inertia_moment, const Vector3<T>& force, const Vector3<T>& moment,
+                LagrangeTermsOf<T>& terms) {
   const int n = body.support_count;
   const int* support = system.support.data() + body.first_support;
   for (int i = 0; i < n; ++i) {
-    const Vector3d V(D[i], D[n + i], D[2 * n + i]), W(D[3 * n + i], D[4 * n + i], D[5 * n + i]);
+    const Vector3<T> V(D[i], D[n + i], D[2 * n + i]), W(D[3 * n + i], D[4 * n + i], D[5 * n + i]);
     terms.B[support[i]] += V.dot(inertia_force) + W.dot(inertia_moment);
     terms.Q[support[i]] += V.dot(force) + W.dot(moment);
   }
@@ -40,17 +44,20 @@ void add_powers(const System& system, const Body& body, const double* D, const V
 
 }  // namespace
 
-LagrangeTerms::LagrangeTerms(const System& system)
-    : A(Rows::Zero(system.size(), system.size())),
-      B(Eigen::VectorXd::Zero(system.size())),
+template <class T>
+LagrangeTermsOf<T>::LagrangeTermsOf(const System& system)
+    : A(RowsOf<T>::Zero(system.size(), system.size())),
+      B(Eigen::VectorX<T>::Zero(system.size())),
       Q(B),
-      group_kinetic(Eigen::VectorXd::Zero(system.groups)),
+      group_kinetic(Eigen::VectorX<T>::Zero(system.groups)),
       group_potential(group_kinetic),
       products(system.size()) {}
 
-void scan_solids(const System& system, const Parameters& parameters, const Kinematics& kinematics,
-                 const EffortSums& efforts, LagrangeTerms& terms) {
-  double* entries = terms.A.data();
+template <class T>
+void scan_solids(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                 const KinematicsOf<T>& kinematics, const EffortSumsOf<T>& efforts,
+                 LagrangeTermsOf<T>& terms) {
+  T* entries = terms.A.data();
   for (int entry : system.pattern) entries[entry] = 0;
   terms.B.setZero();
   terms.Q = efforts.coordinate;
@@ -61,26 +68,34 @@ void scan_solids(const System& system, const Parameters& parameters, const Kinem
   for (std::size_t k = 1; k < system.bodies.size(); ++k) {
     const Body& body = system.bodies[k];
     if (!body.touched) continue;
-    const BodyMotion& m = kinematics.bodies[k];
-    const double* D = kinematics.derivatives.data() + m.derivatives;
-    Vector3d inertia_force = Vector3d::Zero(), inertia_moment = Vector3d::Zero(), weight = Vector3d::Zero();
+    const BodyMotionOf<T>& m = kinematics.bodies[k];
+    const T* D = kinematics.derivatives.data() + m.derivatives;
+    Vector3<T> inertia_force = Vector3<T>::Zero(), inertia_moment = Vector3<T>::Zero(),
+               weight = Vector3<T>::Zero();
     if (body.massive) {
-      const Inertial& inertial = parameters.inertials[k];
-      const Matrix3d I_W = m.X.R * inertial.tensor * m.X.R.transpose();
+      const auto& inertial = inertials[k];
+      const Matrix3<T> I_W = m.X.R * inertial.tensor * m.X.R.transpose();
       add_mass_matrix(system, body, D, inertial.mass, I_W, terms.products.data(), terms.A);
-      const Vector3d momentum = I_W * m.w;
+      const Vector3<T> momentum = I_W * m.w;
       weight = inertial.mass * parameters.gravity;
       inertia_force = inertial.mass * m.vdot;
       inertia_moment = I_W * m.wdot + m.w.cross(momentum);
-      const double kinetic = 0.5 * (inertial.mass * m.v.squaredNorm() + m.w.dot(momentum));
+      const T kinetic = 0.5 * (inertial.mass * m.v.squaredNorm() + m.w.dot(momentum));
       terms.kinetic += kinetic;
       terms.potential -= weight.dot(m.g);
       terms.group_kinetic[body.group] += kinetic;
       terms.group_potential[body.group] -= weight.dot(m.g);
     }
-    add_powers(system, body, D, inertia_force, inertia_moment, weight + efforts.force[k], efforts.moment[k],
-               terms);
+    add_powers<T>(system, body, D, inertia_force, inertia_moment, weight + efforts.force[k],
+                  efforts.moment[k], terms);
   }
 }
+
+#define BORELLI_LAGRANGE_OVER(T)                                                                             \
+  template struct LagrangeTermsOf<T>;                                                                        \
+  template void scan_solids(const System&, const Parameters&, const InertialsOf<T>&, const KinematicsOf<T>&, \
+                            const EffortSumsOf<T>&, LagrangeTermsOf<T>&);
+BORELLI_LAGRANGE_OVER(double)
+BORELLI_LAGRANGE_OVER(DualNumber)
 
 }  // namespace borelli

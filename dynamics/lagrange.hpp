@@ -16,16 +16,20 @@
 namespace borelli {
 
 /// The terms over the extended coordinates: free, then driven.
-struct LagrangeTerms {
-  explicit LagrangeTerms(const System& system);
-  Rows A;                ///< size x size, symmetric; only row >= column is kept, and only on System::pattern
-  Eigen::VectorXd B, Q;  ///< size
-  double kinetic = 0, potential = 0;               ///< J; of weight and springs
-  Eigen::VectorXd group_kinetic, group_potential;  ///< J, of each independent group
-  std::vector<double> products;                    ///< scratch
+template <class T>
+struct LagrangeTermsOf {
+  explicit LagrangeTermsOf(const System& system);
+  RowsOf<T> A;  ///< size x size, symmetric; only row >= column is kept, and only on System::pattern
+  Eigen::VectorX<T> B, Q;        ///< size; B holds A a too where the kinematics were given accelerations a
+  T kinetic = 0, potential = 0;  ///< J; of weight and springs
+  Eigen::VectorX<T> group_kinetic, group_potential;  ///< J, of each independent group
+  std::vector<T> products;                           ///< scratch
 };
+using LagrangeTerms = LagrangeTermsOf<double>;
 
-void scan_solids(const System& system, const Parameters& parameters, const Kinematics& kinematics,
-                 const EffortSums& efforts, LagrangeTerms& terms);
+template <class T>
+void scan_solids(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                 const KinematicsOf<T>& kinematics, const EffortSumsOf<T>& efforts,
+                 LagrangeTermsOf<T>& terms);
 
 }  // namespace borelli

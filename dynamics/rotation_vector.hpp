@@ -10,35 +10,60 @@
 namespace borelli {
 
 /// The unit quaternion of the rotation vector theta (rad).
-inline Quaternion exponential(const Eigen::Vector3d& theta) {
-  const double angle2 = theta.squaredNorm(), angle = std::sqrt(angle2);
-  // sin(angle/2)/angle; the series' next term is below rounding here
-  const double s = angle < 1e-3 ? 0.5 - angle2 / 48 + angle2 * angle2 / 3840 : std::sin(angle / 2) / angle;
-  return {std::cos(angle / 2), s * theta[0], s * theta[1], s * theta[2]};
+template <class V>
+QuaternionOf<typename V::Scalar> exponential(const Eigen::MatrixBase<V>& vector) {
+  using T = typename V::Scalar;
+  using Q = QuaternionOf<T>;
+  using std::cos, std::sin, std::sqrt;
+  const Eigen::Vector3<T> theta = vector;
+  const T angle2 = theta.squaredNorm();
+  return either(
+      angle2 < 1e-6,
+      [&] {  // sin(angle/2)/angle and cos(angle/2); the series' next terms are below rounding here
+        const T s = 0.5 - angle2 / 48 + angle2 * angle2 / 3840;
+        return Q(1 - angle2 / 8 + angle2 * angle2 / 384, s * theta[0], s * theta[1], s * theta[2]);
+      },
+      [&] {
+        const T angle = sqrt(angle2), s = sin(angle / 2) / angle;
+        return Q(cos(angle / 2), s * theta[0], s * theta[1], s * theta[2]);
+      });
 }
 
 /// The rotation vector of a unit quaternion, its length at most pi (rad).
-inline Eigen::Vector3d logarithm(const Quaternion& a) {
-  const double sign = a[0] < 0 ? -1 : 1;
-  const Eigen::Vector3d vector = sign * a.tail<3>();
-  const double s = vector.norm(), w = sign * a[0];
-  const double factor = s < 1e-6 ? 2 / w * (1 - s * s / (3 * w * w)) : 2 * std::atan2(s, w) / s;
+template <class A>
+Eigen::Vector3<typename A::Scalar> logarithm(const Eigen::MatrixBase<A>& a) {
+  using T = typename A::Scalar;
+  using std::atan2, std::sqrt;
+  const T sign = either(
+      a[0] < 0, [] { return T(-1); }, [] { return T(1); });
+  const Eigen::Vector3<T> vector = sign * a.template tail<3>();
+  const T s2 = vector.squaredNorm(), w = sign * a[0];
+  const T factor = either(
+      s2 < 1e-12, [&] { return T(2 / w * (1 - s2 / (3 * w * w))); },
+      [&] {
+        const T s = sqrt(s2);
+        return T(2 * atan2(s, w) / s);
+      });
   return factor * vector;
 }
 
 /// The rate of theta for a body angular velocity w, where R = R0 exp(theta): the inverse of the right
 /// Jacobian, w + theta x w / 2 + c theta x (theta x w), c = 1/angle^2 - cot(angle/2) / (2 angle). Breaks down
 /// at angle = 2 pi.
-inline Eigen::Vector3d rotation_vector_rate(const Eigen::Vector3d& theta, const Eigen::Vector3d& w) {
-  const double angle2 = theta.squaredNorm();
-  double c;
-  if (angle2 < 1e-4) {
-    c = 1.0 / 12 + angle2 / 720 + angle2 * angle2 / 30240;
-  } else {
-    const double angle = std::sqrt(angle2);
-    c = 1 / angle2 - std::cos(angle / 2) / (2 * angle * std::sin(angle / 2));
-  }
-  const Eigen::Vector3d cross = theta.cross(w);
+template <class V, class W>
+Eigen::Vector3<typename V::Scalar> rotation_vector_rate(const Eigen::MatrixBase<V>& vector,
+                                                        const Eigen::MatrixBase<W>& w) {
+  using T = typename V::Scalar;
+  using std::cos, std::sin, std::sqrt;
+  const Eigen::Vector3<T> theta = vector;
+  const T angle2 = theta.squaredNorm();
+  const T c = either(
+      angle2 < 1e-4, [&] { return T(1.0 / 12 + angle2 / 720 + angle2 * angle2 / 30240); },
+      [&] {
+        const T angle = sqrt(angle2);
+        return T(1 / angle2 - cos(angle / 2) / (2 * angle * sin(angle / 2)));
+      });
+  const Eigen::Vector3<T> cross = theta.cross(w);
   return w + 0.5 * cross + c * theta.cross(cross);
 }
 

@@ -10,14 +10,16 @@
 namespace borelli {
 
 /// A point fixed in a solid: where it is and its velocity; world axes, m, m/s.
+template <class T>
 struct MovingPoint {
-  Eigen::Vector3d p, v;
+  Eigen::Vector3<T> p, v;
 };
 
 /// Reads the sites of one effort or constraint.
+template <class T>
 class SiteReader {
  public:
-  SiteReader(const System& system, const Parameters& parameters, const Kinematics& kinematics)
+  SiteReader(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics)
       : system_(system), parameters_(parameters), kinematics_(kinematics) {}
 
   void turn_to(const Action& action) { action_ = &action; }
@@ -26,14 +28,14 @@ class SiteReader {
   /// Whether an optional site is given.
   bool given(int site) const { return at_site(site).body >= 0; }
   /// X_WS of the solid at a site.
-  Pose frame(int site) const;
+  PoseOf<T> frame(int site) const;
   /// The point with coordinates p_S in the solid at a site.
-  MovingPoint point(int site, const Eigen::Vector3d& p_S) const;
+  MovingPoint<T> point(int site, const Eigen::Vector3d& p_S) const;
   /// The velocity of the point of the solid at a site that is at p_W now.
-  Eigen::Vector3d velocity(int site, const Eigen::Vector3d& p_W) const;
-  Eigen::Vector3d angular_velocity(int site) const { return kinematics_.bodies[at_site(site).body].w; }
-  double position(int coordinate) const;
-  double rate(int coordinate) const;
+  Eigen::Vector3<T> velocity(int site, const Eigen::Vector3<T>& p_W) const;
+  Eigen::Vector3<T> angular_velocity(int site) const { return kinematics_.bodies[at_site(site).body].w; }
+  T position(int coordinate) const;
+  T rate(int coordinate) const;
 
  protected:
   const Site& at_site(int site) const { return system_.sites[action_->first_site + site]; }
@@ -43,85 +45,94 @@ class SiteReader {
 
   const System& system_;
   const Parameters& parameters_;
-  const Kinematics& kinematics_;
+  const KinematicsOf<T>& kinematics_;
   const Action* action_ = nullptr;
 };
 
 /// The efforts of one instant, added up: per body a force through its gravity centre and a moment about it.
-struct EffortSums {
-  explicit EffortSums(const System& system);
-  std::vector<Eigen::Vector3d> force, moment;    ///< world axes, N, N m
-  Eigen::VectorXd coordinate;                    ///< extended generalized efforts given directly
-  double potential = 0;                          ///< J, of springs
-  double power = 0;                              ///< W, of what has no potential
-  Eigen::VectorXd group_potential, group_power;  ///< the same of each independent group
+template <class T>
+struct EffortSumsOf {
+  explicit EffortSumsOf(const System& system);
+  std::vector<Eigen::Vector3<T>> force, moment;    ///< world axes, N, N m
+  Eigen::VectorX<T> coordinate;                    ///< extended generalized efforts given directly
+  T potential = 0;                                 ///< J, of springs
+  T power = 0;                                     ///< W, of what has no potential
+  Eigen::VectorX<T> group_potential, group_power;  ///< the same of each independent group
 };
+using EffortSums = EffortSumsOf<double>;
 
-class EffortScan : public SiteReader {
+template <class T>
+class EffortScan : public SiteReader<T> {
  public:
-  EffortScan(const System& system, const Parameters& parameters, const Kinematics& kinematics,
-             EffortSums& sums)
-      : SiteReader(system, parameters, kinematics), sums_(sums) {}
+  EffortScan(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+             EffortSumsOf<T>& sums)
+      : SiteReader<T>(system, parameters, kinematics), sums_(sums) {}
 
   /// A force at the point of the solid at a site that is at p_W now; world axes, N.
-  void force(int site, const Eigen::Vector3d& p_W, const Eigen::Vector3d& f);
-  void torque(int site, const Eigen::Vector3d& m);
-  void coordinate(int i, double effort);
-  void potential(double energy) {
+  void force(int site, const Eigen::Vector3<T>& p_W, const Eigen::Vector3<T>& f);
+  void torque(int site, const Eigen::Vector3<T>& m);
+  void coordinate(int i, const T& effort);
+  void potential(const T& energy) {
     sums_.potential += energy;
-    sums_.group_potential[action_->group] += energy;
+    sums_.group_potential[this->action_->group] += energy;
   }
-  void power(double power) {
+  void power(const T& power) {
     sums_.power += power;
-    sums_.group_power[action_->group] += power;
+    sums_.group_power[this->action_->group] += power;
   }
 
  private:
-  EffortSums& sums_;
+  EffortSumsOf<T>& sums_;
 };
 
 /// The constraints of one instant: h = 0, dh/dt = L u + partial_rate, d2h/dt2 = L a + E. The columns of L are
 /// the extended coordinates.
-struct ConstraintRows {
-  explicit ConstraintRows(const System& system);
-  Rows L;                                    ///< rows x size
-  Eigen::VectorXd E, h, rate, partial_rate;  ///< rows
-  int degenerate = -1;                       ///< a row that has no direction at this state; -1: none
+template <class T>
+struct ConstraintRowsOf {
+  explicit ConstraintRowsOf(const System& system);
+  RowsOf<T> L;                                 ///< rows x size
+  Eigen::VectorX<T> E, h, rate, partial_rate;  ///< rows
+  int degenerate = -1;                         ///< a row that has no direction at this state; -1: none
 
   struct FunctionScratch {
-    Eigen::VectorXd x, rate;
-    FunctionDerivatives derivatives;
+    Eigen::VectorX<T> x, rate, gradient;
+    Eigen::VectorXd at, moved;
+    FunctionDerivatives h, ahead, behind;
   };
   std::vector<FunctionScratch> functions;  ///< per constraint, sized for those that are functions
 };
+using ConstraintRows = ConstraintRowsOf<double>;
 
-class ConstraintScan : public SiteReader {
+template <class T>
+class ConstraintScan : public SiteReader<T> {
  public:
-  ConstraintScan(const System& system, const Parameters& parameters, const Kinematics& kinematics,
-                 ConstraintRows& rows)
-      : SiteReader(system, parameters, kinematics), rows_(rows) {}
+  ConstraintScan(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+                 ConstraintRowsOf<T>& rows)
+      : SiteReader<T>(system, parameters, kinematics), rows_(rows) {}
 
   /// dh/dt of row r contains f . (velocity of the solid's point at p_W).
-  void along(int r, int site, const Eigen::Vector3d& p_W, const Eigen::Vector3d& f);
+  void along(int r, int site, const Eigen::Vector3<T>& p_W, const Eigen::Vector3<T>& f);
   /// dh/dt of row r contains m . (angular velocity of the solid).
-  void about(int r, int site, const Eigen::Vector3d& m);
+  void about(int r, int site, const Eigen::Vector3<T>& m);
   /// dh/dt of row r contains c times the coordinate's rate.
-  void coordinate(int r, int i, double c);
+  void coordinate(int r, int i, const T& c);
   /// The value of row r, its partial derivative by time, and what its second derivative holds beside the
   /// accelerations of the points, solids and coordinates named above.
-  void residual(int r, double h, double partial_rate, double bias);
+  void residual(int r, const T& h, const T& partial_rate, const T& bias);
   /// Row r has no direction at this state.
-  void degenerate(int r) { rows_.degenerate = action_->first_row + r; }
-  ConstraintRows::FunctionScratch& scratch() { return rows_.functions[action_ - system_.constraints.data()]; }
+  void degenerate(int r) { rows_.degenerate = this->action_->first_row + r; }
+  auto& scratch() { return rows_.functions[this->action_ - this->system_.constraints.data()]; }
 
  private:
-  ConstraintRows& rows_;
+  ConstraintRowsOf<T>& rows_;
 };
 
 /// The linear scans of the paper over efforts and over constraints.
-void scan_efforts(const System& system, const Parameters& parameters, const Kinematics& kinematics,
-                  EffortSums& sums);
-void scan_constraints(const System& system, const Parameters& parameters, const Kinematics& kinematics,
-                      ConstraintRows& rows);
+template <class T>
+void scan_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+                  EffortSumsOf<T>& sums);
+template <class T>
+void scan_constraints(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+                      ConstraintRowsOf<T>& rows);
 
 }  // namespace borelli

@@ -11,12 +11,19 @@ enum class ConstraintTreatment {
   baumgarte    ///< L a + E + 2 alpha dh/dt + beta^2 h = 0: restoring accelerations, constant gains
 };
 
+/// Which equations of motion are solved. Both give the same numbers but for rounding.
+enum class Equations {
+  recursive,  ///< recursions along the tree (recursive.hpp), O(n) without constraints (the default)
+  lagrange    ///< the paper's hierarchical scan (lagrange.hpp)
+};
+
 struct SimulationSettings {
   double end_time = 1;                  ///< s; the state's own time is the start
   std::string method = "rk4_adaptive";  ///< of integrator_names()
   double step = 0.01;                   ///< s; the fixed step, or the first one tried by an adaptive method
   double tolerance = 1e-6;     ///< adaptive methods: largest error per step and coordinate (see README.md)
   double output_interval = 0;  ///< s between rows of the trajectory; 0: every accepted step
+  Equations equations = Equations::recursive;
   ConstraintTreatment constraints = ConstraintTreatment::projection;
   double baumgarte_alpha = 5;  ///< 1/s
   double baumgarte_beta = 5;   ///< 1/s; alpha = beta is critical damping

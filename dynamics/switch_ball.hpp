@@ -13,13 +13,15 @@ struct Ball {
   static constexpr std::string_view kind = "ball";
   static constexpr int nq = 4, nv = 3;
   static constexpr bool rotates = true;
+  static constexpr bool slides = false;
 
   template <class Self, class Visit>
   static void fields(Self&, Visit&&) {}
 
   /// Moves the frame X_WA on to X_WB. The unit twists are the turns about B's axes.
-  void advance(const double* q, Pose& X, Eigen::Vector3d* angular, Eigen::Vector3d* linear) const {
-    X.R = X.R * rotation_matrix(Quaternion(q[0], q[1], q[2], q[3]));
+  template <class T>
+  void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear) const {
+    X.R = X.R * rotation_matrix(QuaternionOf<T>(q[0], q[1], q[2], q[3]));
     for (int i = 0; i < 3; ++i) {
       angular[i] = X.R.col(i);
       linear[i].setZero();

@@ -95,7 +95,8 @@ Result<CheckedSwitch> check_switch(const Switch& one, const std::string& where) 
   if (auto done = normalise(out.kind, where); !done) return tl::unexpected(done.error());
   std::visit(
       [&](const auto& k) {
-        out.nq = k.nq, out.nv = k.nv, out.kind_name = std::string(k.kind), out.rotates = k.rotates;
+        out.nq = k.nq, out.nv = k.nv, out.kind_name = std::string(k.kind);
+        out.rotates = k.rotates, out.slides = k.slides;
       },
       out.kind);
   if (out.nv == 0) {

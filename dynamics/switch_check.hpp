@@ -15,7 +15,7 @@ struct CheckedSwitch {
   SwitchKind kind;        ///< its axis made unit
   std::string kind_name;  ///< as in files
   int nq = 0, nv = 0;     ///< numbers of its position and velocity; 0: it has no coordinate
-  bool rotates = false;
+  bool rotates = false, slides = false;
   std::vector<double> q, v;  ///< initial, nq and nv numbers; a quaternion made unit
 };
 

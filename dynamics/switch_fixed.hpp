@@ -12,6 +12,7 @@ struct Fixed {
   static constexpr std::string_view kind = "fixed";
   static constexpr int nq = 0, nv = 0;
   static constexpr bool rotates = false;
+  static constexpr bool slides = false;
   Pose X_AB;
 
   template <class Self, class Visit>
@@ -19,7 +20,10 @@ struct Fixed {
     visit("pose", self.X_AB);
   }
 
-  void advance(const double*, Pose& X, Eigen::Vector3d*, Eigen::Vector3d*) const { X = X * X_AB; }
+  template <class T>
+  void advance(const T*, PoseOf<T>& X, Eigen::Vector3<T>*, Eigen::Vector3<T>*) const {
+    X = X * X_AB;
+  }
 };
 
 }  // namespace borelli

@@ -12,6 +12,7 @@ struct Rotation {
   static constexpr std::string_view kind = "rotation";
   static constexpr int nq = 1, nv = 1;
   static constexpr bool rotates = true;  ///< q is an angle
+  static constexpr bool slides = false;  ///< its unit twist has no linear part
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
 
   template <class Self, class Visit>
@@ -20,7 +21,8 @@ struct Rotation {
   }
 
   /// Moves the frame X_WA on to X_WB. The unit twist of the coordinate in W, at B's origin, which rests.
-  void advance(const double* q, Pose& X, Eigen::Vector3d* angular, Eigen::Vector3d* linear) const {
+  template <class T>
+  void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear) const {
     angular[0] = X.R * axis;
     linear[0].setZero();
     X.R = X.R * rotation_about(axis, q[0]);

@@ -12,6 +12,7 @@ struct Translation {
   static constexpr std::string_view kind = "translation";
   static constexpr int nq = 1, nv = 1;
   static constexpr bool rotates = false;  ///< q is a length
+  static constexpr bool slides = true;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
 
   template <class Self, class Visit>
@@ -20,7 +21,8 @@ struct Translation {
   }
 
   /// Moves the frame X_WA on to X_WB. The unit twist of the coordinate in W, at B's origin: no rotation.
-  void advance(const double* q, Pose& X, Eigen::Vector3d* angular, Eigen::Vector3d* linear) const {
+  template <class T>
+  void advance(const T* q, PoseOf<T>& X, Eigen::Vector3<T>* angular, Eigen::Vector3<T>* linear) const {
     linear[0] = X.R * axis;
     angular[0].setZero();
     X.p += q[0] * linear[0];

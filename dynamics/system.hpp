@@ -52,10 +52,10 @@ struct Parameters {
 
 /// A moving switch.
 struct Step {
-  int q = 0, u = 0;    ///< where its positions and velocities begin in the extended arrays
-  int nq = 0, nv = 0;  ///< how many
-  int drive = -1;      ///< its number among the drives; -1: free
-  bool rotates = false;
+  int q = 0, u = 0;                      ///< where its positions and velocities begin in the extended arrays
+  int nq = 0, nv = 0;                    ///< how many
+  int drive = -1;                        ///< its number among the drives; -1: free
+  bool rotates = false, slides = false;  ///< whether its unit twists have an angular, a linear part
 };
 
 /// Solids that move as one. Body 0 is the world, with all that is welded to it.

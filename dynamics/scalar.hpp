@@ -1,0 +1,24 @@
+// What the engine asks of a scalar. The equations are written once, over a type T: double, a dual number
+// (dual.hpp) that carries derivatives along, or several doubles side by side.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+namespace borelli {
+
+/// A matrix whose rows lie one after the other in memory.
+template <class T>
+using RowsOf = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// `yes()` where the condition holds, else `no()`. Only the one that is asked for is evaluated; a type of
+/// several numbers overloads this to evaluate both and take of each what is asked.
+template <class Yes, class No>
+auto either(bool condition, Yes&& yes, No&& no) {
+  return condition ? yes() : no();
+}
+
+/// The number itself, without its derivatives.
+inline double value_of(double x) { return x; }
+
+}  // namespace borelli
