@@ -45,8 +45,8 @@ void add_powers(const System& system, const Body& body, const T* D, const Vector
 }  // namespace
 
 template <class T>
-LagrangeTermsOf<T>::LagrangeTermsOf(const System& system)
-    : A(RowsOf<T>::Zero(system.size(), system.size())),
+LagrangeTermsOf<T>::LagrangeTermsOf(const System& system, bool mass_matrix)
+    : A(RowsOf<T>::Zero(mass_matrix ? system.size() : 0, mass_matrix ? system.size() : 0)),
       B(Eigen::VectorX<T>::Zero(system.size())),
       Q(B),
       group_kinetic(Eigen::VectorX<T>::Zero(system.groups)),

@@ -18,7 +18,7 @@ namespace borelli {
 /// The terms over the extended coordinates: free, then driven.
 template <class T>
 struct LagrangeTermsOf {
-  explicit LagrangeTermsOf(const System& system);
+  explicit LagrangeTermsOf(const System& system, bool mass_matrix = true);  ///< without: A is empty
   RowsOf<T> A;  ///< size x size, symmetric; only row >= column is kept, and only on System::pattern
   Eigen::VectorX<T> B, Q;        ///< size; B holds A a too where the kinematics were given accelerations a
   T kinetic = 0, potential = 0;  ///< J; of weight and springs

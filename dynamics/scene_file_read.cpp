@@ -172,6 +172,12 @@ SimulationSettings read_simulation(TomlTable& table) {
   positive("step", s.step);
   positive("tolerance", s.tolerance);
   not_negative("output_interval", s.output_interval);
+  if (const toml::node* node = table.find("equations")) {
+    const std::string text = table.text(*node, "equations");
+    if (text != "recursive" && text != "lagrange")
+      table.refuse(*node, fmt::format("equations is \"{}\", expected \"recursive\" or \"lagrange\"", text));
+    s.equations = text == "lagrange" ? Equations::lagrange : Equations::recursive;
+  }
   if (const toml::node* node = table.find("constraints")) {
     const std::string text = table.text(*node, "constraints");
     if (text != "projection" && text != "baumgarte")

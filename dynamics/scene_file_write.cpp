@@ -285,6 +285,7 @@ Entries simulation_of(const SimulationSettings& s) {
               {"step", text_of(s.step)},
               {"tolerance", text_of(s.tolerance)},
               {"output_interval", text_of(s.output_interval)}};
+  if (s.equations == Equations::lagrange) out.emplace_back("equations", "\"lagrange\"");
   if (s.constraints == ConstraintTreatment::baumgarte) out.emplace_back("constraints", "\"baumgarte\"");
   if (s.baumgarte_alpha != fresh.baumgarte_alpha)
     out.emplace_back("baumgarte_alpha", text_of(s.baumgarte_alpha));

@@ -28,7 +28,7 @@ class Run {
         observer_(observer),
         integrator_(integrator),
         state_(state),
-        workspace_(system),
+        workspace_(system, settings.equations),
         probe_(system),
         motion_(system, settings, workspace_),
         path_(system, settings, motion_, integrator, probe_),

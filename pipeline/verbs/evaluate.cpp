@@ -3,6 +3,9 @@
 
 #include <fmt/core.h>
 
+#include <optional>
+
+#include "dynamics/derivatives.hpp"
 #include "dynamics/model_file.hpp"
 #include "pipeline/file_order.hpp"
 #include "pipeline/verbs/model_options.hpp"
@@ -94,17 +97,59 @@ json answer_of(const Evaluation& e, const System& system, const FileOrder& order
   return answer;
 }
 
-Result<json> work(const std::string& scene_file, const std::string& state_file, const ModelOptions& options,
-                  const Command& command) {
+// Rows and columns over the coordinates, in the file's order.
+json square(const Rows& matrix, const FileOrder& order) {
+  json out = json::array();
+  for (const Eigen::Index i : order.v) out.push_back(in_file_order(matrix.row(i).transpose(), order.v));
+  return out;
+}
+
+json derivatives_of(const ForwardDerivatives& d, const FileOrder& order) {
+  json by_inertia = json::array();
+  for (std::size_t b = 0; b < d.inertials.size(); ++b) {
+    json one{{"solid", d.inertials[b]}};
+    for (int k = 0; k < 10; ++k)
+      one[inertial_numbers[k]] =
+          in_file_order(d.acceleration_by_inertia.col(10 * Eigen::Index(b) + k), order.v);
+    by_inertia.push_back(one);
+  }
+  json answer{{"acceleration_by_q", square(d.acceleration_by_q, order)},
+              {"acceleration_by_v", square(d.acceleration_by_v, order)},
+              {"acceleration_by_efforts", square(d.acceleration_by_efforts, order)},
+              {"acceleration_by_inertia", by_inertia}};
+  if (d.multipliers_by_q.rows() == 0) return answer;
+  const auto rows_of = [&](const Rows& matrix) {
+    json out = json::array();
+    for (Eigen::Index r = 0; r < matrix.rows(); ++r)
+      out.push_back(in_file_order(matrix.row(r).transpose(), order.v));
+    return out;
+  };
+  answer["multipliers_by_q"] = rows_of(d.multipliers_by_q);
+  answer["multipliers_by_v"] = rows_of(d.multipliers_by_v);
+  answer["multipliers_by_efforts"] = rows_of(d.multipliers_by_efforts);
+  return answer;
+}
+
+struct Options {
+  std::string scene, state;
+  ModelOptions model;
+  bool derivatives = false;
+  std::optional<std::string> equations;
+};
+
+Result<json> work(const Options& o, const Command& command) {
+  const std::string &scene_file = o.scene, &state_file = o.state;
   const auto in_scene = [&](Error error) {
     if (!error.where.starts_with(scene_file))  // what compile refuses names the file already, with the line
       error.where = error.where.empty() ? scene_file : scene_file + ", " + error.where;
     return tl::unexpected(std::move(error));
   };
-  const auto model = read_model(scene_file, options);
+  const auto model = read_model(scene_file, o.model);
   if (!model) return tl::unexpected(model.error());
-  const auto system = compile(model->scene);
+  auto system = compile(model->scene);
   if (!system) return in_scene(system.error());
+  if (o.equations)
+    system->settings.equations = *o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   const FileOrder order = file_order(model->scene, system->coordinates);
   const auto given = read_state(state_file, *system, order);
   if (!given) return tl::unexpected(given.error());
@@ -114,6 +159,11 @@ Result<json> work(const std::string& scene_file, const std::string& state_file, 
   if (!evaluation) return in_scene(evaluation.error());
   json answer = answer_of(*evaluation, *system, order);
   if (!model->not_modelled.empty()) answer["not_modelled"] = model->not_modelled;
+  if (o.derivatives) {
+    const auto derivatives = forward_derivatives(*system, given->state, given->efforts);
+    if (!derivatives) return in_scene(derivatives.error());
+    answer["derivatives"] = derivatives_of(*derivatives, order);
+  }
   if (!command.json) fmt::print("{}\n", answer.dump(2));
   return answer;
 }
@@ -123,18 +173,21 @@ Result<json> work(const std::string& scene_file, const std::string& state_file, 
 void add_evaluate(CLI::App& program, Command& command) {
   auto* verb =
       program.add_subcommand("evaluate", "Accelerations, mass matrix, bias and energies at a state, as JSON");
-  auto scene = std::make_shared<std::string>(), state = std::make_shared<std::string>();
-  auto options = std::make_shared<ModelOptions>();
-  verb->add_option("scene", *scene, "The scene: TOML, MJCF or URDF")->required();
-  add_model_options(*verb, *options);
+  auto o = std::make_shared<Options>();
+  verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
+  add_model_options(*verb, o->model);
   verb->add_option(
-      "--state", *state,
+      "--state", o->state,
       "JSON with t (s), q, v, efforts in the order of the scene's file, as `simulate --json` answers its "
       "`end`; "
       "q must be there, a missing t, v or efforts is zero; without a state file, the scene's initial state");
-  verb->callback([&command, scene, state, options] {
-    command.work = [=](const Command& c) { return work(*scene, *state, *options, c); };
-  });
+  verb->add_option("--equations", o->equations, "Equations of motion: along the tree, or the paper's scan")
+      ->check(CLI::IsMember({"recursive", "lagrange"}));
+  verb->add_flag(
+      "--derivatives", o->derivatives,
+      "Also how accelerations and multipliers change with q (a ball's by small turns in its own axes), v, "
+      "efforts and inertias");
+  verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }
 
 }  // namespace borelli

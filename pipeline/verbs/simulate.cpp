@@ -25,13 +25,14 @@ namespace {
 struct Options {
   std::string scene, output;
   ModelOptions model;
-  std::optional<std::string> method, constraints;
+  std::optional<std::string> method, equations, constraints;
   std::optional<double> step, tolerance, end, output_interval, alpha, beta, energy_threshold;
   bool allow_untrusted = false;
 };
 
 SimulationSettings settings_of(SimulationSettings s, const Options& o) {
   s.method = o.method.value_or(s.method);
+  if (o.equations) s.equations = *o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   if (o.constraints)
     s.constraints =
         *o.constraints == "baumgarte" ? ConstraintTreatment::baumgarte : ConstraintTreatment::projection;
@@ -136,6 +137,8 @@ void add_simulate(CLI::App& program, Command& command) {
   add_model_options(*verb, o->model);
   verb->add_option("-o,--output", o->output, "Trajectory to write: .h5 (all of it) or .csv");
   verb->add_option("--method", o->method, "Integrator")->check(CLI::IsMember(integrator_names()));
+  verb->add_option("--equations", o->equations, "Equations of motion: along the tree, or the paper's scan")
+      ->check(CLI::IsMember({"recursive", "lagrange"}));
   verb->add_option("--step", o->step, "Fixed step, or the first one tried, s")->check(positive_number());
   verb->add_option("--tolerance", o->tolerance, "Adaptive methods: largest error per step")
       ->check(positive_number());

@@ -44,7 +44,7 @@ TEST(Lagrange, BiasIsThePapersEquation11) {
     const System system = compiled(random_tree(seed, {.balls = false, .drives = true}));
     State state = Random(seed + 50).state(system);
     state.t = 0.4;
-    Workspace w(system);
+    Workspace w(system, Equations::lagrange);
     ASSERT_FALSE(update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w));
     const Kinematics& k = w.kinematics;
     const Rows A = w.terms.A.selfadjointView<Eigen::Lower>();
@@ -67,7 +67,7 @@ TEST(Lagrange, MassMatrixDerivativeIsThatOfTheMassMatrix) {  // so that the test
   const System system = compiled(random_tree(3, {}));
   const State state = Random(53).state(system);
   const auto terms = [&](const Eigen::VectorXd& q) {
-    Workspace w(system);
+    Workspace w(system, Equations::lagrange);
     EXPECT_FALSE(update_terms(system, system.parameters, 0, q.data(), state.v.data(), w));
     return w;
   };
@@ -123,7 +123,7 @@ TEST(Lagrange, DoublePendulumObeysItsEquationsWrittenOut) {
 TEST(Lagrange, KineticEnergyIsHalfTheMassMatrixTwiceTheVelocity) {
   const System system = compiled(random_tree(5, {.balls = true, .drives = true}));
   const State state = Random(6).state(system);
-  Workspace w(system);
+  Workspace w(system, Equations::lagrange);
   ASSERT_FALSE(update_terms(system, system.parameters, 0.2, state.q.data(), state.v.data(), w));
   const Rows A = w.terms.A.selfadjointView<Eigen::Lower>();
   const double kinetic = 0.5 * w.kinematics.u.dot(A * w.kinematics.u);
@@ -162,7 +162,7 @@ TEST(Lagrange, ADrivenBallExertsWhatMovesASolidSo) {
   scene.solids = {solid("body", "world", {turn}, {body})};
   const System system = compiled(scene);
   const auto at_time = [&](double t) {
-    Workspace w(system);
+    Workspace w(system, Equations::lagrange);
     EXPECT_FALSE(accelerate(system, system.parameters, t, nullptr, nullptr, {}, w));
     return w;
   };

@@ -3,127 +3,11 @@
 #include <gtest/gtest.h>
 
 #ifdef BORELLI_MUJOCO
-#include <mujoco/mujoco.h>
-
-#include <filesystem>
-#include <fstream>
-
 #include "dynamics/evaluate.hpp"
-#include "scenes.hpp"
+#include "mujoco_twin.hpp"
 
 namespace borelli::test {
 namespace {
-
-enum class Joints { hinges, balls, mixed, free };
-
-struct Model {
-  mjModel* model = nullptr;
-  mjData* data = nullptr;
-  explicit Model(const std::string& xml) {
-    const auto path = std::filesystem::temp_directory_path() / fmt::format("borelli_{}.xml", getpid());
-    std::ofstream(path) << xml;
-    char error[1000] = "";
-    model = mj_loadXML(path.c_str(), nullptr, error, sizeof error);
-    std::filesystem::remove(path);
-    if (!model) throw std::runtime_error(error);
-    data = mj_makeData(model);
-  }
-  ~Model() {
-    mj_deleteData(data);
-    mj_deleteModel(model);
-  }
-  Model(const Model&) = delete;
-  Model& operator=(const Model&) = delete;
-};
-
-std::string numbers(const Eigen::VectorXd& v) {
-  std::string out;
-  for (double x : v) out += fmt::format("{:.17g} ", x);
-  return out;
-}
-
-/// The same random tree as a scene and in MuJoCo's language.
-struct Twin {
-  Scene scene;
-  std::string xml;
-};
-
-class TwinMaker {
- public:
-  TwinMaker(unsigned seed, Joints joints, int count) : random_(seed), joints_(joints), count_(count) {
-    for (int i = 0; i < count; ++i) {
-      const int parent = i == 0 ? -1 : random_.integer(std::max(0, i - 3), i - 1);
-      parents_.push_back(parent);
-      bodies_.push_back(make_body(i, parent));
-    }
-  }
-
-  Twin make() {
-    twin_.xml =
-        "<mujoco><compiler angle='radian' inertiafromgeom='false'/><option gravity='0 0 -9.81'>"
-        "<flag contact='disable' constraint='disable'/></option><worldbody>";
-    write(-1);
-    twin_.xml += "</worldbody></mujoco>";
-    return twin_;
-  }
-
- private:
-  // coordinates must come in MuJoCo's order, depth first: so the scene's solids are added as they are written
-  void write(int parent) {
-    for (int i = 0; i < count_; ++i) {
-      if (parents_[i] != parent) continue;
-      twin_.scene.solids.push_back(bodies_[i].first);
-      twin_.xml += bodies_[i].second;
-      write(i);
-      twin_.xml += "</body>";
-    }
-  }
-
-  std::pair<Solid, std::string> make_body(int i, int parent) {
-    const std::string name = fmt::format("b{}", i);
-    const Random::Principal own = random_.inertia();
-    Pose X{rotation_matrix(random_.turn()), random_.vector(0.5)};
-    const bool floats = joints_ == Joints::free && i == 0;
-    if (floats) X = Pose{};
-    std::string xml =
-        fmt::format("<body name='{}' pos='{}' quat='{}'>", name, numbers(X.p), numbers(quaternion(X.R)));
-    std::vector<Switch> switches{fixed(X.p, X.R)};
-    if (floats) {
-      xml += "<freejoint/>";
-      switches = free_switches(name);
-    } else {
-      add_joints(name, switches, xml);
-    }
-    // by principal axes: MuJoCo's own diagonalisation of a full tensor is good to 1e-9 only
-    xml += fmt::format("<inertial pos='{}' quat='{}' mass='{:.17g}' diaginertia='{}'/>", numbers(own.centre),
-                       numbers(own.axes), own.mass, numbers(own.moments));
-    return {solid(name, parent < 0 ? "world" : fmt::format("b{}", parent), switches, {own.inertial()}), xml};
-  }
-
-  void add_joints(const std::string& name, std::vector<Switch>& switches, std::string& xml) {
-    int kind = joints_ == Joints::hinges ? 0 : joints_ == Joints::balls ? 1 : random_.integer(0, 3);
-    if (joints_ == Joints::free) kind = random_.integer(0, 1);
-    if (kind == 1) {
-      switches.push_back(ball(name));
-      xml += "<joint type='ball'/>";
-      return;
-    }
-    const int hinges = kind == 2 ? 2 : kind == 3 ? 0 : 1, slides = kind >= 2 ? 1 : 0;
-    for (int j = 0; j < slides + hinges; ++j) {
-      const Vector3d axis = random_.direction();
-      const std::string coordinate = fmt::format("{}.{}", name, j);
-      switches.push_back(j < slides ? slide(coordinate, axis) : hinge(coordinate, axis));
-      xml += fmt::format("<joint type='{}' axis='{}'/>", j < slides ? "slide" : "hinge", numbers(axis));
-    }
-  }
-
-  Random random_;
-  Joints joints_;
-  int count_;
-  std::vector<int> parents_;
-  std::vector<std::pair<Solid, std::string>> bodies_;
-  Twin twin_;
-};
 
 double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
@@ -131,7 +15,7 @@ double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 
 void compare(Joints joints, int count, unsigned seed) {
   const Twin twin = TwinMaker(seed, joints, count).make();
-  const System system = compiled(twin.scene);
+  System system = compiled(twin.scene);
   Model mujoco(twin.xml);
   ASSERT_EQ(system.nq, mujoco.model->nq);
   ASSERT_EQ(system.nv, mujoco.model->nv);
@@ -145,11 +29,14 @@ void compare(Joints joints, int count, unsigned seed) {
     mj_fullM(mujoco.model, A.data(), mujoco.data->qM);
     const Eigen::Map<Eigen::VectorXd> bias(mujoco.data->qfrc_bias, system.nv),
         a(mujoco.data->qacc, system.nv);
-    const Evaluation ours = need(evaluate(system, state));
-    // both are exact but for rounding, which the condition of A (up to 1e5 here) carries into a
-    EXPECT_LT(relative(ours.mass_matrix, A), 1e-12) << "seed " << seed;
-    EXPECT_LT(relative(ours.generalized_efforts - ours.bias, -bias), 1e-12) << "seed " << seed;
-    EXPECT_LT(relative(ours.acceleration, a), 1e-9) << "seed " << seed;
+    for (Equations equations : {Equations::recursive, Equations::lagrange}) {
+      system.settings.equations = equations;
+      const Evaluation ours = need(evaluate(system, state));
+      // both are exact but for rounding, which the condition of A (up to 1e5 here) carries into a
+      EXPECT_LT(relative(ours.mass_matrix, A), 1e-12) << "seed " << seed;
+      EXPECT_LT(relative(ours.generalized_efforts - ours.bias, -bias), 1e-12) << "seed " << seed;
+      EXPECT_LT(relative(ours.acceleration, a), 1e-9) << "seed " << seed;
+    }
   }
 }
 

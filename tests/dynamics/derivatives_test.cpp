@@ -1,0 +1,273 @@
+// Derivatives of the dynamics against finite differences of the dynamics, against dual numbers sent through
+// the articulated bodies' recursion itself, and against MuJoCo's accelerations.
+#include "dynamics/derivatives.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
+
+#include "dynamics/chart.hpp"
+#include "dynamics/dual.hpp"
+#include "dynamics/equations.hpp"
+#include "random_scene.hpp"
+
+#ifdef BORELLI_MUJOCO
+#include "mujoco_twin.hpp"
+#endif
+
+namespace borelli::test {
+namespace {
+
+// Five-point central differences with step h: h^4 / 30 times fifth derivatives (up to 1e4 for these scenes)
+// and rounding (1e-13 after the solution, of accelerations) over h.
+constexpr double h = 1e-3, tolerance = 1e-7;
+
+template <class Function>
+Eigen::VectorXd difference(const Function& f) {
+  const Eigen::VectorXd a = f(-2 * h), b = f(-h), c = f(h), d = f(2 * h);
+  return (a - 8 * b + 8 * c - d) / (12 * h);
+}
+
+double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  if (b.size() == 0) return 0;
+  return (a - b).cwiseAbs().maxCoeff() / std::max(1.0, b.cwiseAbs().maxCoeff());
+}
+
+State moved(const System& system, State state, const Eigen::VectorXd& x) {
+  const Eigen::VectorXd q = state.q;
+  from_chart(system, q.data(), x.data(), state.q.data());
+  return state;
+}
+
+/// One of a body's ten numbers changed by s.
+System changed(System system, int body, int number, double s) {
+  Inertial& it = system.parameters.inertials[body];
+  constexpr int row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+  if (number == 0) it.mass += s;
+  if (number >= 1 && number <= 3) it.centre[number - 1] += s;
+  if (number >= 4) {
+    it.tensor(row[number - 4], column[number - 4]) += s;
+    if (number >= 7) it.tensor(column[number - 4], row[number - 4]) += s;
+  }
+  return system;
+}
+
+std::vector<int> massive(const System& system) {
+  std::vector<int> out;
+  for (int b = 1; b < int(system.bodies.size()); ++b)
+    if (system.bodies[b].massive) out.push_back(b);
+  return out;
+}
+
+/// a, then the multipliers.
+Eigen::VectorXd solution(const System& system, const State& state, const Eigen::VectorXd& efforts) {
+  const Evaluation e = need(evaluate(system, state, efforts));
+  Eigen::VectorXd out(e.acceleration.size() + e.multipliers.size());
+  out << e.acceleration, e.multipliers;
+  return out;
+}
+
+Eigen::MatrixXd stacked(const Rows& a, const Rows& lambda) {
+  Eigen::MatrixXd out(a.rows() + lambda.rows(), a.cols());
+  out << a, lambda;
+  return out;
+}
+
+void compare_forward(const System& system, const State& state, const std::string& which) {
+  const int n = system.nv;
+  const Eigen::VectorXd efforts = Eigen::VectorXd::LinSpaced(n, -1, 2);
+  const ForwardDerivatives exact = need(forward_derivatives(system, state, efforts));
+  Eigen::MatrixXd by_q(n + system.rows, n), by_v = by_q, by_efforts = by_q;
+  for (int i = 0; i < n; ++i) {
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(n, i);
+    by_q.col(i) =
+        difference([&](double s) { return solution(system, moved(system, state, s * unit), efforts); });
+    by_v.col(i) = difference([&](double s) {
+      State other = state;
+      other.v += s * unit;
+      return solution(system, other, efforts);
+    });
+    by_efforts.col(i) = difference([&](double s) { return solution(system, state, efforts + s * unit); });
+  }
+  EXPECT_LT(relative(stacked(exact.acceleration_by_q, exact.multipliers_by_q), by_q), tolerance) << which;
+  EXPECT_LT(relative(stacked(exact.acceleration_by_v, exact.multipliers_by_v), by_v), tolerance) << which;
+  EXPECT_LT(relative(stacked(exact.acceleration_by_efforts, exact.multipliers_by_efforts), by_efforts),
+            tolerance)
+      << which;
+  const std::vector<int> bodies = massive(system);
+  ASSERT_EQ(exact.inertials.size(), bodies.size());
+  Eigen::MatrixXd by_inertia(n + system.rows, 10 * bodies.size());
+  for (int i = 0; i < int(bodies.size()); ++i)
+    for (int k = 0; k < 10; ++k)
+      by_inertia.col(10 * i + k) =  // by a smaller step: moments are as small as 1e-3 here
+          difference(
+              [&](double s) { return solution(changed(system, bodies[i], k, 0.03 * s), state, efforts); }) /
+          0.03;
+  EXPECT_LT(relative(stacked(exact.acceleration_by_inertia, exact.multipliers_by_inertia), by_inertia),
+            tolerance)
+      << which;
+}
+
+bool well_conditioned(const System& system, const State& state) {
+  const auto e = evaluate(system, state);
+  if (!e) return false;
+  const Eigen::VectorXd s = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(e->mass_matrix).eigenvalues();
+  return s[0] > 1e-3;  // kg or kg m^2
+}
+
+void compare_random(bool constrained) {
+  int compared = 0;
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    const auto system = compile(RandomScene(seed, 6, constrained).scene);
+    if (!system || system->nv == 0) continue;
+    State state = Random(seed + 900).state(*system);
+    state.t = 0.3;
+    if (!well_conditioned(*system, state)) continue;
+    if (constrained) {
+      const Evaluation e = need(evaluate(*system, state));
+      const Eigen::VectorXd s = e.constraint_jacobian.jacobiSvd().singularValues();
+      if (s[s.size() - 1] < 0.03) continue;  // near a singular position differences mean nothing
+    }
+    compare_forward(*system, state, fmt::format("seed {}", seed));
+    ++compared;
+  }
+  EXPECT_GT(compared, 8);
+}
+
+TEST(Derivatives, OfForwardDynamicsAreThoseOfDifferences) { compare_random(false); }
+TEST(Derivatives, OfConstrainedForwardDynamicsAreThoseOfDifferences) { compare_random(true); }
+
+TEST(Derivatives, OfInverseDynamicsAreThoseOfDifferences) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const auto system = compile(RandomScene(seed, 6, false).scene);
+    if (!system || system->nv == 0) continue;
+    State state = Random(seed + 900).state(*system);
+    state.t = 0.3;
+    const int n = system->nv;
+    const Eigen::VectorXd a = Eigen::VectorXd::LinSpaced(n, -3, 2);
+    const auto efforts = [&](const System& of, const State& at, const Eigen::VectorXd& acceleration) {
+      return need(inverse_dynamics(of, at, acceleration)).efforts;
+    };
+    const InverseDynamics exact = need(inverse_dynamics(*system, state, a));
+    Eigen::MatrixXd by_q(n, n), by_v(n, n), by_a(n, n);
+    for (int i = 0; i < n; ++i) {
+      const Eigen::VectorXd unit = Eigen::VectorXd::Unit(n, i);
+      by_q.col(i) =
+          difference([&](double s) { return efforts(*system, moved(*system, state, s * unit), a); });
+      by_v.col(i) = difference([&](double s) {
+        State other = state;
+        other.v += s * unit;
+        return efforts(*system, other, a);
+      });
+      by_a.col(i) = difference([&](double s) { return efforts(*system, state, a + s * unit); });
+    }
+    EXPECT_LT(relative(exact.efforts_by_q, by_q), tolerance) << seed;
+    EXPECT_LT(relative(exact.efforts_by_v, by_v), tolerance) << seed;
+    EXPECT_LT(relative(exact.efforts_by_a, by_a), tolerance) << seed;
+    const std::vector<int> bodies = massive(*system);
+    for (int i = 0; i < int(bodies.size()); ++i)
+      for (int k = 0; k < 10; ++k) {
+        const Eigen::VectorXd one =
+            difference([&](double s) { return efforts(changed(*system, bodies[i], k, s), state, a); });
+        EXPECT_LT(relative(exact.efforts_by_inertia.col(10 * i + k), one), tolerance) << seed << ", " << k;
+      }
+    // and forward dynamics undoes it: tau gives a back
+    const auto back = evaluate(*system, state, exact.efforts);
+    if (!back || !well_conditioned(*system, state)) continue;
+    EXPECT_LT(relative(back->acceleration, a), 1e-10) << seed;
+  }
+}
+
+// A user's function: its third derivatives are by differences along the motion.
+TEST(Derivatives, HoldForAUsersFunction) {
+  Scene scene = chain(4, true, 0.4);
+  FunctionConstraint function;
+  function.coordinates = {{"h0"}, {"h2"}};
+  function.points = {{"l3", {0, 0, -1}}};
+  // h = sin(q0) q2^2 + z^3 + t x - 0.3
+  function.function = [](double t, const Eigen::VectorXd& x, FunctionDerivatives& d) {
+    d.value = std::sin(x[0]) * x[1] * x[1] + std::pow(x[4], 3) + t * x[2] - 0.3;
+    d.gradient << std::cos(x[0]) * x[1] * x[1], 2 * std::sin(x[0]) * x[1], t, 0, 3 * x[4] * x[4];
+    d.hessian(0, 0) = -std::sin(x[0]) * x[1] * x[1];
+    d.hessian(0, 1) = d.hessian(1, 0) = 2 * std::cos(x[0]) * x[1];
+    d.hessian(1, 1) = 2 * std::sin(x[0]);
+    d.hessian(4, 4) = 6 * x[4];
+    d.rate = x[2];
+    d.gradient_rate[2] = 1;
+  };
+  scene.constraints = {{"own", function}};
+  const System system = compiled(scene);
+  State state = Random(4).state(system);
+  state.t = 0.7;
+  compare_forward(system, state, "a function");
+}
+
+// The formula of implicit functions against dual numbers sent through the recursion of articulated bodies.
+TEST(Derivatives, AreThoseOfTheArticulatedBodies) {
+  const System system = compiled(random_tree(2, {.balls = true, .drives = true}));
+  State state = Random(8).state(system);
+  state.t = 0.2;
+  const ForwardDerivatives exact = need(forward_derivatives(system, state));
+  KinematicsOf<DualNumber> k(system, Equations::recursive);
+  EffortSumsOf<DualNumber> efforts(system);
+  RecursionOf<DualNumber> recursion(system);
+  LagrangeTermsOf<DualNumber> terms(system);
+  InertialsOf<DualNumber> inertials;
+  for (const Inertial& one : system.parameters.inertials)
+    inertials.push_back({one.mass, one.centre.cast<DualNumber>(), one.tensor.cast<DualNumber>()});
+  const Eigen::VectorX<DualNumber> q = state.q.cast<DualNumber>();
+  for (int i = 0; i < system.nv; ++i) {
+    Eigen::VectorX<DualNumber> v = state.v.cast<DualNumber>(), a(system.nv), drives(system.driven_nv);
+    v[i].d[0] = 1;
+    update_kinematics<DualNumber>(system, system.parameters, inertials, state.t, q.data(), v.data(), nullptr,
+                                  k);
+    find_own_forces(system, system.parameters, inertials, k, efforts, recursion, terms);
+    ASSERT_TRUE(find_accelerations<DualNumber>(system, system.parameters, k, efforts, nullptr, recursion,
+                                               a.data(), drives.data()));
+    for (int j = 0; j < system.nv; ++j)  // rounding, times A's condition of some 1e3
+      EXPECT_NEAR(a[j].d[0], exact.acceleration_by_v(j, i),
+                  1e-11 * (1 + exact.acceleration_by_v.cwiseAbs().maxCoeff()));
+  }
+}
+
+TEST(Derivatives, RefuseWhatIsNotOfTheScene) {
+  const System system = compiled(chain(2, false));
+  EXPECT_FALSE(inverse_dynamics(system, system.initial, Eigen::VectorXd::Zero(3)));
+  State wrong = system.initial;
+  wrong.q[0] = NAN;
+  const auto refused = forward_derivatives(system, wrong);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().where, "coordinate 'h0'");
+}
+
+#ifdef BORELLI_MUJOCO
+// Against differences of MuJoCo's accelerations along its own tangent, which is ours.
+TEST(Derivatives, AreThoseOfMuJoCo) {
+  for (Joints joints : {Joints::hinges, Joints::balls, Joints::mixed, Joints::free}) {
+    const Twin twin = TwinMaker(3, joints, 6).make();
+    const System system = compiled(twin.scene);
+    Model mujoco(twin.xml);
+    const State state = Random(12).state(system);
+    const ForwardDerivatives exact = need(forward_derivatives(system, state));
+    const int n = system.nv;
+    const auto acceleration = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v) {
+      std::copy(state.q.begin(), state.q.end(), mujoco.data->qpos);
+      mj_integratePos(mujoco.model, mujoco.data->qpos, x.data(), 1);
+      for (int i = 0; i < n; ++i) mujoco.data->qvel[i] = state.v[i] + v[i];
+      mj_forward(mujoco.model, mujoco.data);
+      return Eigen::VectorXd(Eigen::Map<Eigen::VectorXd>(mujoco.data->qacc, n));
+    };
+    const Eigen::VectorXd zero = Eigen::VectorXd::Zero(n);
+    Eigen::MatrixXd by_q(n, n), by_v(n, n);
+    for (int i = 0; i < n; ++i) {
+      const Eigen::VectorXd unit = Eigen::VectorXd::Unit(n, i);
+      by_q.col(i) = difference([&](double s) { return acceleration(s * unit, zero); });
+      by_v.col(i) = difference([&](double s) { return acceleration(zero, s * unit); });
+    }
+    EXPECT_LT(relative(exact.acceleration_by_q, by_q), tolerance);
+    EXPECT_LT(relative(exact.acceleration_by_v, by_v), tolerance);
+  }
+}
+#endif
+
+}  // namespace
+}  // namespace borelli::test
