@@ -44,6 +44,25 @@ Matrix3<T> cross_matrix(const Vector3<T>& a) {
   return M;
 }
 
+/// The upper triangle, mirrored.
+template <class T>
+void mirror(Matrix3<T>& M) {
+  M(1, 0) = M(0, 1);
+  M(2, 0) = M(0, 2);
+  M(2, 1) = M(1, 2);
+}
+
+/// R tensor R^T
+template <class T, class Tensor>
+Matrix3<T> turned(const Matrix3<T>& R, const Tensor& tensor) {
+  const Matrix3<T> half = R * tensor;
+  Matrix3<T> I;
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j) I(i, j) = half.row(i).dot(R.row(j));
+  mirror(I);
+  return I;
+}
+
 /// -m [d]x [d]x: the inertia about a point of a mass m at d from it.
 template <class T>
 Matrix3<T> point_inertia(const T& m, const Vector3<T>& d) {
@@ -97,7 +116,7 @@ void find_own_forces(const System& system, const Parameters& parameters, const I
     const Vector3<T> d = m.g - m.X.p;
     if (body.massive) {
       const auto& inertial = inertials[b];
-      const Matrix3<T> I_W = m.X.R * inertial.tensor * m.X.R.transpose();
+      const Matrix3<T> I_W = turned<T>(m.X.R, inertial.tensor);
       const Vector3<T> momentum = I_W * m.w;
       const Vector3<T> weight = inertial.mass * parameters.gravity;
       inertia.f = inertial.mass * m.vdot;
@@ -203,9 +222,15 @@ Wrench<T> wrench_of(const ArticulatedBody<T>& body, const KinematicsOf<T>& k, co
 template <class T>
 void release(const Pivot<T>& pivot, ArticulatedBody<T>& body) {
   const Vector3<T> n = pivot.inverse * pivot.U.n, f = pivot.inverse * pivot.U.f;
-  body.I.noalias() -= n * pivot.U.n.transpose();
-  body.H.noalias() -= n * pivot.U.f.transpose();
-  body.M.noalias() -= f * pivot.U.f.transpose();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) {
+      body.I(i, j) -= n[i] * pivot.U.n[j];
+      body.M(i, j) -= f[i] * pivot.U.f[j];
+    }
+    for (int j = 0; j < 3; ++j) body.H(i, j) -= n[i] * pivot.U.f[j];
+  }
+  mirror(body.I);
+  mirror(body.M);
   body.bias.n += pivot.rest * n;
   body.bias.f += pivot.rest * f;
 }
@@ -213,10 +238,17 @@ void release(const Pivot<T>& pivot, ArticulatedBody<T>& body) {
 /// Writes a body's inertia at a point that is -r away.
 template <class T>
 void shift(const Vector3<T>& r, ArticulatedBody<T>& body) {
-  const Matrix3<T> cross = cross_matrix(r);
-  body.I.noalias() -= body.H * cross;
-  body.H.noalias() += cross * body.M;
-  body.I.noalias() += cross * body.H.transpose();
+  // H' = H + [r]x M, I' = I - H [r]x + [r]x H'^T
+  const Matrix3<T> H = body.H;
+  for (int j = 0; j < 3; ++j) body.H.col(j) += r.cross(body.M.col(j));
+  const Matrix3<T>& G = body.H;
+  body.I(0, 0) += r[1] * (H(0, 2) + G(0, 2)) - r[2] * (H(0, 1) + G(0, 1));
+  body.I(1, 1) += r[2] * (H(1, 0) + G(1, 0)) - r[0] * (H(1, 2) + G(1, 2));
+  body.I(2, 2) += r[0] * (H(2, 1) + G(2, 1)) - r[1] * (H(2, 0) + G(2, 0));
+  body.I(0, 1) += r[2] * H(0, 0) - r[0] * H(0, 2) + r[1] * G(1, 2) - r[2] * G(1, 1);
+  body.I(0, 2) += r[0] * H(0, 1) - r[1] * H(0, 0) + r[1] * G(2, 2) - r[2] * G(2, 1);
+  body.I(1, 2) += r[0] * H(1, 1) - r[1] * H(1, 0) + r[2] * G(2, 0) - r[0] * G(2, 2);
+  mirror(body.I);
   body.bias.n += r.cross(body.bias.f);
   body.polar += 2 * r.dot(body.first) + body.mass * r.squaredNorm();
   body.first += body.mass * r;

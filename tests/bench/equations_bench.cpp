@@ -82,8 +82,9 @@ class Ratios : public benchmark::ConsoleReporter {
   void ReportRuns(const std::vector<Run>& runs) override {
     ConsoleReporter::ReportRuns(runs);
     for (const Run& run : runs) {
-      if (run.run_type == Run::RT_Aggregate || run.error_occurred) continue;
-      double& least = seconds_.try_emplace(run.benchmark_name(), 1e9).first->second;
+      if (run.error_occurred || (run.run_type == Run::RT_Aggregate && run.aggregate_name != "median"))
+        continue;
+      double& least = seconds_.try_emplace(run.run_name.str(), 1e9).first->second;
       least = std::min(least, run.GetAdjustedCPUTime());
     }
   }

@@ -128,6 +128,7 @@ struct Compare {
     equal &= a.constraints == b.constraints;
     (*this)(a.baumgarte_alpha, b.baumgarte_alpha), (*this)(a.baumgarte_beta, b.baumgarte_beta);
     (*this)(a.energy_threshold, b.energy_threshold);
+    equal &= a.equations == b.equations;
   }
   void operator()(const Scene& a, const Scene& b) {
     (*this)(a.name, b.name), (*this)(a.description, b.description), (*this)(a.gravity, b.gravity);
@@ -178,9 +179,16 @@ Scene varied(unsigned seed) {
   scene.name = "varied \"scene\" \\ of many kinds";
   scene.description = "first line\nsecond, with a tab\t, a \"quote\" and a \\\n\nend";
   scene.gravity = vector();
-  scene.simulation = {positive(), "rk4",      positive(),
-                      positive(), positive(), ConstraintTreatment::baumgarte,
-                      positive(), positive(), positive()};
+  scene.simulation = {positive(),
+                      "rk4",
+                      positive(),
+                      positive(),
+                      positive(),
+                      Equations::lagrange,
+                      ConstraintTreatment::baumgarte,
+                      positive(),
+                      positive(),
+                      positive()};
   Solid first{"first", "second", {}, {inertial()}, {}};
   first.switches = {{Fixed{{turn(), vector()}}, "", Free{}, {}, {}, {}},
                     {Rotation{-Vector3d::UnitY()}, "a", Free{}, {half(random)}, {number()}, {Range{-1.5, 2}}},
@@ -474,6 +482,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "on='a'\ndamping=-1\n",
                 8, "damping is -1, expected 0 or more"},
         Refused{"bad_treatment", "[simulation]\nconstraints='magic'\n", 2, "projection"},
+        Refused{"bad_equations", "[simulation]\nequations='newton'\n", 2,
+                "equations is \"newton\", expected \"recursive\" or \"lagrange\""},
         Refused{"step_of_nothing", "[simulation]\nstep=0\n", 2, "expected a positive number"},
         Refused{"sine_field", "[[solid]]\nname='a'\njoint={rotation='x', driven={kind='sine', amplitud=1}}\n",
                 3, "unknown key 'amplitud'"},

@@ -153,6 +153,32 @@ TEST(Evaluate, ConstraintsCarryTheirRows) {
   }
 }
 
+TEST(Evaluate, BothEquationsAnswerAlike) {
+  const TestFolder folder;
+  const std::string state = folder.write("state.json", R"({"q": [1, 0.4, -0.7], "v": [3, -2, 1]})");
+  const std::string verb = "evaluate " + samples + "roundabout.toml --state " + state + " --equations ";
+  const ProgramRun lagrange = run_program(verb + "lagrange"), recursive = run_program(verb + "recursive");
+  ASSERT_EQ(lagrange.code, 0) << lagrange.err;
+  const json a = json::parse(lagrange.out, nullptr, false), b = json::parse(recursive.out, nullptr, false);
+  for (const char* key : {"acceleration", "bias", "generalized_efforts"})
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(a[key][i], b[key][i], 1e-12) << key;  // of some 10
+  EXPECT_EQ(run_program(verb + "newton").code, 2);
+}
+
+TEST(Evaluate, DerivativesByHand) {
+  // a point of m = 1 kg on l = 1 m: a = (tau - m g l sin q) / (m l^2)
+  const TestFolder folder;
+  const std::string state = folder.write("state.json", R"({"q": [0.3], "v": [2], "efforts": [0.5]})");
+  const ProgramRun run = run_program("evaluate " + samples + "pendulum.toml --derivatives --state " + state);
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json d = json::parse(run.out, nullptr, false)["derivatives"];
+  EXPECT_NEAR(d["acceleration_by_q"][0][0], -9.81 * std::cos(0.3), 1e-14);
+  EXPECT_NEAR(d["acceleration_by_v"][0][0], 0, 1e-14);
+  EXPECT_NEAR(d["acceleration_by_efforts"][0][0], 1, 1e-14);
+  ASSERT_EQ(d["acceleration_by_inertia"].size(), 1u);
+  EXPECT_NEAR(d["acceleration_by_inertia"][0]["mass"][0], -0.5, 1e-14);  // -tau / (m l)^2
+}
+
 TEST(Evaluate, BadStatesEndInOneSentence) {
   const TestFolder folder;
   const std::pair<const char*, const char*> bad[] = {
