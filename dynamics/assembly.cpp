@@ -197,6 +197,7 @@ Result<Assembly> assemble(const System& system, const Parameters& parameters, St
     if (info.q_size == 4) state.q.segment<4>(info.q_index).normalize();
   if (system.rows == 0) return Assembly{};
   const State before = state;
+  workspace.solver.forget();
   auto assembly = Assembler(system, parameters, state, workspace).run();
   if (!assembly) return assembly;
   assembly->position = largest_move(system, before, state, true);
@@ -236,6 +237,11 @@ Projection project(const System& system, const Parameters& parameters, State& st
   w.wanted = -w.rows.rate;
   w.solver.correct(w.factor, w.wanted, w.correction);
   state.v += w.correction;
+  out.velocity_change = Eigen::VectorXd::Zero(system.groups);
+  for (int i = 0; i < system.nv; ++i) {
+    const double part = w.solver.measured()[i];
+    out.velocity_change[system.velocity_groups[i]] += part * part / 2;
+  }
   return out;
 }
 

@@ -32,7 +32,8 @@ Result<Assembly> assemble(const System& system, State& state);
 
 /// The state after an accepted step is put back on the constraints: positions, then velocities.
 struct Projection {
-  Eigen::VectorXd energy_before;  ///< kinetic + potential of each independent group at the state given, J
+  Eigen::VectorXd energy_before;    ///< kinetic + potential of each independent group at the state given, J
+  Eigen::VectorXd velocity_change;  ///< of each group: the energy of what was changed of its velocities, J
   Fault fault;
   int unreached = -1;  ///< the row that would not come back; -1: all did
 };

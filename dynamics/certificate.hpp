@@ -51,6 +51,12 @@ struct Certificate {
   std::vector<Conserved> conserved;
   std::vector<ConstraintResidual> residuals;     ///< one per constraint
   int constraint_rows = 0, constraint_rank = 0;  ///< at the start
+  /// How near rows that are independent came to dependence (sine of an angle; 1: no rows), and when; how
+  /// often the run passed a singular position, where they are dependent, and by how much the line of the
+  /// velocities turned there at most, rad.
+  double nearness = 1, nearness_time = 0;
+  int singular_passages = 0;
+  double singular_turn = 0;
   std::vector<std::string> redundant;  ///< rows that depend on others; the multipliers are the least ones
 
   long steps_accepted = 0, steps_rejected = 0;

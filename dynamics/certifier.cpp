@@ -12,7 +12,8 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
       largest_speeds_(system.groups, 1),
       momenta_(conserved_momenta(system, parameters)),
       start_momenta_(momenta_.size()),
-      momentum_rounding_(momenta_.size(), 0) {
+      momentum_rounding_(momenta_.size(), 0),
+      singular_(system) {
   for (const System::LimitedCoordinate& limited : system.ranges)
     range_noted_.emplace_back(limited.ranges.size(), false);
   certificate_.energy_threshold = threshold;
@@ -35,7 +36,7 @@ void Certifier::observe(const State& state, const Workspace& workspace, const Wo
   observe_momenta(state.t, workspace);
   observe_residuals(state.t, state, workspace);
   observe_ranges(state);
-  observe_rank(state.t, workspace);
+  if (const auto reason = singular_.observe(state, workspace)) distrust(state.t, *reason);
   started_ = true;
   last_time_ = state.t;
 }
@@ -163,16 +164,23 @@ void Certifier::observe_ranges(const State& state) {
   }
 }
 
-/// A rank that changes is a singular position: the freedom of the scene is another one there, and which way
-/// it goes on from it the equations do not say.
-void Certifier::observe_rank(double t, const Workspace& workspace) {
-  if (system_.rows == 0 || rank_noted_ || workspace.solver.rank() == certificate_.constraint_rank) return;
-  rank_noted_ = true;
-  const std::string text = fmt::format(
-      "the rank of the constraint rows changed from {} to {} at t = {:.6g} s: a singular position",
-      certificate_.constraint_rank, workspace.solver.rank(), t);
-  note(text);
-  distrust(t, text);
+void Certifier::observe_projection(double t, const Eigen::VectorXd& change, const Workspace& workspace) {
+  if (const auto reason = singular_.observe_projection(t, change, workspace)) distrust(t, *reason);
+}
+
+void Certifier::note_singular_positions() {
+  certificate_.singular_passages = singular_.passages();
+  certificate_.singular_turn = singular_.largest_turn();
+  certificate_.nearness = singular_.nearness();
+  certificate_.nearness_time = singular_.nearness_time();
+  if (singular_.passages() == 0) return;
+  note(
+      fmt::format("singular position at t = {:.6g} s, where the rank of the constraint rows falls to {}{}: "
+                  "passed by inertia, the "
+                  "velocities' line turning by at most {:.2g} rad",
+                  singular_.first_passage(), singular_.first_rank(),
+                  singular_.passages() > 1 ? fmt::format(", and {} more", singular_.passages() - 1) : "",
+                  singular_.largest_turn()));
 }
 
 void Certifier::note_assembly(const Assembly& assembly) {
@@ -215,6 +223,7 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
   c.work_baumgarte = work.violation;
   c.work_projection = work.projection;
   c.work_projection_size = work.projection_size;
+  note_singular_positions();
   c.energy_drift = energy_.drift;
   c.energy_drift_time = energy_.drift_time;
   c.energy_turnover = energy_.turnover();

@@ -4,6 +4,7 @@
 
 #include "dynamics/assembly.hpp"
 #include "dynamics/momentum.hpp"
+#include "dynamics/singular_watch.hpp"
 #include "dynamics/work.hpp"
 
 namespace borelli {
@@ -33,6 +34,9 @@ class Certifier {
 
   /// Looks at a state whose equations are solved in `workspace`.
   void observe(const State& state, const Workspace& workspace, const Work& work);
+  /// Looks at what a projection changed of the velocities (Projection::velocity_change) on the way to a state
+  /// whose equations are solved in `workspace`.
+  void observe_projection(double t, const Eigen::VectorXd& change, const Workspace& workspace);
   /// Counts an accepted step from time t; `whole`: not cut short to land on an output time.
   void count_step(double t, double h, bool whole);
   void count_rejection() { ++certificate_.steps_rejected; }
@@ -52,7 +56,7 @@ class Certifier {
   void observe_momenta(double t, const Workspace& workspace);
   void observe_residuals(double t, const State& state, const Workspace& workspace);
   void observe_ranges(const State& state);
-  void observe_rank(double t, const Workspace& workspace);
+  void note_singular_positions();
   void note_assembly(const Assembly& assembly);
 
   const System& system_;
@@ -67,7 +71,7 @@ class Certifier {
   std::vector<Eigen::Vector3d> start_momenta_;
   std::vector<double> momentum_rounding_;
   std::vector<std::vector<char>> range_noted_;  ///< per limited coordinate, per component
-  bool rank_noted_ = false;
+  SingularWatch singular_;
 };
 
 }  // namespace borelli

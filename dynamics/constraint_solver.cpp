@@ -11,10 +11,14 @@ ConstraintSolver::ConstraintSolver(const System& system)
     : system_(system),
       order_(system.rows),
       scale_(Eigen::VectorXd::Zero(system.rows)),
+      length_(scale_),
+      longest_(scale_),
       W_(Rows::Zero(system.rows, system.nv)),
       basis_(Rows::Zero(std::min(system.rows, system.nv), system.nv)),
       R_(Rows::Zero(std::min(system.rows, system.nv), system.rows)),
-      z_(Eigen::VectorXd::Zero(std::min(system.rows, system.nv))),
+      pivot_(Eigen::VectorXd::Zero(std::min(system.rows, system.nv))),
+      largest_(pivot_),
+      z_(pivot_),
       G_(Rows::Zero(z_.size(), z_.size())),
       s_(z_),
       y_(Eigen::VectorXd::Zero(system.nv)) {
@@ -24,6 +28,8 @@ ConstraintSolver::ConstraintSolver(const System& system)
 void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide) {
   for (int r = 0; r < system_.rows; ++r) {
     W_.row(r) = L.row(r).head(system_.nv);
+    length_[r] = 0;
+    for (int i = 0; i < system_.nv; ++i) length_[r] += std::abs(W_(r, i)) * system_.velocity_scale[i];
     // entries are lengths or pure numbers; one of rounding's size is none
     if (system_.nv == 0 || W_.row(r).cwiseAbs().maxCoeff() <= 1e-13 * std::max(1.0, system_.length)) {
       W_.row(r).setZero();
@@ -32,23 +38,53 @@ void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide) {
     }
     solve_transposed(system_, F, W_.row(r).data());
     scale_[r] = 1 / W_.row(r).norm();
+    // one that has all but vanished (a slide at its crank's dead point) points where rounding will
+    if (remembered_ >= 0 && length_[r] < longest_[r]) scale_[r] *= length_[r] / longest_[r];
     W_.row(r) *= scale_[r];
   }
   R_.setZero();
   if (decide) {
     std::iota(order_.begin(), order_.end(), 0);
     rank_ = int(basis_.rows());
+    nearness_ = 1;
   }
   for (int k = 0; k < rank_; ++k) {
     if (decide) {
       choose_pivot(k);
-      if (W_.row(order_[k]).norm() < rank_tolerance) {
+      pivot_[k] = W_.row(order_[k]).norm();
+      if (!counts(k, pivot_[k])) {
         rank_ = k;
         break;
       }
     }
     make_orthonormal(k);
   }
+}
+
+/// Whether the k-th row in the order is far enough from those before it to be independent of them.
+bool ConstraintSolver::counts(int k, double distance) {
+  if (remembered_ < 0 || k < remembered_) nearness_ = std::min(nearness_, distance);
+  if (remembered_ < 0) return distance >= rank_tolerance;
+  if (k >= remembered_) return distance >= nearness_tolerance;
+  return distance >= std::clamp(nearness_share * largest_[k], rank_tolerance, nearness_tolerance);
+}
+
+void ConstraintSolver::remember() {
+  for (int k = 0; k < rank_; ++k) largest_[k] = std::max(largest_[k], pivot_[k]);
+  longest_ = longest_.cwiseMax(length_);
+  remembered_ = std::max(remembered_, rank_);
+}
+
+void ConstraintSolver::remember(const ConstraintSolver& other) {
+  largest_ = other.largest_;
+  longest_ = other.longest_;
+  remembered_ = other.remembered_;
+}
+
+void ConstraintSolver::forget() {
+  largest_.setZero();
+  longest_.setZero();
+  remembered_ = -1;
 }
 
 void ConstraintSolver::choose_pivot(int k) {

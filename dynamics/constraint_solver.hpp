@@ -6,8 +6,15 @@
 // the farthest from the span of those before it first (Gram-Schmidt with pivoting; Bjorck, Numerics of
 // Gram-Schmidt orthogonalization, 1994). Rows that lie in the span depend on the others: they take no part in
 // y, and the multipliers are the least that give the same y.
+//
+// At a singular position (a four-bar flattened) rows that are independent elsewhere become dependent. Close
+// to it the direction in which such a row holds is known to rounding over the distance only, and steps that
+// follow it there come out on any branch. So within a run the solver remembers how far from the others its
+// rows have been, and counts them as dependent while they are much closer than that: the motion coasts
+// through the neighbourhood by its own inertia, which is along the branch that it came on.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "dynamics/system.hpp"
@@ -21,6 +28,10 @@ class ConstraintSolver {
   /// How far from the span of the others a unit row must be to count as independent of them. It lies above
   /// what assembly and rounding leave (some 1e-10) and far below what a healthy mechanism has.
   static constexpr double rank_tolerance = 1e-8;
+  /// Within a run: how near rows that have been independent may come to dependence, at most and in parts of
+  /// the farthest that they have been, and from where on rows count as independent that have never been. What
+  /// coasting through costs falls with it, what rounding costs rises with its inverse square: 1e-16 / 1e-8.
+  static constexpr double nearness_tolerance = 1e-4, nearness_share = 1e-3;
 
   /// Takes in L (rows x size; its free columns) and the factor F of the mass matrix. With `decide` it also
   /// decides rank and order of the rows; else it keeps those of the last decision.
@@ -38,6 +49,21 @@ class ConstraintSolver {
   void multipliers(Eigen::VectorXd& lambda);
 
   int rank() const { return rank_; }
+  /// Of the least independent row that has been independent, at the last decision: how far it was from the
+  /// span of the others. 1 without rows.
+  double nearness() const { return nearness_; }
+  /// The largest rank remembered, or that of the last decision if none is.
+  int full_rank() const { return std::max(remembered_, rank_); }
+  /// Remembers the rows' distances at the last decision, that of a state which the run came to: from then on
+  /// they are judged by what they have been.
+  void remember();
+  /// The same memory as another solver of the same system.
+  void remember(const ConstraintSolver& other);
+  /// Judges rows by rank_tolerance alone.
+  void forget();
+  /// The last correction (not compromise) in the basis of F, F x = y: its energy where x is a velocity is
+  /// y . y / 2, component by component.
+  const Eigen::VectorXd& measured() const { return y_; }
   /// Row indices: independent rows first (rank of them), then the dependent ones.
   const std::vector<int>& order() const { return order_; }
   /// Whether row i has no effect on any free coordinate.
@@ -46,6 +72,7 @@ class ConstraintSolver {
   std::vector<std::string> rows_behind(int row) const;
 
  private:
+  bool counts(int k, double distance);
   void choose_pivot(int k);
   void make_orthonormal(int k);
   void solve_gram(double damping, Eigen::VectorXd& x);
@@ -53,13 +80,19 @@ class ConstraintSolver {
   const System& system_;
   int rank_ = 0;
   std::vector<int> order_;
-  Eigen::VectorXd scale_;  ///< of each row of W: 1 / its length; 0 for an empty one
-  Rows W_;                 ///< rows x nv: unit rows, on the way to what is left of them
-  Rows basis_;             ///< rank x nv, orthonormal
-  Rows R_;                 ///< rank x rows: unit row r of W is sum_k R(k, r) basis_k
-  Eigen::VectorXd z_;      ///< of the last correction, in the basis
-  Rows G_;                 ///< rank x rank scratch
-  Eigen::VectorXd s_, y_;  ///< scratch
+  Eigen::VectorXd scale_;  ///< of each row of W: 1 / its length, less for one that was longer; 0: empty
+  Eigen::VectorXd length_,
+      longest_;          ///< of each row of L, by the coordinates' scales; over the states remembered
+  Rows W_;               ///< rows x nv: unit rows, on the way to what is left of them
+  Rows basis_;           ///< rank x nv, orthonormal
+  Rows R_;               ///< rank x rows: unit row r of W is sum_k R(k, r) basis_k
+  int remembered_ = -1;  ///< the largest rank that states of the run had; -1: none seen
+  double nearness_ = 1;
+  Eigen::VectorXd pivot_;    ///< of each independent row in its order: its distance from those before it
+  Eigen::VectorXd largest_;  ///< of these over the states remembered
+  Eigen::VectorXd z_;        ///< of the last correction, in the basis
+  Rows G_;                   ///< rank x rank scratch
+  Eigen::VectorXd s_, y_;    ///< scratch
 };
 
 }  // namespace borelli

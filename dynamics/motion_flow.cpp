@@ -38,6 +38,7 @@ bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y,
     turned_ = -1;
     fault_ = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(), handling_, w_);
     if (fault_) return false;
+    w_.solver.remember();
   }
   fill(y, dy);
   return true;

@@ -79,10 +79,12 @@ class Run {
     if (!motion_.start(state_, work_, y_, dy_)) return diverged(motion_.failure(state_.t));
     if (landing_.projected) {
       landing_.book_projection(workspace_);
+      certifier_->observe_projection(state_.t, landing_.velocity_change, workspace_);
       work_ = landing_.work;
       landing_.projected = false;
     }
     certifier_->observe(state_, workspace_, work_);
+    probe_.solver.remember(workspace_.solver);
     return {};
   }
 

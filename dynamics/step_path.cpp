@@ -59,6 +59,7 @@ Result<void> StepPath::settle(const Eigen::VectorXd& y, double t, Landing& landi
     return failure(fmt::format("constraint '{}'", system_.row_names[projection.unreached]),
                    "the step left it so far off that it cannot be put right; take a smaller step");
   landing.energy_before = projection.energy_before;
+  landing.velocity_change = projection.velocity_change;
   landing.projected = true;
   return {};
 }

@@ -38,7 +38,8 @@ std::string text_of(const Certificate& c) {
     line(fmt::format("{}: drifts by at most {:.3g} of {:.4g} (at {:.6g} s)", m.name, m.drift, m.scale,
                      m.time));
   if (c.constraint_rows > 0)
-    line(fmt::format("constraints: {} rows of rank {}", c.constraint_rows, c.constraint_rank));
+    line(fmt::format("constraints: {} rows of rank {}; {:.2g} from dependence at the nearest (at {:.6g} s)",
+                     c.constraint_rows, c.constraint_rank, c.nearness, c.nearness_time));
   if (!c.assembly_position_coordinate.empty())
     line(fmt::format("assembly: moved the initial positions by at most {:.4g} m or rad ('{}')",
                      c.assembly_position, c.assembly_position_coordinate));
@@ -80,6 +81,10 @@ nlohmann::json json_of(const Certificate& c) {
                      {"residuals", nlohmann::json::array()},
                      {"constraint_rows", c.constraint_rows},
                      {"constraint_rank", c.constraint_rank},
+                     {"nearness", c.nearness},
+                     {"nearness_time", c.nearness_time},
+                     {"singular_passages", c.singular_passages},
+                     {"singular_turn", c.singular_turn},
                      {"redundant", c.redundant},
                      {"steps_accepted", c.steps_accepted},
                      {"steps_rejected", c.steps_rejected},

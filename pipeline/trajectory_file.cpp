@@ -41,6 +41,15 @@ void certificate_numbers(C& c, Visit&& visit) {
   visit("smallest_step_time", c.smallest_step_time);
 }
 
+// Those that came later: a file of before has none.
+template <class C, class Visit>
+void singular_numbers(C& c, Visit&& visit) {
+  visit("nearness", c.nearness);
+  visit("nearness_time", c.nearness_time);
+  visit("singular_passages", c.singular_passages);
+  visit("singular_turn", c.singular_turn);
+}
+
 // ---- HDF5 out ----
 
 void write_column(Hdf5Writer& file, const std::string& name, const std::vector<double>& values,
@@ -87,6 +96,9 @@ std::vector<double> orientations(const Trajectory& t) {
 void write_certificate(Hdf5Writer& file, const Certificate& c) {
   file.group("/certificate");
   certificate_numbers(c, [&](const char* name, auto value) {
+    file.attribute("/certificate", name, static_cast<double>(value));
+  });
+  singular_numbers(c, [&](const char* name, auto value) {
     file.attribute("/certificate", name, static_cast<double>(value));
   });
   file.attribute("/certificate", "reason", c.reason);
@@ -300,6 +312,9 @@ void read_poses(Fill& fill, Trajectory& t) {
 void read_certificate(Fill& fill, Certificate& c) {
   certificate_numbers(c, [&]<class T>(const char* name, T& value) {
     value = fill.as<T>(name, fill.attribute("/certificate", name));
+  });
+  singular_numbers(c, [&]<class T>(const char* name, T& value) {
+    value = fill.as<T>(name, fill.attribute_if_there("/certificate", name));
   });
   c.reason = fill.text_attribute("/certificate", "reason");
   c.assembly_position = fill.attribute_if_there("/certificate", "assembly_position");

@@ -174,34 +174,6 @@ TEST(Certificate, TellsWhatAssemblyMoved) {
   EXPECT_TRUE(run(swinging_rod(), settings("rk4", 0.1, 0.001)).certificate.notes.empty());
 }
 
-// ---- singular positions ----
-
-TEST(Certificate, AChangeOfTheRowsRankIsDistrusted) {
-  // y = 0 and y = x z hold z at 0 too, but where x passes 0 the second row says no more than the first
-  Scene scene;
-  scene.gravity.setZero();
-  // 1 nm beside the singular position at t = 0.5 s, an end of a step
-  scene.solids = {solid("a", "world",
-                        {slide("x", Vector3d::UnitX(), -0.5 + 1e-9, 1), slide("y", Vector3d::UnitY()),
-                         slide("z", Vector3d::UnitZ())},
-                        {inertial(1, {0, 0, 0}, {0, 0, 0})})};
-  FunctionConstraint saddle;
-  saddle.coordinates = {{"x"}, {"y"}, {"z"}};
-  saddle.function = [](double, const Eigen::VectorXd& x, FunctionDerivatives& h) {
-    h.value = x[1] - x[0] * x[2];
-    h.gradient << -x[2], 1, -x[0];
-    h.hessian(0, 2) = h.hessian(2, 0) = -1;
-  };
-  scene.constraints = {{"level", CoordinateCoupling{{{"y"}}, {1}, constant(0)}}, {"saddle", saddle}};
-  const Certificate certificate = run(scene, settings("rk4", 1, 0.125)).certificate;
-  EXPECT_EQ(certificate.constraint_rank, 2);
-  EXPECT_FALSE(certificate.trusted);
-  EXPECT_EQ(certificate.reason,
-            "the rank of the constraint rows changed from 2 to 1 at t = 0.5 s: a singular position");
-  EXPECT_EQ(certificate.reason_time, 0.5);
-  EXPECT_EQ(certificate.notes.size(), 1u);
-}
-
 // ---- independent parts, each by its own measure ----
 
 /// A bar under too long steps beside a weight of a ton that falls freely, on which any method is exact.
