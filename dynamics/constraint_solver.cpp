@@ -111,7 +111,10 @@ void ConstraintSolver::make_orthonormal(int k) {
   }
   const double length = row.norm();
   R_(k, pivot) = length;
-  if (length > 0) basis_.row(k) = row / length;
+  if (length >= rank_tolerance)
+    basis_.row(k) = row / length;
+  else  // a stage of a step fell on a singular position: the row takes no part at this instant
+    basis_.row(k).setZero();
   for (std::size_t i = k + 1; i < order_.size(); ++i) {
     auto other = W_.row(order_[i]);
     const double c = basis_.row(k).dot(other);
@@ -141,7 +144,7 @@ void ConstraintSolver::correct(const Rows& F, const Eigen::VectorXd& b, Eigen::V
     const int row = order_[k];
     double sum = scale_[row] * b[row];
     for (int j = 0; j < k; ++j) sum -= R_(j, row) * z_[j];
-    z_[k] = sum / R_(k, row);
+    z_[k] = R_(k, row) >= rank_tolerance ? sum / R_(k, row) : 0;
     y_ += z_[k] * basis_.row(k).transpose();
   }
   x = y_;
@@ -167,7 +170,7 @@ void ConstraintSolver::solve_gram(double damping, Eigen::VectorXd& x) {
     for (int j = 0; j <= i; ++j) {
       double sum = R_.row(i).dot(R_.row(j)) + (i == j ? damping * damping : 0);
       for (int l = 0; l < j; ++l) sum -= G_(i, l) * G_(j, l);
-      G_(i, j) = i == j ? std::sqrt(sum) : sum / G_(j, j);
+      G_(i, j) = i == j ? std::sqrt(std::max(sum, rank_tolerance * rank_tolerance)) : sum / G_(j, j);
     }
   for (int i = 0; i < rank_; ++i) {
     for (int j = 0; j < i; ++j) x[i] -= G_(i, j) * x[j];
@@ -185,7 +188,7 @@ void ConstraintSolver::multipliers(Eigen::VectorXd& lambda) {
     for (int k = rank_ - 1; k >= 0; --k) {
       double sum = z_[k];
       for (int j = k + 1; j < rank_; ++j) sum -= R_(k, order_[j]) * lambda[order_[j]];
-      lambda[order_[k]] = sum / R_(k, order_[k]);
+      lambda[order_[k]] = R_(k, order_[k]) >= rank_tolerance ? sum / R_(k, order_[k]) : 0;
     }
   } else {  // the least of many: lambda = R^T s with R R^T s = z
     s_ = z_;

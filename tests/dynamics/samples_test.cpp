@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <tuple>
 
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
@@ -43,7 +44,7 @@ TEST(Samples, AllRunAndAreTrusted) {
     EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
     ++count;
   }
-  EXPECT_GE(count, 16);
+  EXPECT_GE(count, 18);
 }
 
 TEST(Samples, PendulumIsBackAfterItsPeriod) {
@@ -65,6 +66,20 @@ TEST(Samples, PendulumEndsWhereTheBenchmarkSays) {
   EXPECT_NEAR(std::abs(bob.x()), 0.275087462576117,
               1e-6);  // ten seconds at a tolerance of 1e-9 a step, 800 steps
   EXPECT_NEAR(bob.z(), -0.961419205099125, 1e-6);
+}
+
+TEST(Samples, WindowsEndWhereTheBenchmarkSays) {
+  // IFToMM A02, N-four-bar: B0 after 10 s, N = 2 and 40; through ten singular positions
+  const std::tuple<const char*, double, double> ends[] = {
+      {"four_bar_2.toml", .328458111540815, .944518538178601},
+      {"four_bar_40.toml", .180512226686728, .983572740582312}};
+  for (const auto& [name, x, z] : ends) {
+    SCOPED_TRACE(name);
+    const Trajectory t = run(sample(name));
+    EXPECT_NEAR(std::cos(last(t, 0)), x, 1e-6);  // 110 to 180 steps at a tolerance of 1e-9 a step
+    EXPECT_NEAR(std::sin(last(t, 0)), z, 1e-6);
+    EXPECT_LT(t.certificate.energy_drift, 1e-6);
+  }
 }
 
 TEST(Samples, HeavyTopEndsWhereTheLiteratureSays) {
