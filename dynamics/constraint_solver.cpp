@@ -63,7 +63,8 @@ void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide) {
 
 /// Whether the k-th row in the order is far enough from those before it to be independent of them.
 bool ConstraintSolver::counts(int k, double distance) {
-  if (remembered_ < 0 || k < remembered_) nearness_ = std::min(nearness_, distance);
+  if (k < remembered_ || (remembered_ < 0 && distance >= rank_tolerance))
+    nearness_ = std::min(nearness_, distance);
   if (remembered_ < 0) return distance >= rank_tolerance;
   if (k >= remembered_) return distance >= nearness_tolerance;
   return distance >= std::clamp(nearness_share * largest_[k], rank_tolerance, nearness_tolerance);

@@ -59,6 +59,7 @@ TEST(Windows, TwoEndWhereTheBenchmarkSays) {
         expect_benchmarks_end(2, t, 1e-5);
         EXPECT_LT(t.certificate.energy_drift, 1e-6);
         EXPECT_LT(t.certificate.nearness, 0.3);
+        EXPECT_GT(t.certificate.nearness_time, 0.5);  // theta is first 0 at 0.714 s
       }
 }
 

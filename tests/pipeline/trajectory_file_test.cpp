@@ -56,6 +56,7 @@ Trajectory made_up(std::size_t times) {
   c.conserved = {{"momentum along x", 1e-9, 3, 0.1}};
   c.residuals = {{"pin", 1e-12, 1e-11, 0.1, 0.2}};
   c.constraint_rows = 2, c.constraint_rank = 1;
+  c.nearness = 0.25, c.nearness_time = 0.5, c.singular_passages = 3, c.singular_turn = 0.125;
   c.redundant = {"pin[1]"};
   c.assembly_position = 0.125, c.assembly_position_coordinate = "knee";
   c.assembly_velocity = 5, c.assembly_velocity_coordinate = "hip";
@@ -136,6 +137,10 @@ TEST_F(TrajectoryFile, Hdf5GivesTheCertificateBack) {
   EXPECT_EQ(b.energy_threshold, a.energy_threshold);
   EXPECT_EQ(b.steps_accepted, a.steps_accepted);
   EXPECT_EQ(b.constraint_rank, 1);
+  EXPECT_EQ(b.nearness, 0.25);
+  EXPECT_EQ(b.nearness_time, 0.5);
+  EXPECT_EQ(b.singular_passages, 3);
+  EXPECT_EQ(b.singular_turn, 0.125);
   EXPECT_EQ(b.smallest_step, a.smallest_step);
   ASSERT_EQ(b.conserved.size(), 1u);
   EXPECT_EQ(b.conserved[0].name, "momentum along x");
