@@ -23,6 +23,13 @@ struct ConstraintResidual {
   double position_time = 0, velocity_time = 0;
 };
 
+/// Something that happened at a moment of the run.
+struct LoggedEvent {
+  double time = 0;   ///< s
+  std::string kind;  ///< "range_left", "range_entered"; or the word of a user's own EventSource
+  std::string name;  ///< what it happened to, e.g. "coordinate 'knee' above 2.4"
+};
+
 struct Certificate {
   bool trusted = false;
   std::string reason;                                             ///< why not; empty when trusted
@@ -41,6 +48,9 @@ struct Certificate {
   double work_baumgarte = 0;    ///< J at the end: restoring accelerations
   double work_projection = 0;   ///< J at the end: projections; their sizes are summed in the next
   double work_projection_size = 0;
+  double work_events =
+      0;  ///< J at the end: changes of velocity at events; their sizes are summed in the next
+  double work_events_size = 0;
 
   /// What putting the initial state on the constraints changed: the coordinate most moved (lengths against
   /// the scene's size, angles against 1 rad), by how much (m or rad, m/s or rad/s), and its name; empty:
@@ -63,7 +73,8 @@ struct Certificate {
   long evaluations = 0;                              ///< of the equations, those of projections included
   double smallest_step = 0, smallest_step_time = 0;  ///< s
 
-  std::vector<std::string> notes;  ///< e.g. a coordinate that left its range, and when
+  std::vector<LoggedEvent> events;  ///< in order of time
+  std::vector<std::string> notes;   ///< e.g. a coordinate that left its range, and when
 };
 
 }  // namespace borelli

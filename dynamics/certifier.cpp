@@ -12,10 +12,9 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
       largest_speeds_(system.groups, 1),
       momenta_(conserved_momenta(system, parameters)),
       start_momenta_(momenta_.size()),
+      last_momenta_(momenta_.size()),
       momentum_rounding_(momenta_.size(), 0),
       singular_(system) {
-  for (const System::LimitedCoordinate& limited : system.ranges)
-    range_noted_.emplace_back(limited.ranges.size(), false);
   certificate_.energy_threshold = threshold;
   certificate_.constraint_rows = system.rows;
   certificate_.constraint_rank = assembly.rank;
@@ -35,7 +34,6 @@ void Certifier::observe(const State& state, const Workspace& workspace, const Wo
   observe_energy(state.t, workspace, work);
   observe_momenta(state.t, workspace);
   observe_residuals(state.t, state, workspace);
-  observe_ranges(state);
   if (const auto reason = singular_.observe(state, workspace)) distrust(state.t, *reason);
   started_ = true;
   last_time_ = state.t;
@@ -76,7 +74,7 @@ void Certifier::observe_energy(double t, const Workspace& workspace, const Work&
   energy_.observe(t, terms.kinetic, terms.potential, work.total());
   for (int g = 0; g < system_.groups; ++g)
     group_energies_[g].observe(t, terms.group_kinetic[g], terms.group_potential[g],
-                               work.groups[g] + work.group_projection[g]);
+                               work.groups[g] + work.group_projection[g] + work.group_events[g]);
 }
 
 /// Each independent group by its own turnover, lest a heavier one hide it; the worst is named.
@@ -119,6 +117,7 @@ void Certifier::observe_momenta(double t, const Workspace& workspace) {
   for (std::size_t i = 0; i < momenta_.size(); ++i) {
     const MomentumValue now = momentum_value(momenta_[i], parameters_, workspace.kinematics);
     if (!started_) start_momenta_[i] = now.value;
+    last_momenta_[i] = now.value;
     Conserved& conserved = certificate_.conserved[i];
     conserved.scale = std::max(conserved.scale, now.scale);
     momentum_rounding_[i] = std::max(momentum_rounding_[i], now.rounding);
@@ -127,6 +126,12 @@ void Certifier::observe_momenta(double t, const Workspace& workspace) {
     conserved.drift = drift;
     conserved.time = t;
   }
+}
+
+void Certifier::pass_event(const Workspace& workspace) {
+  for (std::size_t i = 0; i < momenta_.size(); ++i)
+    start_momenta_[i] +=
+        momentum_value(momenta_[i], parameters_, workspace.kinematics).value - last_momenta_[i];
 }
 
 void Certifier::observe_residuals(double t, const State& state, const Workspace& workspace) {
@@ -143,23 +148,6 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
     if (const double rate = std::abs(workspace.rows.rate[row]); rate > residual.velocity) {
       residual.velocity = rate;
       residual.velocity_time = t;
-    }
-  }
-}
-
-void Certifier::observe_ranges(const State& state) {
-  for (std::size_t i = 0; i < system_.ranges.size(); ++i) {
-    const CoordinateInfo& info = system_.coordinates[system_.ranges[i].coordinate];
-    for (std::size_t k = 0; k < range_noted_[i].size(); ++k) {
-      if (range_noted_[i][k]) continue;
-      const Range& range = system_.ranges[i].ranges[k];
-      if (range.holds(ranged_value(state.q.data() + info.q_index, info.q_size, static_cast<int>(k))))
-        continue;
-      range_noted_[i][k] = true;
-      certificate_.notes.push_back(fmt::format(
-          "coordinate '{}' left its range of {:.6g} to {:.6g}{} at t = {:.6g} s (ranges are not enforced)",
-          info.name, range.lower, range.upper,
-          info.v_size == 1 ? "" : fmt::format(" about its {} axis", "xyz"[k]), state.t));
     }
   }
 }
@@ -224,6 +212,8 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
   c.work_projection = work.projection;
   c.work_projection_size = work.projection_size;
   note_singular_positions();
+  c.work_events = work.events;
+  c.work_events_size = work.events_size;
   c.energy_drift = energy_.drift;
   c.energy_drift_time = energy_.drift_time;
   c.energy_turnover = energy_.turnover();

@@ -37,6 +37,9 @@ class Certifier {
   /// Looks at what a projection changed of the velocities (Projection::velocity_change) on the way to a state
   /// whose equations are solved in `workspace`.
   void observe_projection(double t, const Eigen::VectorXd& change, const Workspace& workspace);
+  /// Takes in the state just after an event that changed velocities, the one last observed being that just
+  /// before it: momenta are judged from here on against what the event left.
+  void pass_event(const Workspace& workspace);
   /// Counts an accepted step from time t; `whole`: not cut short to land on an output time.
   void count_step(double t, double h, bool whole);
   void count_rejection() { ++certificate_.steps_rejected; }
@@ -44,6 +47,8 @@ class Certifier {
   void stop(const std::string& reason, double t) { distrust(t, reason); }
   /// Something that is worth knowing but no reason for distrust.
   void note(const std::string& text) { certificate_.notes.push_back(text); }
+  /// What has happened so far.
+  std::vector<LoggedEvent>& events() { return certificate_.events; }
   /// A reason for distrust, true since t; the first one given is kept.
   void distrust(double t, const std::string& reason);
 
@@ -55,7 +60,6 @@ class Certifier {
   void judge_energy(const Work& work);
   void observe_momenta(double t, const Workspace& workspace);
   void observe_residuals(double t, const State& state, const Workspace& workspace);
-  void observe_ranges(const State& state);
   void note_singular_positions();
   void note_assembly(const Assembly& assembly);
 
@@ -68,9 +72,8 @@ class Certifier {
   std::vector<double> largest_speeds_;         ///< of each group, m/s or rad/s, at least 1
   double last_time_ = 0;
   std::vector<ConservedMomentum> momenta_;
-  std::vector<Eigen::Vector3d> start_momenta_;
+  std::vector<Eigen::Vector3d> start_momenta_, last_momenta_;
   std::vector<double> momentum_rounding_;
-  std::vector<std::vector<char>> range_noted_;  ///< per limited coordinate, per component
   SingularWatch singular_;
 };
 

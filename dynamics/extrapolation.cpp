@@ -107,10 +107,19 @@ Attempt Extrapolation::attempt(Flow& flow, double t, double h, const Eigen::Vect
       choose_after(row, attempt, h);
       if (!attempt.accepted) attempt.next_step = std::min(attempt.next_step, 0.9 * h);
       out = table_[row - 1];
+      rows_made_ = row;
       return attempt;
     }
   }
   return attempt;
+}
+
+bool Extrapolation::shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                              const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+  for (int row = 1; row <= rows_made_; ++row)
+    if (!add_row(flow, t, h, y, dy, row)) return false;
+  out = table_[rows_made_ - 1];
+  return true;
 }
 
 }  // namespace borelli

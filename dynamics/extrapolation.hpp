@@ -16,6 +16,9 @@ class Extrapolation : public Integrator {
   bool adaptive() const override { return true; }
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
+  /// With as many rows as the step last attempted took.
+  bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                 Eigen::VectorXd& out) override;
   void reset() override;
 
  private:
@@ -28,6 +31,7 @@ class Extrapolation : public Integrator {
   double tolerance_;
   int target_;  ///< the row that is expected to meet the tolerance, from 1
   bool rejected_ = false;
+  int rows_made_ = 0;                        ///< by the step last attempted
   std::vector<Eigen::VectorXd> table_;       ///< the table's last row, column by column
   std::vector<double> work_, step_, error_;  ///< per row, from 1: evaluations; step that would do, s; error
   int worst_ = -1;

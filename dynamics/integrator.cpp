@@ -5,6 +5,8 @@
 
 #include "dynamics/embedded_runge_kutta.hpp"
 #include "dynamics/extrapolation.hpp"
+#include "dynamics/gauss_legendre.hpp"
+#include "dynamics/splitting.hpp"
 #include "dynamics/step_doubling.hpp"
 
 namespace borelli {
@@ -19,6 +21,16 @@ struct Method {
 template <const Tableau& (*tableau)()>
 std::unique_ptr<Integrator> fixed(double) {
   return std::make_unique<ExplicitRungeKutta>(tableau());
+}
+
+template <class Kind>
+std::unique_ptr<Integrator> plain(double) {
+  return std::make_unique<Kind>();
+}
+
+template <int stages>
+std::unique_ptr<Integrator> gauss(double) {
+  return std::make_unique<GaussLegendre>(stages);
 }
 
 template <const EmbeddedTableau& (*tableau)()>
@@ -40,6 +52,11 @@ constexpr Method methods[] = {
      [](double tolerance) -> std::unique_ptr<Integrator> {
        return std::make_unique<Extrapolation>(tolerance);
      }},
+    {"semi_implicit_euler", plain<SemiImplicitEuler>},
+    {"verlet", plain<VelocityVerlet>},
+    {"implicit_midpoint", gauss<1>},
+    {"gauss4", gauss<2>},
+    {"gauss6", gauss<3>},
 };
 
 }  // namespace

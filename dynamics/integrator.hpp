@@ -20,14 +20,20 @@ class Flow {
   virtual bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) = 0;
   /// Per component, the size that an error is measured against (adaptive methods); infinity: not controlled.
   virtual const Eigen::VectorXd& error_scale() const = 0;
+  /// How many of y's first components are positions, which as many velocities follow; 0: they are not told
+  /// apart.
+  virtual Eigen::Index positions() const { return 0; }
+  /// The positions' part of the derivative alone, which costs little.
+  virtual void position_rate(const Eigen::VectorXd& /*y*/, Eigen::VectorXd& /*dy*/) {}
 };
 
 /// What came of one attempted step.
 struct Attempt {
-  bool evaluated = true;  ///< false: f could not be evaluated on the way; `out` means nothing
-  bool accepted = true;   ///< false: the error is too large; try again with next_step
-  double next_step = 0;   ///< the step that the method proposes, s (a fixed method: the same)
-  int worst = -1;         ///< the component with the largest error, if the method estimates it
+  bool evaluated = true;          ///< false: f could not be evaluated on the way; `out` means nothing
+  bool accepted = true;           ///< false: the error is too large; try again with next_step
+  double next_step = 0;           ///< the step that the method proposes, s (a fixed method: the same)
+  int worst = -1;                 ///< the component with the largest error, if the method estimates it
+  const char* trouble = nullptr;  ///< where it is not f that failed: what did
 };
 
 class Integrator {
@@ -51,6 +57,12 @@ class Integrator {
                              const Eigen::VectorXd& dy, const Eigen::VectorXd& out);
   /// y at t + theta h of that step, theta from 0 to 1.
   virtual void interpolate(double theta, Eigen::VectorXd& y) const;
+  /// The step last attempted made again, but only h long, and without a trace in what the method remembers:
+  /// for states within it where dense output does not suffice. False: f could not be evaluated.
+  virtual bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                         Eigen::VectorXd& out) {
+    return attempt(flow, t, h, y, dy, out).evaluated;
+  }
 
   /// Forgets what it remembers of earlier steps: after an event.
   virtual void reset() {}

@@ -58,6 +58,10 @@ bool MotionFlow::derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd&
   return true;
 }
 
+void MotionFlow::position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+  chart_rate(system_, y.data(), y.data() + system_.nv, dy.data());
+}
+
 /// dy at y from the equations solved there.
 void MotionFlow::fill(const Eigen::VectorXd& y, Eigen::VectorXd& dy) const {
   const int n = system_.nv;

@@ -15,6 +15,8 @@ class MotionFlow : public Flow {
 
   Eigen::Index size() const override { return 2 * system_.nv + 4 + system_.groups; }
   const Eigen::VectorXd& error_scale() const override { return scale_; }
+  Eigen::Index positions() const override { return system_.nv; }
+  void position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
   bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
 
   /// Centres the chart on a state, fills y and dy there, decides the rank of the constraints for the step to

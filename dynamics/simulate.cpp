@@ -6,8 +6,10 @@
 
 #include "dynamics/certifier.hpp"
 #include "dynamics/evaluate.hpp"
+#include "dynamics/event_watch.hpp"
 #include "dynamics/fastest_sine.hpp"
 #include "dynamics/integrator.hpp"
+#include "dynamics/range_events.hpp"
 #include "dynamics/recorder.hpp"
 #include "dynamics/settings_check.hpp"
 #include "dynamics/step_path.hpp"
@@ -18,6 +20,9 @@ namespace {
 
 // beyond these no scene of solids means anything: the run has diverged
 constexpr double largest_number = 1e12;
+
+// impacts that follow each other at one moment: more than any scene's own count of them in a chain
+constexpr int most_events_at_once = 1000;
 
 class Run {
  public:
@@ -53,6 +58,12 @@ class Run {
     landing_.state = state_;
     if (auto done = begin_step(); !done) return tl::unexpected(done.error());
     recorder_.record(state_, workspace_, work_);
+    RangeEvents ranges(system_, certifier);
+    std::vector<EventSource*> sources = observer_.events;
+    if (ranges.count() > 0) sources.push_back(&ranges);
+    EventWatch watch(system_, sources);
+    watch_ = &watch;
+    watch.start(state_, workspace_.kinematics);
     start_ = state_.t;
     const double end = settings_.end_time, interval = settings_.output_interval;
     outputs_ = interval > 0 ? std::max(1L, long(std::ceil((end - start_) / interval - 1e-9))) : 1;
@@ -83,6 +94,12 @@ class Run {
       work_ = landing_.work;
       landing_.projected = false;
     }
+    if (event_passed_) {
+      work_.add_event(workspace_.terms.group_kinetic + workspace_.terms.group_potential -
+                      energy_before_event_);
+      certifier_->pass_event(workspace_);
+      event_passed_ = false;
+    }
     certifier_->observe(state_, workspace_, work_);
     probe_.solver.remember(workspace_.solver);
     return {};
@@ -92,11 +109,14 @@ class Run {
     const double from = state_.t;
     const long steps = std::max(1L, long(std::ceil((target - from) / settings_.step - 1e-9)));
     for (long i = 1; i <= steps && !stopped_; ++i) {
-      const double t = state_.t,
-                   next = i == steps ? target : from + (target - from) * double(i) / double(steps);
-      if (!integrator_.attempt(motion_, t, next - t, y_, dy_, out_).evaluated)
-        return diverged(motion_.failure(t));
-      if (auto done = accept(next, next - t, true); !done) return done;
+      const double next = i == steps ? target : from + (target - from) * double(i) / double(steps);
+      for (bool whole = true; state_.t < next && !stopped_; whole = false) {  // once, unless an event ends it
+        const double t = state_.t;
+        const Attempt attempt = integrator_.attempt(motion_, t, next - t, y_, dy_, out_);
+        if (attempt.trouble) return diverged({system_.scene, attempt.trouble});
+        if (!attempt.evaluated) return diverged(motion_.failure(t));
+        if (auto done = accept(next, next - t, whole); !done) return done;
+      }
     }
     return {};
   }
@@ -132,39 +152,78 @@ class Run {
     return {};
   }
 
-  /// Takes the step just made: onto the constraints, into the books.
+  /// Takes the step just made: onto the constraints, up to its first event that changes anything, into the
+  /// books.
   Result<void> accept(double t, double h, bool whole) {
     const double from = state_.t;
     path_.begin(from, h, y_, dy_, out_, work_);
     if (auto done = path_.land_at_end(t, landing_); !done) return diverged(done.error());
     if (auto done = check_bounds(); !done) return done;
-    if (auto done = record_between(t); !done) return done;
+    if (auto done = pass_events(h); !done) return done;
+    const double made = landing_.state.t < t ? landing_.state.t - from : h;
+    if (auto done = record_between(h); !done) return done;
     state_ = landing_.state;
     work_ = landing_.work;
-    certifier_->count_step(from, h, whole);
-    recorder_.record_step(from, h);
-    longest_made_ = std::max(longest_made_, h);
+    if (made > 0) {
+      certifier_->count_step(from, made, whole && made == h);
+      recorder_.record_step(from, made);
+      longest_made_ = std::max(longest_made_, made);
+    }
     if (auto done = begin_step(); !done) return done;
-    if (observer_.progress && !observer_.progress(t)) {
+    if (observer_.progress && !observer_.progress(state_.t)) {
       stopped_ = true;
-      certifier_->stop(fmt::format("stopped on request at t = {:.6g} s of {:.6g} s", t, settings_.end_time),
-                       t);
+      certifier_->stop(
+          fmt::format("stopped on request at t = {:.6g} s of {:.6g} s", state_.t, settings_.end_time),
+          state_.t);
     }
     return record_end();
   }
 
-  /// The rows that are due within the step, before its end at t.
-  Result<void> record_between(double t) {
+  /// Handles the events of the step; the first that changes anything becomes its end.
+  Result<void> pass_events(double h) {
+    if (watch_->empty()) return {};
+    watch_->begin_step();
+    for (;;) {
+      const auto found = watch_->find(path_, state_.t, h, landing_, between_);
+      if (!found) return diverged(found.error());
+      if (!*found) return {};
+      if (auto done = look_between(); !done) return done;
+      energy_before_event_ = probe_.terms.group_kinetic + probe_.terms.group_potential;
+      const auto after = watch_->handle(between_, probe_, certifier_->events());
+      if (!after) return diverged(after.error());
+      if (double(certifier_->events().size()) > most_rows) return too_many("events", most_rows);
+      if (*after == AfterEvent::go_on) continue;
+      landing_ = between_;
+      integrator_.reset();
+      event_passed_ = true;
+      events_at_once_ = landing_.state.t > last_event_ ? 0 : events_at_once_ + 1;
+      last_event_ = landing_.state.t;
+      if (events_at_once_ > most_events_at_once)
+        return diverged({system_.scene, fmt::format("{} events follow each other without time going on",
+                                                    most_events_at_once)});
+      return {};
+    }
+  }
+
+  /// Solves the equations at the state between steps, books its projection, shows it to the certifier.
+  Result<void> look_between() {
+    const State& state = between_.state;
+    if (const Fault fault = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(),
+                                       motion_.handling(), probe_))
+      return diverged(describe(system_, fault, state.t));
+    between_.book_projection(probe_);
+    certifier_->observe(state, probe_, between_.work);
+    return {};
+  }
+
+  /// The rows that are due within the step of h, before the state that it is taken to.
+  Result<void> record_between(double h) {
     if (settings_.output_interval <= 0) return {};
-    for (; output_ < outputs_ && output_time(output_) < t; ++output_) {
-      const double at = output_time(output_), from = state_.t;
-      if (auto done = path_.land((at - from) / (t - from), between_); !done) return diverged(done.error());
+    for (; output_ < outputs_ && output_time(output_) < landing_.state.t; ++output_) {
+      const double at = output_time(output_);
+      if (auto done = path_.land((at - state_.t) / h, between_); !done) return diverged(done.error());
       between_.state.t = at;
-      if (const Fault fault = accelerate(system_, system_.parameters, at, between_.state.q.data(),
-                                         between_.state.v.data(), motion_.handling(), probe_))
-        return diverged(describe(system_, fault, at));
-      between_.book_projection(probe_);
-      certifier_->observe(between_.state, probe_, between_.work);
+      if (auto done = look_between(); !done) return done;
       recorder_.record(between_.state, probe_, between_.work);
     }
     return {};
@@ -250,6 +309,11 @@ class Run {
   double start_ = 0;
   long outputs_ = 1, output_ = 1;  ///< rows to come to after the first, and the next of them
   bool stopped_ = false;
+  EventWatch* watch_ = nullptr;
+  bool event_passed_ = false;  ///< the state reached is one after an event that changed it
+  Eigen::VectorXd energy_before_event_;
+  double last_event_ = -std::numeric_limits<double>::infinity();
+  int events_at_once_ = 0;
 };
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "dynamics/system.hpp"
+#include "dynamics/event.hpp"
 
 namespace borelli {
 
@@ -11,6 +11,8 @@ struct Observer {
   /// Called after each accepted step with the time reached (s); false stops the run, whose trajectory so far
   /// is then returned, untrusted.
   std::function<bool(double t)> progress;
+  /// The user's own events, beside those that the scene has; they must outlive the run.
+  std::vector<EventSource*> events;
 };
 
 /// Runs from `state` (assembled on the constraints first) to settings.end_time. The trajectory holds the

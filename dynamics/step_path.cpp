@@ -38,7 +38,7 @@ Result<void> StepPath::land(double theta, Landing& landing) {
     integrator_.interpolate(theta, between_);
   } else if (theta <= 0) {
     between_ = *y_;
-  } else if (!integrator_.attempt(motion_, t_, theta * h_, *y_, *dy_, between_).evaluated) {
+  } else if (!integrator_.shortened(motion_, t_, theta * h_, *y_, *dy_, between_)) {
     return tl::unexpected(motion_.failure(t));
   }
   return settle(between_, t, landing);

@@ -5,15 +5,19 @@
 
 namespace borelli {
 
-/// Work done on the system since the start, J; integrated with the motion, except projection's, which is its
-/// jump of energy.
+/// Work done on the system since the start, J; integrated with the motion, except that of projections and
+/// events, which is their jump of energy.
 struct Work {
   explicit Work(int group_count)
-      : groups(Eigen::VectorXd::Zero(group_count)), group_projection(groups), group_projection_size(groups) {}
+      : groups(Eigen::VectorXd::Zero(group_count)),
+        group_projection(groups),
+        group_projection_size(groups),
+        group_events(groups) {}
 
   double efforts = 0, drives = 0, constraints = 0, violation = 0;
   double projection = 0, projection_size = 0;
-  double total() const { return efforts + drives + constraints + violation + projection; }
+  double events = 0, events_size = 0;
+  double total() const { return efforts + drives + constraints + violation + projection + events; }
 
   /// Books the change of each group's energy by a projection.
   void add_projection(const Eigen::VectorXd& jump) {
@@ -23,8 +27,15 @@ struct Work {
     group_projection_size += jump.cwiseAbs();
   }
 
-  Eigen::VectorXd groups;  ///< on each independent group, but for projection's, which is in the next
-  Eigen::VectorXd group_projection, group_projection_size;
+  /// Books the change of each group's energy by an event.
+  void add_event(const Eigen::VectorXd& jump) {
+    events += jump.sum();
+    events_size += std::abs(jump.sum());
+    group_events += jump;
+  }
+
+  Eigen::VectorXd groups;  ///< on each independent group, but for what is in the next
+  Eigen::VectorXd group_projection, group_projection_size, group_events;
 };
 
 }  // namespace borelli

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -27,11 +28,10 @@ std::string text_of(const Certificate& c) {
       "energy: drifts by at most {:.3g} J (at {:.6g} s), {:.2g} of the {:.4g} J turned over; trusted up to "
       "{:.2g}",
       c.energy_drift, c.energy_drift_time, share, c.energy_turnover, c.energy_threshold));
-  const std::pair<const char*, double> works[] = {{"forces and dampers", c.work_efforts},
-                                                  {"driven coordinates", c.work_drives},
-                                                  {"moving constraints", c.work_constraints},
-                                                  {"constraints that are off", c.work_baumgarte},
-                                                  {"projection", c.work_projection}};
+  const std::pair<const char*, double> works[] = {
+      {"forces and dampers", c.work_efforts},     {"driven coordinates", c.work_drives},
+      {"moving constraints", c.work_constraints}, {"constraints that are off", c.work_baumgarte},
+      {"projection", c.work_projection},          {"events", c.work_events}};
   for (const auto& [name, work] : works)
     if (work != 0) line(fmt::format("work of {}: {:.6g} J", name, work));
   for (const Conserved& m : c.conserved)
@@ -53,6 +53,11 @@ std::string text_of(const Certificate& c) {
   for (const std::string& row : c.redundant) line("redundant: " + row);
   line(fmt::format("steps: {} accepted, {} rejected, {} evaluations{}", c.steps_accepted, c.steps_rejected,
                    c.evaluations, smallest_step(c)));
+  constexpr std::size_t most_events = 100;
+  for (std::size_t i = 0; i < std::min(most_events, c.events.size()); ++i)
+    line(fmt::format("event at {:.9g} s: {}, {}", c.events[i].time, c.events[i].kind, c.events[i].name));
+  if (c.events.size() > most_events)
+    line(fmt::format("and {} events more, all of them in the .h5 file", c.events.size() - most_events));
   for (const std::string& note : c.notes) line("note: " + note);
   return out;
 }
@@ -71,7 +76,9 @@ nlohmann::json json_of(const Certificate& c) {
                        {"constraints", c.work_constraints},
                        {"baumgarte", c.work_baumgarte},
                        {"projection", c.work_projection},
-                       {"projection_size", c.work_projection_size}}},
+                       {"projection_size", c.work_projection_size},
+                       {"events", c.work_events},
+                       {"events_size", c.work_events_size}}},
                      {"assembly",
                       {{"position", c.assembly_position},
                        {"position_coordinate", c.assembly_position_coordinate},
@@ -91,6 +98,7 @@ nlohmann::json json_of(const Certificate& c) {
                      {"evaluations", c.evaluations},
                      {"smallest_step", c.smallest_step},
                      {"smallest_step_time", c.smallest_step_time},
+                     {"events", nlohmann::json::array()},
                      {"notes", c.notes}};
   for (const Conserved& m : c.conserved)
     out["conserved"].push_back({{"name", m.name}, {"drift", m.drift}, {"scale", m.scale}, {"time", m.time}});
@@ -100,6 +108,8 @@ nlohmann::json json_of(const Certificate& c) {
                                 {"velocity", r.velocity},
                                 {"position_time", r.position_time},
                                 {"velocity_time", r.velocity_time}});
+  for (const LoggedEvent& e : c.events)
+    out["events"].push_back({{"time", e.time}, {"kind", e.kind}, {"name", e.name}});
   return out;
 }
 

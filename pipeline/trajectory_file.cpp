@@ -106,6 +106,11 @@ void write_certificate(Hdf5Writer& file, const Certificate& c) {
   file.attribute("/certificate", "assembly_velocity", c.assembly_velocity);
   file.attribute("/certificate", "assembly_position_coordinate", c.assembly_position_coordinate);
   file.attribute("/certificate", "assembly_velocity_coordinate", c.assembly_velocity_coordinate);
+  file.attribute("/certificate", "work_events", c.work_events);
+  file.attribute("/certificate", "work_events_size", c.work_events_size);
+  write_column(file, "/certificate/events/time", c.events, &LoggedEvent::time, "s");
+  write_column(file, "/certificate/events/kind", c.events, &LoggedEvent::kind);
+  write_column(file, "/certificate/events/name", c.events, &LoggedEvent::name);
   file.texts("/certificate/redundant", c.redundant);
   file.texts("/certificate/notes", c.notes);
   write_column(file, "/certificate/conserved/name", c.conserved, &Conserved::name);
@@ -225,6 +230,7 @@ class Fill {
     return value.value_or(0);
   }
   // For what files of earlier programs do not hold.
+  bool holds(const std::string& name) const { return file_.holds(name); }
   double attribute_if_there(const std::string& object, const std::string& name) const {
     return file_.number_attribute(object, name).value_or(0);
   }
@@ -323,6 +329,14 @@ void read_certificate(Fill& fill, Certificate& c) {
       fill.text_attribute_if_there("/certificate", "assembly_position_coordinate");
   c.assembly_velocity_coordinate =
       fill.text_attribute_if_there("/certificate", "assembly_velocity_coordinate");
+  c.work_events = fill.attribute_if_there("/certificate", "work_events");
+  c.work_events_size = fill.attribute_if_there("/certificate", "work_events_size");
+  if (fill.holds("/certificate/events/time")) {
+    c.events.resize(fill.column("/certificate/events/time").size());
+    read_column(fill, "/certificate/events/time", c.events, &LoggedEvent::time);
+    read_column(fill, "/certificate/events/kind", c.events, &LoggedEvent::kind);
+    read_column(fill, "/certificate/events/name", c.events, &LoggedEvent::name);
+  }
   c.redundant = fill.texts("/certificate/redundant");
   c.notes = fill.texts("/certificate/notes");
   c.conserved.resize(fill.texts("/certificate/conserved/name").size());

@@ -18,8 +18,12 @@ struct Row {
 };
 // gbs in equal steps at a tolerance that any error meets ends in its second row, of order 4; with a tolerance
 // to meet it goes to higher ones
-const Row table[] = {{"euler", 1, 4096}, {"rk2", 2, 512},   {"rk4", 4, 256}, {"rk4_adaptive", 5, 64},
-                     {"dopri5", 5, 128}, {"dop853", 8, 16}, {"gbs", 4, 512}};
+const Row table[] = {{"euler", 1, 4096}, {"rk2", 2, 512},
+                     {"rk4", 4, 256},    {"rk4_adaptive", 5, 64},
+                     {"dopri5", 5, 128}, {"dop853", 8, 16},
+                     {"gbs", 4, 512},    {"semi_implicit_euler", 1, 4096},
+                     {"verlet", 2, 512}, {"implicit_midpoint", 2, 512},
+                     {"gauss4", 4, 64},  {"gauss6", 6, 32}};
 
 TEST(MethodOrders, EveryMethodIsInTheTable) {
   std::vector<std::string> names;

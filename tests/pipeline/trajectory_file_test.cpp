@@ -61,6 +61,8 @@ Trajectory made_up(std::size_t times) {
   c.assembly_position = 0.125, c.assembly_position_coordinate = "knee";
   c.assembly_velocity = 5, c.assembly_velocity_coordinate = "hip";
   c.notes = {"first", "second"};
+  c.events = {{0.125, "range_left", "coordinate 'knee' above 2.4"}, {0.5, "bounce", "ball"}};
+  c.work_events = -3, c.work_events_size = 3;
   c.steps_accepted = 1234567890123, c.steps_rejected = 4, c.evaluations = 99;
   c.smallest_step = 1e-5;
   return t;
@@ -150,6 +152,12 @@ TEST_F(TrajectoryFile, Hdf5GivesTheCertificateBack) {
   EXPECT_EQ(b.residuals[0].velocity_time, 0.2);
   EXPECT_EQ(b.redundant, a.redundant);
   EXPECT_EQ(b.notes, a.notes);
+  ASSERT_EQ(b.events.size(), 2u);
+  EXPECT_EQ(b.events[0].time, 0.125);
+  EXPECT_EQ(b.events[0].name, "coordinate 'knee' above 2.4");
+  EXPECT_EQ(b.events[1].kind, "bounce");
+  EXPECT_EQ(b.work_events, -3);
+  EXPECT_EQ(b.work_events_size, 3);
   EXPECT_EQ(b.assembly_position, 0.125);
   EXPECT_EQ(b.assembly_position_coordinate, "knee");
   EXPECT_EQ(b.assembly_velocity, 5);

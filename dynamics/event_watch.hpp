@@ -1,0 +1,52 @@
+// Finds the first event in a step. A change of sign between the step's ends is a crossing; so is an excursion
+// through zero and back, if the function's rates at both ends point to it (towards zero at the start, away
+// from it at the end): the turning point between is looked at. More than that in one step is not seen.
+#pragma once
+
+#include "dynamics/event.hpp"
+#include "dynamics/step_path.hpp"
+
+namespace borelli {
+
+class EventWatch {
+ public:
+  EventWatch(const System& system, std::vector<EventSource*> sources);
+
+  bool empty() const { return values_.empty(); }
+  /// Takes in the functions at the run's start.
+  void start(const State& state, const Kinematics& kinematics);
+  /// A step begins where the last one ended.
+  void begin_step();
+
+  /// The first event that is left in the step from t of length h, with its theta and state in `landing`;
+  /// false: none. `end` is the step's end. Located to the resolution of time in double precision.
+  Result<bool> find(StepPath& path, double t, double h, const Landing& end, Landing& landing);
+  /// Hands the event found to its sources; `workspace` holds the equations there. Tells what is to be done.
+  Result<AfterEvent> handle(Landing& landing, Workspace& workspace, std::vector<LoggedEvent>& log);
+
+ private:
+  struct Watched {
+    Crossing crossing;
+    int side;             ///< of zero, +1 or -1: where the function was last known to be
+    int side_at_end = 0;  ///< the same when no event is left in the step
+    double from = 0;      ///< theta from which on it is looked at
+    EventValue start, end;
+    double found = 2;  ///< theta of its next event in this step; above 1: none
+    bool searched = false;
+  };
+  void evaluate(const State& state, const Kinematics& kinematics);
+  Result<void> search(int i, StepPath& path, double h, Landing& landing);
+
+  const System& system_;
+  std::vector<EventSource*> sources_;
+  std::vector<int> first_;  ///< of each source's functions
+  std::vector<EventValue> values_;
+  std::vector<Watched> watched_;
+  Kinematics kinematics_;
+  std::vector<int> hits_, which_;
+  bool end_known_ = false;
+  double theta_ = 0;       ///< of the event found
+  double resolution_ = 0;  ///< of theta
+};
+
+}  // namespace borelli
