@@ -59,14 +59,14 @@ Attempt VelocityVerlet::attempt(Flow& flow, double t, double h, const Eigen::Vec
     }
     const auto verdict = settling.after(worst);
     if (verdict == Settling::Verdict::settled) break;
-    if (verdict == Settling::Verdict::failed) {
+    // where the iteration runs away it comes to velocities that have no accelerations
+    if (verdict == Settling::Verdict::failed || !flow.derivative(t, half_, first_)) {
       failed.trouble =
-          "the half step of the velocity did not converge: forces depend on it too strongly for this method; "
-          "take "
-          "smaller steps";
+          "the half step of the velocity did not converge: forces depend on it too strongly for this method "
+          "and "
+          "step; take smaller steps, or an implicit method";
       return failed;
     }
-    if (!flow.derivative(t, half_, first_)) return failed;
   }
   out = half_;
   if (!move_positions(flow, h, y, slope_, at_start_, out)) {

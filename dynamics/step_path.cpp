@@ -5,8 +5,9 @@
 namespace borelli {
 
 void Landing::book_projection(const Workspace& workspace) {
-  if (projected)
-    work.add_projection(workspace.terms.group_kinetic + workspace.terms.group_potential - energy_before);
+  if (!projected) return;
+  work.add_projection(workspace.terms.group_kinetic + workspace.terms.group_potential - energy_before);
+  projected = false;
 }
 
 StepPath::StepPath(const System& system, const SimulationSettings& settings, MotionFlow& motion,

@@ -11,11 +11,11 @@ namespace borelli {
 struct Landing {
   State state;
   Work work;                        ///< done until then; what the projection at this state does is not in it
-  bool projected = false;           ///< was put on the constraints
+  bool projected = false;           ///< was put on the constraints, and that is not booked yet
   Eigen::VectorXd energy_before;    ///< J, of each independent group, before it was
   Eigen::VectorXd velocity_change;  ///< J, of each group: see Projection
   explicit Landing(const System& system) : work(system.groups) {}
-  /// Books what the projection did, from the equations solved at the state.
+  /// Books what the projection did, once, from the equations solved at the state.
   void book_projection(const Workspace& workspace);
 };
 
