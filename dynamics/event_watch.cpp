@@ -12,6 +12,10 @@ namespace {
 
 constexpr double none = 2;  // a theta beyond the step
 
+// Events that close, in parts of the resolution of time, are one: rounding adds up over steps, and what falls
+// alike must land alike.
+constexpr double together = 16;
+
 int sign(double x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
 
 /// Where a function that starts on `side` with these values and rates h apart may have been through zero and
@@ -83,7 +87,7 @@ Result<bool> EventWatch::find(StepPath& path, double t, double h, const Landing&
   hits_.clear();
   theta_ = earliest;
   for (std::size_t i = 0; i < watched_.size(); ++i)
-    if (watched_[i].found <= earliest + resolution_) {
+    if (watched_[i].found <= earliest + together * resolution_) {
       hits_.push_back(int(i));
       theta_ = std::max(theta_, watched_[i].found);
     }
