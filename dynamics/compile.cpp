@@ -148,6 +148,7 @@ class Compiler {
     system_.steps.push_back(step);
     system_.parameters.placements.emplace_back(X);
     system_.parameters.kinds.push_back(kind);
+    system_.parameters.armatures.push_back(one.armature);
     X = Pose{};
     return {};
   }
@@ -184,8 +185,8 @@ class Compiler {
       if (massive[b]) massive[system_.bodies[b].parent] = 1;
     }
     for (const CoordinateInfo& info : system_.coordinates) {
-      const int body = step_body_[coordinates_.at(info.name).step];
-      if (massive[body]) continue;
+      const int step = coordinates_.at(info.name).step;
+      if (massive[step_body_[step]] || system_.parameters.armatures[step] > 0) continue;
       return bad_use(
           fmt::format("{}, coordinate '{}'", scene_.where(scene_.solids[solid_index_.at(info.solid)]),
                       info.name),

@@ -1,5 +1,7 @@
 #include "dynamics/lagrange.hpp"
 
+#include "dynamics/armature.hpp"
+
 #include "dynamics/dual.hpp"
 
 namespace borelli {
@@ -89,6 +91,9 @@ void scan_solids(const System& system, const Parameters& parameters, const Inert
     add_powers<T>(system, body, D, inertia_force, inertia_moment, weight + efforts.force[k],
                   efforts.moment[k], terms);
   }
+  add_armature_to_mass_matrix(system, parameters, terms);
+  add_armature_to_bias(system, parameters, kinematics, terms);
+  add_armature_energy(system, parameters, kinematics, terms);
 }
 
 #define BORELLI_LAGRANGE_OVER(T)                                                                             \

@@ -28,6 +28,13 @@ bool has_type(const XmlElement& joint, std::string_view type) {
   return joint.name == "freejoint" ? type == "free" : joint.text("type", "hinge") == type;
 }
 
+double armature_of(const XmlElement& joint) {
+  const double armature = joint.number("armature", 0);
+  if (armature < 0)
+    joint.refuse("armature", fmt::format("armature is {:g}, expected no negative number", armature));
+  return armature;
+}
+
 // Whether a solid turns against its parent by what it has so far.
 bool turns(const Solid& solid) {
   return std::any_of(solid.switches.begin(), solid.switches.end(), [](const Switch& s) {
@@ -109,6 +116,7 @@ void MjcfJoints::read_free(const XmlElement& joint, const Pose& X_WS, Solid& sol
   solid.switches = free_joint(name, X_WS);
   for (Switch& s : solid.switches) s.coordinate = names_.make(s.coordinate);
   if (joint.name == "freejoint") return;  // (takes no defaults)
+  for (Switch& s : solid.switches) s.armature = armature_of(joint);
   const Passive passive = passive_of(joint);
   if (!passive.any()) return;
   for (int i = 0; i < 3; ++i) {
@@ -141,6 +149,7 @@ void MjcfJoints::read_scalar(const XmlElement& joint, const std::string& type, S
   one.kind = hinge ? SwitchKind(Rotation{axis}) : SwitchKind(Translation{axis});
   one.coordinate = name_of(joint, solid);
   if (ref != 0) one.q = {ref};
+  one.armature = armature_of(joint);
   add_range(joint, hinge, one);
   if (const std::string given = joint.text("name"); !given.empty()) named_[given] = {one.coordinate, ref};
   if (const Passive p = passive_of(joint); p.any())
@@ -174,6 +183,7 @@ void MjcfJoints::read_ball(const XmlElement& joint, Solid& solid, std::vector<So
   Switch& ball = solid.switches.emplace_back();
   ball.kind = Ball{};
   ball.coordinate = name;
+  ball.armature = armature_of(joint);
 }
 
 // Limits of a scalar joint. A start outside of them is moved to the nearest one, which compile() would

@@ -64,7 +64,8 @@ class Structure {
     Pose X;  // while only translations at zero have been passed; what they add does not turn
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
       const Step& step = system_.steps[s];
-      if (step.drive >= 0 || acted_on_.count(step.u)) return out;
+      // (an armature leans on the world)
+      if (step.drive >= 0 || acted_on_.count(step.u) || parameters_.armatures[s] > 0) return out;
       X = X * parameters_.placements[s].X;
       const SwitchKind& kind = parameters_.kinds[s];
       if (const auto* translation = std::get_if<Translation>(&kind)) {

@@ -1,5 +1,7 @@
 #include "dynamics/recursive.hpp"
 
+#include "dynamics/armature.hpp"
+
 #include "dynamics/dual.hpp"
 
 namespace borelli {
@@ -135,6 +137,7 @@ void find_own_forces(const System& system, const Parameters& parameters, const I
     }
     applied.n += d.cross(applied.f);
   }
+  add_armature_energy(system, parameters, kinematics, terms);
 }
 
 template <class T>
@@ -161,6 +164,7 @@ void find_efforts(const System& system, const Parameters& parameters, const Kine
     add(inertia, recursion.carried[body.parent]);
     add(applied, recursion.acted[body.parent]);
   }
+  add_armature_to_bias(system, parameters, kinematics, terms);
 }
 
 template <class T>
@@ -205,6 +209,7 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
     parent.first += composite.first;
     parent.second += composite.second;
   }
+  add_armature_to_mass_matrix(system, parameters, terms);
 }
 
 namespace {
@@ -290,12 +295,13 @@ bool gather(const System& system, const Parameters& parameters, const Kinematics
       for (int u = step.u + step.nv - 1; u >= step.u; --u) {
         Pivot<T>& pivot = recursion.pivots[u];
         pivot.U = wrench_of(body, k, step, u);
-        pivot.rest = efforts.coordinate[u] - power(k, step, u, body.bias);
+        pivot.rest = efforts.coordinate[u] - power(k, step, u, body.bias) -
+                     parameters.armatures[s] * k.acceleration[u];
         if (step.drive >= 0) continue;
         if (given) pivot.rest += given[u];
-        const T meets = power(k, step, u, pivot.U);
+        const T meets = power(k, step, u, pivot.U) + parameters.armatures[s];
         // no less than its entry of the mass matrix; what elimination leaves below 1e-14 of that is rounding
-        T entry = 0;
+        T entry = parameters.armatures[s];
         if (step.rotates) entry += body.polar * k.angular[u].squaredNorm();
         if (step.slides) entry += body.mass * k.linear[u].squaredNorm();
         if (!(meets > 2e-14 * entry)) return false;

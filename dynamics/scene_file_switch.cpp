@@ -119,6 +119,10 @@ Switch read_switch(TomlTable& table) {
     out.q = read_coordinate(table, "value", 1, rotates);
   }
   out.v = read_coordinate(table, "velocity", static_cast<std::size_t>(nv), rotates);
+  table.read("armature", out.armature);
+  if (out.armature < 0)
+    table.refuse(*table.find("armature"),
+                 fmt::format("armature is {}, expected no negative number", out.armature));
   out.motion = read_motion(table, is_ball);
   out.ranges = read_ranges(table, is_ball, rotates);
   table.finish();

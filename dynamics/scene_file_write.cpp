@@ -192,6 +192,7 @@ std::string switch_of(const Switch& s) {
     for (const Range& r : s.ranges) ranges.push_back(text_of(std::vector{r.lower, r.upper}));
     out.emplace_back("range", ranges.size() == 1 ? ranges[0] : fmt::format("[{}]", fmt::join(ranges, ", ")));
   }
+  if (s.armature != 0) out.emplace_back("armature", text_of(s.armature));
   if (std::holds_alternative<Locked>(s.motion)) out.emplace_back("locked", "true");
   if (const auto* driven = std::get_if<Driven>(&s.motion)) {
     std::vector<std::string> functions;

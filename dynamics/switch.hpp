@@ -56,6 +56,9 @@ struct Switch {
   /// vector in its own axes (logarithm of its quaternion, at most pi long: where a ball passes half a turn,
   /// its rotation vector jumps to the other side).
   std::vector<Range> ranges;
+  /// Inertia of what turns (or slides) with the coordinate and is no solid, such as a motor's rotor: kg m^2,
+  /// or kg; of a ball about each axis. See armature.hpp.
+  double armature = 0;
 };
 
 /// What the i-th range of a coordinate with `nq` positions q speaks of: q itself, or a component of a ball's

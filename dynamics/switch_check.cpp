@@ -101,10 +101,11 @@ Result<CheckedSwitch> check_switch(const Switch& one, const std::string& where) 
       out.kind);
   if (out.nv == 0) {
     if (!one.coordinate.empty() || !one.q.empty() || !one.v.empty() || !one.ranges.empty() ||
-        one.motion.index() != 0)
-      return bad_use(where,
-                     fmt::format("a {} switch has no coordinate: remove its name, q, v, motion and range",
-                                 out.kind_name));
+        one.armature != 0 || one.motion.index() != 0)
+      return bad_use(
+          where,
+          fmt::format("a {} switch has no coordinate: remove its name, q, v, motion, range and armature",
+                      out.kind_name));
     return out;
   }
   auto q = initial_position(one, out.nq, where);
@@ -116,6 +117,8 @@ Result<CheckedSwitch> check_switch(const Switch& one, const std::string& where) 
   if (auto done = check_finite(one.v, where + ", initial v"); !done) return tl::unexpected(done.error());
   out.v = one.v.empty() ? std::vector<double>(out.nv, 0) : one.v;
   if (auto done = check_ranges(one, out.q, where); !done) return tl::unexpected(done.error());
+  if (!(one.armature >= 0) || !std::isfinite(one.armature))
+    return bad_use(where, fmt::format("its armature is {}; expected no negative number", one.armature));
   if (const auto* driven = std::get_if<Driven>(&one.motion))
     if (auto done = check_drive(*driven, one, out.nq, out.nv, where); !done)
       return tl::unexpected(done.error());

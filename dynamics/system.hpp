@@ -43,6 +43,7 @@ struct Parameters {
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< m/s^2, world
   std::vector<Placement> placements;     ///< per step: from the frame before it to its own first frame
   std::vector<SwitchKind> kinds;         ///< per step: axes, made unit
+  std::vector<double> armatures;         ///< per step, kg m^2 or kg
   std::vector<Drive> drives;             ///< per driven step
   std::vector<Inertial> inertials;       ///< per body, in the body's frame
   std::vector<Pose> solid_poses;         ///< X_BS per solid: where it sits in its body

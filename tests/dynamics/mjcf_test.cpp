@@ -20,8 +20,6 @@ System system_of(const std::filesystem::path& path) { return compiled(need(read_
 void expect_same(const std::filesystem::path& path, double largest = 1e-12) {
   const System system = system_of(path);
   Mujoco mujoco(path);
-  // (the engine has no rotor inertia yet)
-  std::fill_n(mujoco.model->dof_armature, mujoco.model->nv, 0.0);
   const Differences d = differences(system, mujoco);
   EXPECT_LT(d.A, largest);
   EXPECT_LT(d.drive, largest);
