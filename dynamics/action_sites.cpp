@@ -81,6 +81,22 @@ Result<void> ActionSites::add_efforts() {
   return {};
 }
 
+namespace {
+
+/// Lists the contacts of the constraint added last.
+void add_contacts(int rows, int contact_rows, System& system) {
+  const std::string& name = system.constraint_names.back();
+  for (int first = 0; first < rows; first += contact_rows) {
+    Contact& contact = system.contacts.emplace_back();
+    contact.constraint = int(system.constraints.size()) - 1;
+    contact.row = system.constraints.back().first_row + first;
+    contact.tangents = contact_rows == 3;
+    contact.name = rows == contact_rows ? name : fmt::format("{}[{}]", name, first / contact_rows);
+  }
+}
+
+}  // namespace
+
 Result<void> ActionSites::add_constraints() {
   std::set<std::string> names;
   for (const Constraint& constraint : scene_.constraints) {
@@ -98,8 +114,13 @@ Result<void> ActionSites::add_constraints() {
     system_.constraints.push_back(*action);
     system_.parameters.constraints.push_back(constraint);
     std::visit(
-        [](auto& kind) {
+        [this](auto& kind) {
           if constexpr (requires { kind.normal; }) kind.normal.normalize();
+          if constexpr (requires { kind.axis; }) kind.axis.normalize();
+          if constexpr (requires { kind.axis_a; }) kind.axis_a.normalize();
+          if constexpr (requires { kind.axis_b; }) kind.axis_b.normalize();
+          if constexpr (Unilateral<std::decay_t<decltype(kind)>>)
+            add_contacts(kind.rows, kind.contact_rows, system_);
         },
         system_.parameters.constraints.back().kind);
   }

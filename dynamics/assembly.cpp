@@ -67,11 +67,19 @@ class Assembler {
     if (auto done = assemble_velocities(); !done) return tl::unexpected(done.error());
     Assembly assembly{.rank = w_.solver.rank(), .redundant = {}, .position = {}, .velocity = {}};
     for (int k = w_.solver.rank(); k < system_.rows; ++k)
-      assembly.redundant.push_back(system_.row_names[w_.solver.order()[k]]);
+      if (const int row = w_.solver.order()[k]; !rests(row))
+        assembly.redundant.push_back(system_.row_names[row]);
     return assembly;
   }
 
  private:
+  /// Whether the row is one of a contact, which holds nothing yet.
+  bool rests(int row) const {
+    const auto& contacts = system_.contacts;
+    return std::any_of(contacts.begin(), contacts.end(),
+                       [&](const Contact& c) { return c.row <= row && row < c.row + (c.tangents ? 3 : 1); });
+  }
+
   Fault update(const Eigen::VectorXd& q) {
     return update_terms(system_, parameters_, state_.t, q.data(), state_.v.data(), w_);
   }

@@ -25,9 +25,13 @@ struct ConstraintResidual {
 
 /// Something that happened at a moment of the run.
 struct LoggedEvent {
-  double time = 0;   ///< s
-  std::string kind;  ///< "range_left", "range_entered"; or the word of a user's own EventSource
-  std::string name;  ///< what it happened to, e.g. "coordinate 'knee' above 2.4"
+  double time = 0;  ///< s
+  /// "range_left", "range_entered"; "impact", "contact_closed", "contact_opened", "stick", "slip"; or the
+  /// word of a user's own EventSource
+  std::string kind;
+  std::string name;        ///< what it happened to, e.g. "coordinate 'knee' above 2.4"
+  double impulse = 0;      ///< N s or N m s: of an impact, along its normal
+  double energy_lost = 0;  ///< J: of an impact
 };
 
 struct Certificate {
@@ -51,6 +55,10 @@ struct Certificate {
   double work_events =
       0;  ///< J at the end: changes of velocity at events; their sizes are summed in the next
   double work_events_size = 0;
+
+  int contacts = 0;        ///< places where the scene's solids may touch
+  long impacts = 0;        ///< how often they met with a speed
+  double impact_loss = 0;  ///< J: lost in them altogether (a part of work_events)
 
   /// What putting the initial state on the constraints changed: the coordinate most moved (lengths against
   /// the scene's size, angles against 1 rad), by how much (m or rad, m/s or rad/s), and its name; empty:

@@ -17,6 +17,8 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
       singular_(system) {
   certificate_.energy_threshold = threshold;
   certificate_.constraint_rows = system.rows;
+  certificate_.contacts = int(system.contacts.size());
+  for (const Contact& contact : system.contacts) certificate_.constraint_rows -= contact.tangents ? 3 : 1;
   certificate_.constraint_rank = assembly.rank;
   certificate_.redundant = assembly.redundant;
   note_assembly(assembly);
@@ -129,6 +131,7 @@ void Certifier::observe_momenta(double t, const Workspace& workspace) {
 }
 
 void Certifier::pass_event(const Workspace& workspace) {
+  singular_.pass_event();
   for (std::size_t i = 0; i < momenta_.size(); ++i)
     start_momenta_[i] +=
         momentum_value(momenta_[i], parameters_, workspace.kinematics).value - last_momenta_[i];

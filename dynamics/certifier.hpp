@@ -47,6 +47,11 @@ class Certifier {
   void stop(const std::string& reason, double t) { distrust(t, reason); }
   /// Something that is worth knowing but no reason for distrust.
   void note(const std::string& text) { certificate_.notes.push_back(text); }
+  /// Counts an impact that lost so much energy, J.
+  void count_impact(double lost) {
+    ++certificate_.impacts;
+    certificate_.impact_loss += lost;
+  }
   /// What has happened so far.
   std::vector<LoggedEvent>& events() { return certificate_.events; }
   /// A reason for distrust, true since t; the first one given is kept.

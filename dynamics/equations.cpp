@@ -19,7 +19,8 @@ Workspace::Workspace(const System& system, Equations equations)
       drive_efforts(Eigen::VectorXd::Zero(system.driven_nv)),
       group_power(Eigen::VectorXd::Zero(system.groups)),
       wanted(multipliers),
-      correction(a) {}
+      correction(a),
+      friction(system) {}
 
 Error describe(const System& system, const Fault& fault, double t) {
   switch (fault.kind) {
@@ -105,6 +106,7 @@ void find_drive_efforts(const System& system, Workspace& w) {
   for (int d = 0; d < system.driven_nv; ++d) {
     double effort = w.terms.A.row(n + d).head(n).dot(w.a) + w.terms.B[n + d] - w.terms.Q[n + d];
     for (int r = 0; r < system.rows; ++r) effort -= w.multipliers[r] * w.rows.L(r, n + d);
+    for (int i : w.friction.sliding) effort += w.friction.force[i] * w.rows.slip(i, n + d);
     w.drive_efforts[d] = effort;
   }
 }
@@ -127,6 +129,7 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
     solve_transposed(system, w.factor, w.a.data());
     solve_lower(system, w.factor, w.a.data());
     if (system.rows > 0) add_constraints(system, handling, w);
+    if (!system.contacts.empty()) add_sliding_friction(system, parameters, w);
     if (system.driven_nv > 0) find_drive_efforts(system, w);
   }
   for (int i = 0; i < n; ++i)
@@ -139,6 +142,11 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
   w.group_power = w.efforts.group_power;
   for (int d = 0; d < system.driven_nv; ++d)
     w.group_power[system.velocity_groups[n + d]] += w.drive_efforts[d] * w.kinematics.u[n + d];
+  for (int i : w.friction.sliding) {
+    const double power = -w.friction.force[i] * w.friction.speed[i];
+    w.power.efforts += power;
+    w.group_power[system.constraints[system.contacts[i].constraint].group] += power;
+  }
   for (int r = 0; r < system.rows; ++r)
     w.group_power[system.constraints[system.row_constraint[r]].group] +=
         w.multipliers[r] * (w.rows.rate[r] - w.rows.partial_rate[r]);

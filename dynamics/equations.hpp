@@ -6,6 +6,7 @@
 #include "dynamics/lagrange.hpp"
 #include "dynamics/recursive.hpp"
 #include "dynamics/scan.hpp"
+#include "dynamics/sliding_friction.hpp"
 
 namespace borelli {
 
@@ -54,6 +55,7 @@ struct Workspace {
   long evaluations = 0;         ///< so far
 
   Eigen::VectorXd wanted, correction;  ///< scratch: rows, nv
+  SlidingFriction friction;
 };
 
 /// How constraint rows enter one evaluation.

@@ -60,7 +60,7 @@ struct FieldLengths {
   void operator()(std::string_view field, const std::optional<T>& value) {
     if (value)
       (*this)(field, *value);
-    else
+    else if constexpr (!std::is_same_v<T, double>)
       ++site;
   }
   void operator()(std::string_view field, const std::vector<SolidPoint>& points) {

@@ -28,6 +28,7 @@ Recorder::Recorder(const System& system) : system_(system) {
   out_.coordinates = system.coordinates;
   out_.solids = system.solids;
   out_.multiplier_names = system.row_names;
+  for (const Contact& contact : system.contacts) out_.contact_names.push_back(contact.name);
   for (const CoordinateInfo& info : system.driven)
     for (int i = 0; i < info.v_size; ++i)
       out_.driven_names.push_back(info.v_size == 1 ? info.name : fmt::format("{}[{}]", info.name, i));
@@ -40,6 +41,10 @@ void Recorder::record(const State& state, const Workspace& w, const Work& work) 
   append(a_, w.a);
   append(multipliers_, w.multipliers);
   append(driven_efforts_, w.drive_efforts);
+  for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
+    contact_modes_.push_back(double(w.rows.modes[i].touch));
+    contact_forces_.push_back(w.multipliers[system_.contacts[i].row]);
+  }
   for (const Drive& drive : system_.parameters.drives)
     for (const TimeFunction& f : drive.functions) driven_positions_.push_back(at(f, state.t).value);
   for (std::size_t s = 0; s < system_.solids.size(); ++s)
@@ -64,6 +69,8 @@ Trajectory Recorder::finish(Certificate certificate) {
   out_.v = matrix(v_);
   out_.a = matrix(a_);
   out_.multipliers = matrix(multipliers_);
+  out_.contact_modes = matrix(contact_modes_);
+  out_.contact_forces = matrix(contact_forces_);
   out_.driven_efforts = matrix(driven_efforts_);
   out_.driven_positions = matrix(driven_positions_);
   out_.gravity_centre = matrix(gravity_centre_);

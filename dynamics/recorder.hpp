@@ -19,6 +19,7 @@ class Recorder {
  private:
   const System& system_;
   Trajectory out_;
+  std::vector<double> contact_modes_, contact_forces_;
   std::vector<double> q_, v_, a_, multipliers_, driven_efforts_, driven_positions_, gravity_centre_;
 };
 

@@ -92,6 +92,9 @@ ConstraintRowsOf<T>::ConstraintRowsOf(const System& system)
       h(E),
       rate(E),
       partial_rate(E),
+      modes(system.contacts.size()),
+      slip(RowsOf<T>::Zero(Eigen::Index(system.contacts.size()), system.size())),
+      slip_along(system.contacts.size(), {T(0), T(0)}),
       functions(system.constraints.size()) {
   for (std::size_t i = 0; i < functions.size(); ++i) {
     const auto* f = std::get_if<FunctionConstraint>(&system.parameters.constraints[i].kind);
@@ -149,6 +152,26 @@ void ConstraintScan<T>::residual(int r, const T& h, const T& partial_rate, const
   rows_.E[row] += bias;
 }
 
+/// Empties the rows that contact i does not hold in its mode.
+template <class T>
+void mask_contact(const System& system, int i, ConstraintRowsOf<T>& rows) {
+  const Contact& contact = system.contacts[i];
+  const ContactMode& mode = rows.modes[i];
+  if (mode.touch == Touch::sticking) return;
+  if (mode.touch == Touch::sliding && contact.tangents) {
+    const T slip[2] = {rows.rate[contact.row + 1], rows.rate[contact.row + 2]};
+    T along[2];
+    slip_direction(mode, slip, along);
+    rows.slip_along[i] = {along[0], along[1]};
+    rows.slip.row(i) = along[0] * rows.L.row(contact.row + 1) + along[1] * rows.L.row(contact.row + 2);
+  }
+  const int kept = mode.touch == Touch::sliding ? 1 : 0;
+  for (int r = contact.row + kept; r < contact.row + (contact.tangents ? 3 : 1); ++r) {
+    rows.L.row(r).setZero();
+    rows.E[r] = rows.h[r] = rows.rate[r] = rows.partial_rate[r] = T(0);
+  }
+}
+
 template <class T>
 void scan_constraints(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                       ConstraintRowsOf<T>& rows) {
@@ -162,6 +185,8 @@ void scan_constraints(const System& system, const Parameters& parameters, const 
   }
   rows.rate.noalias() = rows.L * kinematics.u;
   rows.rate += rows.partial_rate;
+  if (!rows.every_row)
+    for (std::size_t i = 0; i < system.contacts.size(); ++i) mask_contact(system, int(i), rows);
 }
 
 #define BORELLI_SCAN_OVER(T)                                                                              \

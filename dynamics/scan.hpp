@@ -3,6 +3,7 @@
 // of the kind's fields.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "dynamics/kinematics.hpp"
@@ -93,6 +94,13 @@ struct ConstraintRowsOf {
   RowsOf<T> L;                                 ///< rows x size
   Eigen::VectorX<T> E, h, rate, partial_rate;  ///< rows
   int degenerate = -1;                         ///< a row that has no direction at this state; -1: none
+
+  /// Per contact of the system. Rows that do not hold in its mode are empty: no direction, no value.
+  std::vector<ContactMode> modes;
+  /// Per contact that slides: its slip's direction as a row (contacts x size), and along its two rows.
+  RowsOf<T> slip;
+  std::vector<std::array<T, 2>> slip_along;
+  bool every_row = false;  ///< keep the rows of all contacts, whatever their mode
 
   struct FunctionScratch {
     Eigen::VectorX<T> x, rate, gradient;

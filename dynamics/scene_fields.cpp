@@ -165,11 +165,16 @@ void FieldReader::operator()(std::string_view key, double& field) {
 
 void FieldReader::operator()(std::string_view key, Vector3d& field) {
   if (const toml::node* node = get(key)) {
-    field = key == "normal" ? direction(table_, *node, key) : table_.vector3(*node, key);
-    if (key == "normal" && field.norm() == 0)
-      table_.refuse(*node, "normal has length 0, expected a direction");
+    const bool is_direction = key == "normal" || key.starts_with("axis");
+    field = is_direction ? direction(table_, *node, key) : table_.vector3(*node, key);
+    if (is_direction && field.norm() == 0)
+      table_.refuse(*node, fmt::format("{} has length 0, expected a direction", key));
   }
   if (const toml::node* node = in_degrees(key)) field = degree * table_.vector3(*node, "rest_deg");
+}
+
+void FieldReader::operator()(std::string_view key, std::optional<double>& field) {
+  if (const toml::node* node = table_.find(key)) field = table_.number(*node, key);
 }
 
 void FieldReader::operator()(std::string_view key, std::vector<double>& field) {

@@ -62,6 +62,7 @@ class FieldReader {
 
   void operator()(std::string_view key, double& field);
   void operator()(std::string_view key, Eigen::Vector3d& field);
+  void operator()(std::string_view key, std::optional<double>& field);
   void operator()(std::string_view key, std::vector<double>& field);
   void operator()(std::string_view key, SolidPoint& field);
   void operator()(std::string_view key, SolidName& field);

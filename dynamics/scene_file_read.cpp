@@ -188,6 +188,18 @@ SimulationSettings read_simulation(TomlTable& table) {
   not_negative("baumgarte_alpha", s.baumgarte_alpha);
   not_negative("baumgarte_beta", s.baumgarte_beta);
   not_negative("energy_threshold", s.energy_threshold);
+  // which of two words a key holds: true for the second
+  const auto second_of = [&](std::string_view key, std::string_view first, std::string_view second) {
+    const toml::node* node = table.find(key);
+    if (!node) return false;
+    const std::string text = table.text(*node, key);
+    if (text != first && text != second)
+      table.refuse(*node, fmt::format("{} is \"{}\", expected \"{}\" or \"{}\"", key, text, first, second));
+    return text == second;
+  };
+  if (second_of("impacts", "sequential", "simultaneous")) s.impacts = ImpactLaw::simultaneous;
+  if (second_of("restitution", "newton", "poisson")) s.restitution = RestitutionLaw::poisson;
+  positive("rest_speed", s.rest_speed);
   table.finish();
   return s;
 }

@@ -99,7 +99,10 @@ struct FieldWriter {
 
   void operator()(std::string_view key, const double& field) { add(key, text_of(field)); }
   void operator()(std::string_view key, const Vector3d& field) {
-    add(key, key == "normal" ? axis_of(field) : text_of(field));
+    add(key, key == "normal" || key.starts_with("axis") ? axis_of(field) : text_of(field));
+  }
+  void operator()(std::string_view key, const std::optional<double>& field) {
+    if (field) add(key, text_of(*field));
   }
   void operator()(std::string_view key, const std::vector<double>& field) { add(key, text_of(field)); }
   void operator()(std::string_view key, const SolidPoint& field) { add(key, point(field)); }
@@ -291,6 +294,9 @@ Entries simulation_of(const SimulationSettings& s) {
   if (s.baumgarte_alpha != fresh.baumgarte_alpha)
     out.emplace_back("baumgarte_alpha", text_of(s.baumgarte_alpha));
   if (s.baumgarte_beta != fresh.baumgarte_beta) out.emplace_back("baumgarte_beta", text_of(s.baumgarte_beta));
+  if (s.impacts == ImpactLaw::simultaneous) out.emplace_back("impacts", "\"simultaneous\"");
+  if (s.restitution == RestitutionLaw::poisson) out.emplace_back("restitution", "\"poisson\"");
+  if (s.rest_speed != fresh.rest_speed) out.emplace_back("rest_speed", text_of(s.rest_speed));
   if (s.energy_threshold != fresh.energy_threshold)
     out.emplace_back("energy_threshold", text_of(s.energy_threshold));
   return out;

@@ -17,6 +17,18 @@ enum class Equations {
   lagrange    ///< the paper's hierarchical scan (lagrange.hpp)
 };
 
+/// How several contacts that close at one moment share the shock.
+enum class ImpactLaw {
+  sequential,   ///< one pair after the other, the fastest first, until all part: a row of balls passes it on
+  simultaneous  ///< all at once
+};
+
+/// What a restitution below 1 means.
+enum class RestitutionLaw {
+  newton,  ///< of velocities: they part with e times the speed at which they met
+  poisson  ///< of impulses: what drives them apart is e times what brought them to rest
+};
+
 struct SimulationSettings {
   double end_time = 1;                  ///< s; the state's own time is the start
   std::string method = "rk4_adaptive";  ///< of integrator_names()
@@ -30,6 +42,11 @@ struct SimulationSettings {
   /// The certificate's thresholds. Relative to the energy turned over (see Certificate); 0: chosen from the
   /// method and tolerance.
   double energy_threshold = 0;
+  ImpactLaw impacts = ImpactLaw::sequential;
+  RestitutionLaw restitution = RestitutionLaw::newton;
+  /// m/s or rad/s: contacts that meet more slowly do not rebound (so rebounds that would follow each other
+  /// without end come to rest), and those that part no faster stay together.
+  double rest_speed = 1e-6;
 };
 
 }  // namespace borelli

@@ -20,6 +20,8 @@ Result<void> check_settings(const SimulationSettings& settings, double start) {
     return refuse("tolerance", settings.tolerance, "a positive number");
   if (!std::isfinite(settings.output_interval) || settings.output_interval < 0)
     return refuse("output_interval", settings.output_interval, "a time (s), or 0 for every step");
+  if (!std::isfinite(settings.rest_speed) || settings.rest_speed <= 0)
+    return refuse("rest_speed", settings.rest_speed, "a positive speed, m/s");
   if (!std::isfinite(settings.baumgarte_alpha) || settings.baumgarte_alpha < 0)
     return refuse("baumgarte_alpha", settings.baumgarte_alpha, "a gain of at least 0, 1/s");
   if (!std::isfinite(settings.baumgarte_beta) || settings.baumgarte_beta < 0)

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "dynamics/certifier.hpp"
+#include "dynamics/contact_events.hpp"
 #include "dynamics/evaluate.hpp"
 #include "dynamics/event_watch.hpp"
 #include "dynamics/fastest_sine.hpp"
@@ -57,10 +59,20 @@ class Run {
     }
     landing_.state = state_;
     if (auto done = begin_step(); !done) return tl::unexpected(done.error());
+    std::optional<ContactEvents> contacts;
+    if (!system_.contacts.empty()) {
+      contacts.emplace(system_, settings_, workspace_, probe_, certifier);
+      energy_before_event_ = workspace_.terms.group_kinetic + workspace_.terms.group_potential;
+      if (auto done = contacts->start(state_); !done) return diverged(done.error());
+      contacts_ = &*contacts;
+      event_passed_ = true;
+      if (auto done = begin_step(); !done) return tl::unexpected(done.error());
+    }
     recorder_.record(state_, workspace_, work_);
     RangeEvents ranges(system_, certifier);
     std::vector<EventSource*> sources = observer_.events;
     if (ranges.count() > 0) sources.push_back(&ranges);
+    if (contacts) sources.push_back(&*contacts);
     EventWatch watch(system_, sources);
     watch_ = &watch;
     watch.start(state_, workspace_.kinematics);
@@ -87,6 +99,10 @@ class Run {
 
   /// Looks at the state reached and readies the step from it.
   Result<void> begin_step() {
+    if (event_passed_ && contacts_) {  // other rows hold now: what was seen of the former says nothing of them
+      workspace_.solver.forget();
+      probe_.solver.forget();
+    }
     if (!motion_.start(state_, work_, y_, dy_)) return diverged(motion_.failure(state_.t));
     if (landing_.projected) {
       landing_.book_projection(workspace_);
@@ -102,6 +118,7 @@ class Run {
     }
     certifier_->observe(state_, workspace_, work_);
     probe_.solver.remember(workspace_.solver);
+    if (contacts_) contacts_->follow(workspace_);
     return {};
   }
 
@@ -212,6 +229,7 @@ class Run {
                                        motion_.handling(), probe_))
       return diverged(describe(system_, fault, state.t));
     between_.book_projection(probe_);
+    between_.projected = false;  // and not again, should it become the step's end
     certifier_->observe(state, probe_, between_.work);
     return {};
   }
@@ -309,6 +327,7 @@ class Run {
   double start_ = 0;
   long outputs_ = 1, output_ = 1;  ///< rows to come to after the first, and the next of them
   bool stopped_ = false;
+  ContactEvents* contacts_ = nullptr;
   EventWatch* watch_ = nullptr;
   bool event_passed_ = false;  ///< the state reached is one after an event that changed it
   Eigen::VectorXd energy_before_event_;

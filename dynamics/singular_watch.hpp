@@ -26,6 +26,9 @@ class SingularWatch {
   /// own error; one that came out on another branch by a finite part.
   Reason observe_projection(double t, const Eigen::VectorXd& change, const Workspace& w);
 
+  /// The velocities, or which rows hold, have changed in an event: a passage that it fell into ends there.
+  void pass_event() { inside_ = false; }
+
   int passages() const { return passages_; }
   double first_passage() const { return first_time_; }   ///< s
   int first_rank() const { return first_rank_; }         ///< the rank that the rows fell to in the first one

@@ -110,6 +110,7 @@ struct System {
   std::vector<Site> sites;
   std::vector<CoordinateSite> coordinate_sites;
   std::vector<Action> efforts, constraints;
+  std::vector<Contact> contacts;  ///< of the unilateral constraints, in the order of their rows
 
   std::vector<std::string> solids;          ///< names, in the scene's order
   std::vector<int> solid_bodies;            ///< the body of each

@@ -35,7 +35,12 @@ struct Trajectory {
   Rows gravity_centre;              ///< T x 3, of all moving solids together, world, m
 
   std::vector<std::string> multiplier_names;  ///< constraint's name, with [row] where it has several
-  Rows multipliers;                       ///< T x rows: the constraints' efforts along their rows, N or N m
+  Rows multipliers;  ///< T x rows: the constraints' efforts along their rows, N or N m
+  std::vector<std::string>
+      contact_names;    ///< of unilateral constraints, with [contact] where one has several
+  Rows contact_modes;   ///< T x contacts: 0 open, 1 sliding (or without friction), 2 sticking
+  Rows contact_forces;  ///< T x contacts: normal forces, N or N m; friction is in multipliers
+
   std::vector<std::string> driven_names;  ///< driven coordinates, with [component] for a ball
   Rows driven_positions;                  ///< T x driven: m or rad; a driven ball: its rotation vector
   Rows driven_efforts;                    ///< T x driven: what the drive exerts, N or N m

@@ -18,6 +18,11 @@ std::string smallest_step(const Certificate& c) {
   return fmt::format("; the smallest was {:.3g} s (at {:.6g} s)", c.smallest_step, c.smallest_step_time);
 }
 
+std::string shock_of(const LoggedEvent& e) {
+  if (e.impulse == 0) return "";
+  return fmt::format(" (impulse {:.6g}, {:.6g} J lost)", e.impulse, e.energy_lost);
+}
+
 }  // namespace
 
 std::string text_of(const Certificate& c) {
@@ -34,6 +39,7 @@ std::string text_of(const Certificate& c) {
       {"projection", c.work_projection},          {"events", c.work_events}};
   for (const auto& [name, work] : works)
     if (work != 0) line(fmt::format("work of {}: {:.6g} J", name, work));
+  if (c.impacts > 0) line(fmt::format("impacts: {}, in which {:.6g} J were lost", c.impacts, c.impact_loss));
   for (const Conserved& m : c.conserved)
     line(fmt::format("{}: drifts by at most {:.3g} of {:.4g} (at {:.6g} s)", m.name, m.drift, m.scale,
                      m.time));
@@ -55,7 +61,8 @@ std::string text_of(const Certificate& c) {
                    c.evaluations, smallest_step(c)));
   constexpr std::size_t most_events = 100;
   for (std::size_t i = 0; i < std::min(most_events, c.events.size()); ++i)
-    line(fmt::format("event at {:.9g} s: {}, {}", c.events[i].time, c.events[i].kind, c.events[i].name));
+    line(fmt::format("event at {:.9g} s: {}, {}{}", c.events[i].time, c.events[i].kind, c.events[i].name,
+                     shock_of(c.events[i])));
   if (c.events.size() > most_events)
     line(fmt::format("and {} events more, all of them in the .h5 file", c.events.size() - most_events));
   for (const std::string& note : c.notes) line("note: " + note);
@@ -93,6 +100,9 @@ nlohmann::json json_of(const Certificate& c) {
                      {"singular_passages", c.singular_passages},
                      {"singular_turn", c.singular_turn},
                      {"redundant", c.redundant},
+                     {"contacts", c.contacts},
+                     {"impacts", c.impacts},
+                     {"impact_loss", c.impact_loss},
                      {"steps_accepted", c.steps_accepted},
                      {"steps_rejected", c.steps_rejected},
                      {"evaluations", c.evaluations},
@@ -109,7 +119,11 @@ nlohmann::json json_of(const Certificate& c) {
                                 {"position_time", r.position_time},
                                 {"velocity_time", r.velocity_time}});
   for (const LoggedEvent& e : c.events)
-    out["events"].push_back({{"time", e.time}, {"kind", e.kind}, {"name", e.name}});
+    out["events"].push_back({{"time", e.time},
+                             {"kind", e.kind},
+                             {"name", e.name},
+                             {"impulse", e.impulse},
+                             {"energy_lost", e.energy_lost}});
   return out;
 }
 

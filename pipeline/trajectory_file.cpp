@@ -108,9 +108,14 @@ void write_certificate(Hdf5Writer& file, const Certificate& c) {
   file.attribute("/certificate", "assembly_velocity_coordinate", c.assembly_velocity_coordinate);
   file.attribute("/certificate", "work_events", c.work_events);
   file.attribute("/certificate", "work_events_size", c.work_events_size);
+  file.attribute("/certificate", "contacts", c.contacts);
+  file.attribute("/certificate", "impacts", static_cast<double>(c.impacts));
+  file.attribute("/certificate", "impact_loss", c.impact_loss);
   write_column(file, "/certificate/events/time", c.events, &LoggedEvent::time, "s");
   write_column(file, "/certificate/events/kind", c.events, &LoggedEvent::kind);
   write_column(file, "/certificate/events/name", c.events, &LoggedEvent::name);
+  write_column(file, "/certificate/events/impulse", c.events, &LoggedEvent::impulse, "N s or N m s");
+  write_column(file, "/certificate/events/energy_lost", c.events, &LoggedEvent::energy_lost, "J");
   file.texts("/certificate/redundant", c.redundant);
   file.texts("/certificate/notes", c.notes);
   write_column(file, "/certificate/conserved/name", c.conserved, &Conserved::name);
@@ -155,6 +160,9 @@ Result<void> write_hdf5(const Trajectory& t, const std::string& scene, const std
 
   file.texts("/constraints/name", t.multiplier_names);
   write_rows(file, "/constraints/multiplier", t.times.size(), t.multipliers, "N or N m");
+  file.texts("/contacts/name", t.contact_names);
+  write_rows(file, "/contacts/mode", t.times.size(), t.contact_modes, "1");
+  write_rows(file, "/contacts/normal_force", t.times.size(), t.contact_forces, "N or N m");
   file.texts("/driven/name", t.driven_names);
   write_rows(file, "/driven/position", t.times.size(), t.driven_positions, "m or rad");
   write_rows(file, "/driven/effort", t.times.size(), t.driven_efforts, "N or N m");
@@ -331,11 +339,18 @@ void read_certificate(Fill& fill, Certificate& c) {
       fill.text_attribute_if_there("/certificate", "assembly_velocity_coordinate");
   c.work_events = fill.attribute_if_there("/certificate", "work_events");
   c.work_events_size = fill.attribute_if_there("/certificate", "work_events_size");
+  c.contacts = fill.as<int>("contacts", fill.attribute_if_there("/certificate", "contacts"));
+  c.impacts = fill.as<long>("impacts", fill.attribute_if_there("/certificate", "impacts"));
+  c.impact_loss = fill.attribute_if_there("/certificate", "impact_loss");
   if (fill.holds("/certificate/events/time")) {
     c.events.resize(fill.column("/certificate/events/time").size());
     read_column(fill, "/certificate/events/time", c.events, &LoggedEvent::time);
     read_column(fill, "/certificate/events/kind", c.events, &LoggedEvent::kind);
     read_column(fill, "/certificate/events/name", c.events, &LoggedEvent::name);
+    if (fill.holds("/certificate/events/impulse")) {
+      read_column(fill, "/certificate/events/impulse", c.events, &LoggedEvent::impulse);
+      read_column(fill, "/certificate/events/energy_lost", c.events, &LoggedEvent::energy_lost);
+    }
   }
   c.redundant = fill.texts("/certificate/redundant");
   c.notes = fill.texts("/certificate/notes");
@@ -379,6 +394,8 @@ std::vector<std::string> csv_header(const Trajectory& t) {
   for (const char* name : {"kinetic energy [J]", "potential energy [J]", "work [J]"}) out.emplace_back(name);
   for (const char axis : {'x', 'y', 'z'}) out.push_back(fmt::format("gravity centre.{} [m]", axis));
   for (const auto& name : t.multiplier_names) out.push_back("multiplier " + name + " [N or N m]");
+  for (const auto& name : t.contact_names) out.push_back("contact mode " + name + " [1]");
+  for (const auto& name : t.contact_names) out.push_back("normal force " + name + " [N or N m]");
   for (const auto& name : t.driven_names) out.push_back("driven " + name + " [m or rad]");
   for (const auto& name : t.driven_names) out.push_back("drive effort " + name + " [N or N m]");
   for (const auto& name : t.solids) {
@@ -410,7 +427,8 @@ Result<void> write_csv(const Trajectory& t, const std::filesystem::path& path) {
     };
     add_row(t.q), add_row(t.v), add_row(t.a);
     add(t.kinetic[i]), add(t.potential[i]), add(t.work[i]);
-    add_row(t.gravity_centre), add_row(t.multipliers), add_row(t.driven_positions), add_row(t.driven_efforts);
+    add_row(t.gravity_centre), add_row(t.multipliers), add_row(t.contact_modes), add_row(t.contact_forces),
+        add_row(t.driven_positions), add_row(t.driven_efforts);
     for (std::size_t s = 0; s < t.solids.size(); ++s) {
       for (int c = 0; c < 3; ++c) add(t.pose(i, s).p[c]);
       for (int c = 0; c < 4; ++c) add(turns[4 * (i * t.solids.size() + s) + static_cast<std::size_t>(c)]);
@@ -455,6 +473,12 @@ Result<StoredTrajectory> read_trajectory(const std::filesystem::path& path) {
   t.gravity_centre = fill.rows("/gravity_centre", n, 3);
   t.multiplier_names = fill.texts("/constraints/name");
   t.multipliers = fill.rows("/constraints/multiplier", n, t.multiplier_names.size());
+  t.contact_modes = t.contact_forces = Rows(static_cast<Eigen::Index>(n), 0);
+  if (fill.holds("/contacts/name")) {
+    t.contact_names = fill.texts("/contacts/name");
+    t.contact_modes = fill.rows("/contacts/mode", n, t.contact_names.size());
+    t.contact_forces = fill.rows("/contacts/normal_force", n, t.contact_names.size());
+  }
   t.driven_names = fill.texts("/driven/name");
   t.driven_positions = fill.rows("/driven/position", n, t.driven_names.size());
   t.driven_efforts = fill.rows("/driven/effort", n, t.driven_names.size());

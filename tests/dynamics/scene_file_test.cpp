@@ -128,6 +128,8 @@ struct Compare {
     equal &= a.constraints == b.constraints;
     (*this)(a.baumgarte_alpha, b.baumgarte_alpha), (*this)(a.baumgarte_beta, b.baumgarte_beta);
     (*this)(a.energy_threshold, b.energy_threshold);
+    equal &= a.impacts == b.impacts && a.restitution == b.restitution;
+    (*this)(a.rest_speed, b.rest_speed);
     equal &= a.equations == b.equations;
   }
   void operator()(const Scene& a, const Scene& b) {
@@ -189,6 +191,9 @@ Scene varied(unsigned seed) {
                       positive(),
                       positive(),
                       positive()};
+  scene.simulation.impacts = ImpactLaw::simultaneous;
+  scene.simulation.restitution = RestitutionLaw::poisson;
+  scene.simulation.rest_speed = positive();
   Solid first{"first", "second", {}, {inertial()}, {}};
   first.switches = {{Fixed{{turn(), vector()}}, "", Free{}, {}, {}, {}},
                     {Rotation{-Vector3d::UnitY()}, "a", Free{}, {half(random)}, {number()}, {Range{-1.5, 2}}},
@@ -217,12 +222,23 @@ Scene varied(unsigned seed) {
                    {"band", PointSpring{a, w, positive(), positive(), positive()}},
                    {"coil", TorsionSpring{{"first"}, {"world"}, positive(), positive(), vector()}},
                    {"stop", CoordinateSpring{{"a"}, positive(), positive(), number()}}};
-  scene.constraints = {{"pin", PointOnPoint{a, b}},
-                       {"table", PointOnPlane{a, w, Vector3d(1, 2, 3), wave}},
-                       {"rod", Distance{a, b, constant(positive())}},
-                       {"rod at its default", Distance{a, b, constant(1)}},
-                       {"gear", CoordinateCoupling{{{"a"}, {"b"}}, {number(), number()}, ramp}},
-                       {"glue", WeldConstraint{{"first"}, {"second"}, {turn(), vector()}}}};
+  scene.constraints = {
+      {"pin", PointOnPoint{a, b}},
+      {"table", PointOnPlane{a, w, Vector3d(1, 2, 3), wave}},
+      {"rod", Distance{a, b, constant(positive())}},
+      {"rod at its default", Distance{a, b, constant(1)}},
+      {"gear", CoordinateCoupling{{{"a"}, {"b"}}, {number(), number()}, ramp}},
+      {"glue", WeldConstraint{{"first"}, {"second"}, {turn(), vector()}}},
+      {"stops", Limit{{"a"}, number(), number(), positive()}},
+      {"stop below", Limit{{"b"}, number(), {}, 0}},
+      {"rope", Rope{a, w, positive(), positive()}},
+      {"bead", SphereOverPlane{a, positive(), b, Vector3d(1, 2, 3), positive(), positive()}},
+      {"pill",
+       CapsuleOverPlane{a, vector(), positive(), positive(), w, -Vector3d::UnitX(), positive(), positive()}},
+      {"crate", BoxOverPlane{b, vector(), a, Vector3d(3, 2, 1), positive(), positive()}},
+      {"marbles", SphereOverSphere{a, b, positive(), positive(), positive(), positive()}},
+      {"sticks", CapsuleOverCapsule{a, b, vector(), Vector3d::UnitY(), positive(), positive(), positive(),
+                                    positive(), positive(), positive()}}};
   return scene;
 }
 

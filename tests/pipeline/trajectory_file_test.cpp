@@ -46,6 +46,8 @@ Trajectory made_up(std::size_t times) {
   t.gravity_centre = rows(3);
   t.multiplier_names = {"pin[0]", "pin[1]"};
   t.multipliers = rows(2);
+  t.contact_names = {"ground", "wall[1]", "wall[2]"};
+  t.contact_modes = rows(3), t.contact_forces = rows(3);
   t.driven_positions = rows(0), t.driven_efforts = rows(0);
   t.kinetic = column(times), t.potential = column(times), t.work = column(times);
   t.step_times = column(7), t.step_sizes = column(7);
@@ -61,7 +63,8 @@ Trajectory made_up(std::size_t times) {
   c.assembly_position = 0.125, c.assembly_position_coordinate = "knee";
   c.assembly_velocity = 5, c.assembly_velocity_coordinate = "hip";
   c.notes = {"first", "second"};
-  c.events = {{0.125, "range_left", "coordinate 'knee' above 2.4"}, {0.5, "bounce", "ball"}};
+  c.events = {{0.125, "range_left", "coordinate 'knee' above 2.4"}, {0.5, "impact", "ball", 2.5, 0.75}};
+  c.contacts = 3, c.impacts = 7, c.impact_loss = 0.75;
   c.work_events = -3, c.work_events_size = 3;
   c.steps_accepted = 1234567890123, c.steps_rejected = 4, c.evaluations = 99;
   c.smallest_step = 1e-5;
@@ -107,6 +110,15 @@ TEST_F(TrajectoryFile, Hdf5GivesEveryNumberBack) {
   EXPECT_EQ(r.coordinates[0].v_size, 3);
   EXPECT_TRUE(r.coordinates[0].angle);
   EXPECT_FALSE(r.coordinates[1].angle);
+  EXPECT_EQ(r.contact_names, t.contact_names);
+  EXPECT_EQ(r.contact_modes, t.contact_modes);
+  EXPECT_EQ(r.contact_forces, t.contact_forces);
+  EXPECT_EQ(r.certificate.contacts, 3);
+  EXPECT_EQ(r.certificate.impacts, 7);
+  EXPECT_EQ(r.certificate.impact_loss, 0.75);
+  ASSERT_EQ(r.certificate.events.size(), 2u);
+  EXPECT_EQ(r.certificate.events[1].impulse, 2.5);
+  EXPECT_EQ(r.certificate.events[1].energy_lost, 0.75);
   EXPECT_EQ(r.solids, t.solids);
   ASSERT_EQ(r.poses.size(), t.poses.size());
   for (std::size_t i = 0; i < t.poses.size(); ++i) {
@@ -155,7 +167,7 @@ TEST_F(TrajectoryFile, Hdf5GivesTheCertificateBack) {
   ASSERT_EQ(b.events.size(), 2u);
   EXPECT_EQ(b.events[0].time, 0.125);
   EXPECT_EQ(b.events[0].name, "coordinate 'knee' above 2.4");
-  EXPECT_EQ(b.events[1].kind, "bounce");
+  EXPECT_EQ(b.events[1].kind, "impact");
   EXPECT_EQ(b.work_events, -3);
   EXPECT_EQ(b.work_events_size, 3);
   EXPECT_EQ(b.assembly_position, 0.125);

@@ -1,0 +1,53 @@
+// Unilateral constraint: a capsule stays above a plane fixed in a solid or in the world.
+#pragma once
+
+#include <string_view>
+
+#include "dynamics/surface_contact.hpp"
+
+namespace borelli {
+
+/// The caps' two spheres stay above the plane: two contacts, m.
+struct CapsuleOverPlane {
+  static constexpr std::string_view kind = "capsule_over_plane";
+  SolidPoint capsule;                               ///< its centre
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< in its solid's axes; made unit by compile()
+  double length = 1, radius = 0.1;                  ///< m, without the caps
+  SolidPoint plane;                                 ///< as of SphereOverPlane
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  double restitution = 0, friction = 0;
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("capsule", self.capsule);
+    visit("axis", self.axis);
+    visit("length", self.length);
+    visit("radius", self.radius);
+    visit("plane", self.plane);
+    visit("normal", self.normal);
+    visit("restitution", self.restitution);
+    visit("friction", self.friction);
+  }
+
+  std::string complaint() const {
+    if (!(normal.norm() > 1e-12)) return "its plane's normal has no direction";
+    if (!(axis.norm() > 1e-12)) return "its axis has no direction";
+    if (!(length > 0 && radius >= 0)) return "its length must be positive and its radius 0 or more";
+    return complaint_of({restitution, friction});
+  }
+
+  static constexpr int rows = 6;
+  static constexpr int length_rows = 6;
+  static constexpr int contact_rows = 3;
+
+  template <class T>
+  void evaluate(ConstraintScan<T>& scan) const {
+    enum { capsule_site, plane_site };
+    for (int end = 0; end < 2; ++end)
+      sphere_over_plane<T>(scan, 3 * end, capsule_site,
+                           capsule.point + (end == 0 ? 0.5 : -0.5) * length * axis, radius, plane_site,
+                           plane.point, normal);
+  }
+};
+
+}  // namespace borelli

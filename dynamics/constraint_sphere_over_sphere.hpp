@@ -1,0 +1,45 @@
+// Unilateral constraint: two spheres keep off each other.
+#pragma once
+
+#include <string_view>
+
+#include "dynamics/surface_contact.hpp"
+
+namespace borelli {
+
+/// |c_a - c_b| - radius_a - radius_b >= 0: one contact, m.
+struct SphereOverSphere {
+  static constexpr std::string_view kind = "sphere_over_sphere";
+  SolidPoint a, b;                        ///< centres
+  double radius_a = 0.1, radius_b = 0.1;  ///< m
+  double restitution = 0, friction = 0;
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("a", self.a);
+    visit("b", self.b);
+    visit("radius_a", self.radius_a);
+    visit("radius_b", self.radius_b);
+    visit("restitution", self.restitution);
+    visit("friction", self.friction);
+  }
+
+  std::string complaint() const {
+    if (!(radius_a >= 0 && radius_b >= 0 && radius_a + radius_b > 0))
+      return "its radii must be 0 or more, and one of them positive";
+    return complaint_of({restitution, friction});
+  }
+
+  static constexpr int rows = 3;
+  static constexpr int length_rows = 3;
+  static constexpr int contact_rows = 3;
+
+  template <class T>
+  void evaluate(ConstraintScan<T>& scan) const {
+    enum { a_site, b_site };
+    capsule_over_capsule<T>(scan, 0, a_site, {.centre = a.point, .radius = radius_a}, b_site,
+                            {.centre = b.point, .radius = radius_b});
+  }
+};
+
+}  // namespace borelli

@@ -1,0 +1,84 @@
+#include "dynamics/sliding_friction.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/branch_sparse.hpp"
+#include "dynamics/equations.hpp"
+
+namespace borelli {
+
+SlidingFriction::SlidingFriction(const System& system) {
+  const auto count = Eigen::Index(system.contacts.size());
+  sliding.reserve(system.contacts.size());
+  force = speed = gain = normal = Eigen::VectorXd::Zero(count);
+  response = Rows::Zero(count, system.nv);
+  multipliers = Rows::Zero(count, count == 0 ? 0 : system.rows);
+  D = Rows::Zero(count, count);
+  row = Eigen::VectorXd::Zero(count == 0 ? 0 : system.rows);
+}
+
+namespace {
+
+/// x <- M^-1 x for the first n rows and columns, by elimination with row pivots; M is lost.
+void solve(Rows& M, Eigen::VectorXd& x, int n) {
+  for (int k = 0; k < n; ++k) {
+    int pivot = k;
+    for (int i = k + 1; i < n; ++i)
+      if (std::abs(M(i, k)) > std::abs(M(pivot, k))) pivot = i;
+    M.row(k).head(n).swap(M.row(pivot).head(n));
+    std::swap(x[k], x[pivot]);
+    for (int i = k + 1; i < n; ++i) {
+      const double c = M(i, k) / M(k, k);
+      for (int j = k; j < n; ++j) M(i, j) -= c * M(k, j);
+      x[i] -= c * x[k];
+    }
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    for (int j = k + 1; j < n; ++j) x[k] -= M(k, j) * x[j];
+    x[k] /= M(k, k);
+  }
+}
+
+}  // namespace
+
+void add_sliding_friction(const System& system, const Parameters& parameters, Workspace& w) {
+  SlidingFriction& f = w.friction;
+  f.sliding.clear();
+  const auto friction_of = [&](int i) {
+    return surface_of(parameters.constraints[system.contacts[i].constraint].kind).friction;
+  };
+  for (std::size_t i = 0; i < system.contacts.size(); ++i)
+    if (w.rows.modes[i].touch == Touch::sliding && system.contacts[i].tangents && friction_of(int(i)) > 0)
+      f.sliding.push_back(int(i));
+  const int count = int(f.sliding.size());
+  for (int k = 0; k < count; ++k) {
+    const int i = f.sliding[k];
+    w.correction = -friction_of(i) * w.rows.slip.row(i).head(system.nv).transpose();
+    solve_transposed(system, w.factor, w.correction.data());
+    solve_lower(system, w.factor, w.correction.data());
+    f.response.row(k) = w.correction;
+    w.wanted.noalias() = -w.rows.L.leftCols(system.nv) * f.response.row(k).transpose();
+    w.solver.correct(w.factor, w.wanted, w.correction);
+    f.response.row(k) += w.correction;
+    w.solver.multipliers(f.row);
+    f.multipliers.row(k) = f.row;
+  }
+  for (int k = 0; k < count; ++k) {
+    const int normal = system.contacts[f.sliding[k]].row;
+    f.normal[k] = w.multipliers[normal];
+    for (int j = 0; j < count; ++j) f.D(k, j) = (k == j) - f.multipliers(j, normal);
+    f.gain[f.sliding[k]] = f.multipliers(k, normal);
+  }
+  solve(f.D, f.normal, count);
+  for (int k = 0; k < count; ++k) {
+    const int i = f.sliding[k], row = system.contacts[i].row;
+    w.a += f.normal[k] * f.response.row(k).transpose();
+    w.multipliers += f.normal[k] * f.multipliers.row(k).transpose();
+    f.force[i] = friction_of(i) * f.normal[k];
+    f.speed[i] = w.rows.slip.row(i).dot(w.kinematics.u);
+    for (int c = 0; c < 2; ++c) w.multipliers[row + 1 + c] = -f.force[i] * w.rows.slip_along[i][c];
+  }
+}
+
+}  // namespace borelli

@@ -1,0 +1,243 @@
+// Runs with contacts, against closed forms: rebounds, rows of balls, rest, stick and slip, Painleve's rod.
+#include "dynamics/contact_events.hpp"
+
+#include "dynamics/scene_file.hpp"
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+constexpr double g = 9.81, degree_for_tests = 0.017453292519943295;
+
+Scene sample(const std::string& name) {
+  auto scene = read_scene(std::string(BORELLI_SOURCE) + "/samples/" + name);
+  EXPECT_TRUE(scene) << scene.error().message();
+  return scene.value_or(Scene{});
+}
+
+Trajectory run(const Scene& scene) {
+  auto trajectory = compile(scene).and_then([](const System& system) { return simulate(system); });
+  EXPECT_TRUE(trajectory) << trajectory.error().message();
+  if (trajectory) {
+    EXPECT_TRUE(trajectory->certificate.trusted) << trajectory->certificate.reason;
+  }
+  return trajectory.value_or(Trajectory{});
+}
+
+std::vector<LoggedEvent> events(const Trajectory& t, const std::string& kind) {
+  std::vector<LoggedEvent> out;
+  for (const LoggedEvent& e : t.certificate.events)
+    if (e.kind == kind) out.push_back(e);
+  return out;
+}
+
+double last(const Trajectory& t, int i) { return t.times.empty() ? NAN : t.q(t.q.rows() - 1, i); }
+double last_velocity(const Trajectory& t, int i) { return t.times.empty() ? NAN : t.v(t.v.rows() - 1, i); }
+
+template <class Kind>
+Kind& kind_of(Scene& scene, int i = 0) {
+  return std::get<Kind>(scene.constraints[i].kind);
+}
+
+TEST(ContactRuns, TheBallsReboundsEndWhenTheGeometricSeriesSays) {
+  for (const double e : {0.5, 0.8}) {
+    Scene scene = sample("bouncing_ball.toml");
+    kind_of<SphereOverPlane>(scene).restitution = e;
+    scene.simulation.end_time = 5;
+    const Trajectory t = run(scene);
+    const double fall = std::sqrt(2 / g), end = fall * (1 + e) / (1 - e);
+    const auto impacts = events(t, "impact"), closed = events(t, "contact_closed");
+    ASSERT_GT(impacts.size(), 15u);
+    EXPECT_NEAR(impacts[0].time, fall, 1e-12);  // the path is a parabola, which the method has exactly
+    EXPECT_NEAR(impacts[1].time, fall * (1 + 2 * e), 1e-11);
+    EXPECT_NEAR(impacts[0].impulse, (1 + e) * std::sqrt(2 * g), 1e-11);
+    EXPECT_NEAR(impacts[0].energy_lost, g * (1 - e * e), 1e-11);
+    ASSERT_EQ(closed.size(), 1u);
+    // what is left when the rest speed of 1e-6 m/s is reached: at most 2 v / g / (1 - e) = 1e-6 s
+    EXPECT_NEAR(closed[0].time, end, 1.1e-6);
+    EXPECT_NEAR(last(t, 0), 0.1, 1e-12);
+    EXPECT_NEAR(t.certificate.impact_loss, g, 1e-9);
+    EXPECT_EQ(t.contact_modes(t.contact_modes.rows() - 1, 0), 1);
+    EXPECT_NEAR(t.contact_forces(t.contact_forces.rows() - 1, 0), g, 1e-11);
+    EXPECT_EQ(t.certificate.impacts, long(impacts.size()));
+  }
+}
+
+TEST(ContactRuns, TheCradleHandsItsSpeedOn) {
+  Scene scene = sample("cradle.toml");
+  scene.simulation.end_time = 0.6;  // the first ball arrives after a quarter of 2.01 s
+  for (const auto law : {ImpactLaw::sequential, ImpactLaw::simultaneous}) {
+    scene.simulation.impacts = law;
+    const Trajectory t = run(scene);
+    const auto impacts = events(t, "impact");
+    ASSERT_EQ(impacts.size(), 4u);
+    // a quarter of the pendulum's period, 4 K(sin 0.1) / sqrt g
+    EXPECT_NEAR(impacts[0].time, std::comp_ellint_1(std::sin(0.1)) / std::sqrt(g), 1e-9);
+    Eigen::Index row = 0;
+    while (t.times[static_cast<std::size_t>(row)] < impacts[0].time) ++row;
+    const double speed = 2 * std::sqrt(g) * std::sin(0.1);
+    const double parted[] = {-0.6, 0.4, 0.4, 0.4, 0.4};
+    for (int i = 0; i < 5; ++i) {
+      const double share = law == ImpactLaw::sequential ? i == 4 : parted[i];
+      // swings to the one side are turns about -y; located to 1e-12 s, integrated at 1e-10 a step
+      EXPECT_NEAR(std::abs(t.v(row, i)), std::abs(share) * speed, 1e-8) << i;
+    }
+    EXPECT_NEAR(t.certificate.impact_loss, 0, 1e-10);
+  }
+}
+
+TEST(ContactRuns, TheCradleComesBack) {
+  const Trajectory t = run(sample("cradle.toml"));
+  // 0, 0, 0, 0, 1 and back again: after a whole period, at 4 of the 4.03 s of two, the first ball nears its
+  // start
+  EXPECT_GT(std::abs(last(t, 0)), 0.19);
+  for (int i = 1; i < 5; ++i) EXPECT_NEAR(last(t, i), 0, 1e-8);
+}
+
+TEST(ContactRuns, ABlockThrownUpASlopeStopsAndSlidesBack) {
+  Scene scene = sample("block_on_slope.toml");
+  const double a = 30 * degree_for_tests, mu = 0.4;
+  const Trajectory t = run(scene);
+  const double down = g * (std::sin(a) + mu * std::cos(a)), back = g * (std::sin(a) - mu * std::cos(a));
+  const double stop = 2 / down, after = scene.simulation.end_time - stop;
+  EXPECT_NEAR(last(t, 0), 2 / down - 0.5 * back * after * after, 1e-8);
+  EXPECT_NEAR(last_velocity(t, 0), -back * after, 1e-8);
+}
+
+TEST(ContactRuns, ABlockSticksWhereTheSlopeIsNotSteeperThanItsFriction) {
+  for (const double factor : {1.01, 1.2}) {
+    Scene scene = sample("block_on_slope.toml");
+    scene.solids[1].switches[0].v = {0};
+    kind_of<BoxOverPlane>(scene).friction = factor * std::tan(30 * degree_for_tests);
+    const Trajectory t = run(scene);
+    EXPECT_NEAR(last(t, 0), 0, 1e-10);
+    EXPECT_NEAR(last_velocity(t, 0), 0, 1e-10);
+  }
+  Scene scene = sample("block_on_slope.toml");
+  scene.solids[1].switches[0].v = {0};
+  const double mu = 0.9 * std::tan(30 * degree_for_tests), a = 30 * degree_for_tests;
+  kind_of<BoxOverPlane>(scene).friction = mu;
+  const Trajectory t = run(scene);
+  EXPECT_NEAR(last_velocity(t, 0), -g * (std::sin(a) - mu * std::cos(a)), 1e-8);
+}
+
+TEST(ContactRuns, APointSticksUpToTheVeryLimit) {
+  // tan 30 degrees is the limit itself: it sticks; a millionth below it slides with g (sin a - mu cos a)
+  const double a = 30 * degree_for_tests;
+  for (const double factor : {1.0, 1 - 1e-6}) {
+    Scene scene = sample("block_on_slope.toml");
+    scene.solids[1].switches = {slide("up", Vector3d::UnitX()), slide("across", Vector3d::UnitY()),
+                                slide("off", Vector3d::UnitZ())};
+    SphereOverPlane slope;
+    slope.sphere.solid = "block";
+    slope.plane.solid = "slope";
+    slope.friction = factor * std::tan(a);
+    scene.constraints = {{"slope", slope}};
+    const Trajectory t = run(scene);
+    const double down = factor == 1 ? 0 : g * (std::sin(a) - slope.friction * std::cos(a));
+    EXPECT_NEAR(last_velocity(t, 0), -down, 1e-12);
+    EXPECT_EQ(t.contact_modes(t.contact_modes.rows() - 1, 0), factor == 1 ? 2 : 1);
+  }
+}
+
+TEST(ContactRuns, PainlevesRodIsNamed) {
+  const auto out = compile(sample("painleve_rod.toml")).and_then([](const System& s) { return simulate(s); });
+  ASSERT_FALSE(out);
+  EXPECT_EQ(out.error().where, "contact 'tip'");
+  EXPECT_NE(out.error().what.find("no contact force solves the equations"), std::string::npos);
+  EXPECT_NE(out.error().what.find("t = 0 s"), std::string::npos);
+  Scene scene = sample("painleve_rod.toml");
+  kind_of<SphereOverPlane>(scene).friction = 0.5;  // below 4/3 there is no such case
+  scene.simulation.end_time = 0.1;
+  run(scene);
+}
+
+TEST(ContactRuns, AFallingBoxLandsFlatAndRests) {
+  Scene scene;
+  scene.name = "box";
+  Solid box = solid("box", "world", free_switches("box"), {inertial(2, {0, 0, 0}, {0.1, 0.2, 0.3})});
+  box.switches[2].q = {1};
+  scene.solids = {box};
+  BoxOverPlane ground;
+  ground.box.solid = "box";
+  ground.size = {1, 0.6, 0.4};
+  ground.friction = 0.5;
+  ground.restitution = 0.3;
+  scene.constraints = {{"ground", ground}};
+  scene.simulation = {.end_time = 2, .method = "dopri5", .step = 1e-3, .tolerance = 1e-9};
+  const Trajectory t = run(scene);
+  EXPECT_NEAR(last(t, 2), 0.2, 1e-10);
+  const Eigen::Index end = t.contact_forces.rows() - 1;
+  for (int k = 0; k < 4; ++k) EXPECT_NEAR(t.contact_forces(end, k), 2 * g / 4, 1e-8) << k;
+  for (int k = 4; k < 8; ++k) EXPECT_EQ(t.contact_modes(end, k), 0);
+  EXPECT_NEAR(t.certificate.impact_loss, 2 * g * 0.8, 1e-8);  // flat all the way: friction has nothing to do
+}
+
+TEST(ContactRuns, AContactOpensWhenItsForceVanishes) {
+  // a point on a ground that is driven up and down faster than it can fall: it leaves where a omega^2 sin = g
+  Scene scene;
+  scene.name = "shaken";
+  const double amplitude = 0.1, frequency = 12;
+  scene.solids = {solid("table", "world",
+                        {driven(slide("shake", Vector3d::UnitZ()), Sine{amplitude, frequency, 0, 0})}, {}),
+                  solid("grain", "world", {slide("height", Vector3d::UnitZ(), 0, amplitude * frequency)},
+                        {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  SphereOverPlane ground;
+  ground.sphere.solid = "grain";
+  ground.plane.solid = "table";
+  scene.constraints = {{"ground", ground}};
+  scene.simulation = {.end_time = 0.3, .method = "dop853", .step = 1e-3, .tolerance = 1e-11};
+  const Trajectory t = run(scene);
+  const auto opened = events(t, "contact_opened");
+  ASSERT_EQ(opened.size(), 1u);
+  const double leave = std::asin(g / (amplitude * frequency * frequency)) / frequency;
+  EXPECT_NEAR(opened[0].time, leave, 1e-9);
+  const double after = 0.3 - leave;
+  EXPECT_NEAR(last(t, 0),
+              amplitude * std::sin(frequency * leave) +
+                  amplitude * frequency * std::cos(frequency * leave) * after - 0.5 * g * after * after,
+              1e-8);
+}
+
+TEST(ContactRuns, ALimitThrowsACoordinateBack) {
+  Scene scene;
+  scene.name = "stop";
+  scene.gravity.setZero();
+  scene.solids = {
+      solid("slider", "world", {slide("x", Vector3d::UnitX(), 0, 1)}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  scene.constraints = {{"stops", Limit{{"x"}, -0.5, 0.25, 0.5}}};
+  scene.simulation = {.end_time = 2, .method = "rk4", .step = 0.01};
+  const Trajectory t = run(scene);
+  // there at 0.25 s, back with half the speed: at -0.5 m after 1.5 s, then 0.25 m/s for the rest
+  EXPECT_NEAR(last(t, 0), -0.5 + 0.25 * 0.25, 1e-12);
+  EXPECT_EQ(events(t, "impact").size(), 2u);
+}
+
+TEST(ContactRuns, ARopeTightensAndBecomesAPendulum) {
+  Scene scene;
+  scene.name = "rope";
+  scene.solids = {solid("bob", "world",
+                        {slide("x", Vector3d::UnitX(), 0.6), slide("z", Vector3d::UnitZ(), 0)},
+                        {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  scene.constraints = {{"rope", Rope{{"bob", {0, 0, 0}}, {"world", {0, 0, 0}}, 1}}};
+  scene.simulation = {.end_time = 2, .method = "dop853", .step = 1e-3, .tolerance = 1e-11};
+  const Trajectory t = run(scene);
+  const auto impacts = events(t, "impact");
+  ASSERT_EQ(impacts.size(), 1u);
+  // falls 0.8 m, then the rope takes the part of its speed along itself: 0.8 of it
+  EXPECT_NEAR(impacts[0].time, std::sqrt(2 * 0.8 / g), 1e-10);
+  EXPECT_NEAR(impacts[0].energy_lost, 0.64 * g * 0.8, 1e-9);
+  for (Eigen::Index i = 0; i < t.q.rows(); ++i) EXPECT_LT(t.q.row(i).norm(), 1 + 1e-9);
+}
+
+TEST(ContactRuns, AnOverlapAtTheStartIsNamed) {
+  Scene scene = sample("bouncing_ball.toml");
+  scene.solids[0].switches[0].q = {0.05};
+  const auto out = compile(scene).and_then([](const System& s) { return simulate(s); });
+  ASSERT_FALSE(out);
+  EXPECT_EQ(out.error().where, "contact 'ground'");
+  EXPECT_NE(out.error().what.find("overlaps by 0.05"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace borelli::test
