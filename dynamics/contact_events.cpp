@@ -165,7 +165,7 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
         before[i].touch != Touch::open || hit_[i] || every_.h[row] <= closed_gap * length_of(i);
     if (!touches || mobility(row) == 0) continue;
     closed.push_back(i);
-    if (every_.rate[row] < -approaching * speed) approach = true;
+    if (every_.rate[row] < -std::max(approaching * speed, 1e-3 * settings_.rest_speed)) approach = true;
   }
   if (approach) {
     if (auto done = meet(state, closed, log); !done) return done;

@@ -42,6 +42,7 @@ class Run {
         recorder_(system),
         landing_(system),
         between_(system),
+        row_(system),
         y_(motion_.size()),
         dy_(motion_.size()),
         out_(motion_.size()),
@@ -99,7 +100,8 @@ class Run {
 
   /// Looks at the state reached and readies the step from it.
   Result<void> begin_step() {
-    if (event_passed_ && contacts_) {  // other rows hold now: what was seen of the former says nothing of them
+    if (event_passed_ &&
+        contacts_) {  // other rows hold now: what was seen of the former says nothing of them
       workspace_.solver.forget();
       probe_.solver.forget();
     }
@@ -178,7 +180,7 @@ class Run {
     if (auto done = check_bounds(); !done) return done;
     if (auto done = pass_events(h); !done) return done;
     const double made = landing_.state.t < t ? landing_.state.t - from : h;
-    if (auto done = record_between(h); !done) return done;
+    if (auto done = record_between(h, landing_.state.t); !done) return done;
     state_ = landing_.state;
     work_ = landing_.work;
     if (made > 0) {
@@ -204,7 +206,9 @@ class Run {
       const auto found = watch_->find(path_, state_.t, h, landing_, between_);
       if (!found) return diverged(found.error());
       if (!*found) return {};
-      if (auto done = look_between(); !done) return done;
+      // rows before it now, while what it may change is as it was
+      if (auto done = record_between(h, between_.state.t); !done) return done;
+      if (auto done = look_between(between_); !done) return done;
       energy_before_event_ = probe_.terms.group_kinetic + probe_.terms.group_potential;
       const auto after = watch_->handle(between_, probe_, certifier_->events());
       if (!after) return diverged(after.error());
@@ -223,26 +227,26 @@ class Run {
   }
 
   /// Solves the equations at the state between steps, books its projection, shows it to the certifier.
-  Result<void> look_between() {
-    const State& state = between_.state;
+  Result<void> look_between(Landing& between) {
+    const State& state = between.state;
     if (const Fault fault = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(),
                                        motion_.handling(), probe_))
       return diverged(describe(system_, fault, state.t));
-    between_.book_projection(probe_);
-    between_.projected = false;  // and not again, should it become the step's end
-    certifier_->observe(state, probe_, between_.work);
+    between.book_projection(probe_);
+    between.projected = false;  // and not again, should it become the step's end
+    certifier_->observe(state, probe_, between.work);
     return {};
   }
 
-  /// The rows that are due within the step of h, before the state that it is taken to.
-  Result<void> record_between(double h) {
+  /// The rows that are due within the step of h, before time `until`.
+  Result<void> record_between(double h, double until) {
     if (settings_.output_interval <= 0) return {};
-    for (; output_ < outputs_ && output_time(output_) < landing_.state.t; ++output_) {
+    for (; output_ < outputs_ && output_time(output_) < until; ++output_) {
       const double at = output_time(output_);
-      if (auto done = path_.land((at - state_.t) / h, between_); !done) return diverged(done.error());
-      between_.state.t = at;
-      if (auto done = look_between(); !done) return done;
-      recorder_.record(between_.state, probe_, between_.work);
+      if (auto done = path_.land((at - state_.t) / h, row_); !done) return diverged(done.error());
+      row_.state.t = at;
+      if (auto done = look_between(row_); !done) return done;
+      recorder_.record(row_.state, probe_, row_.work);
     }
     return {};
   }
@@ -316,7 +320,7 @@ class Run {
   Recorder recorder_;
   Certifier* certifier_ = nullptr;
   Work work_{system_.groups};
-  Landing landing_, between_;
+  Landing landing_, between_, row_;
   Eigen::VectorXd y_, dy_, out_;
   double step_;
   FastestSine sine_;

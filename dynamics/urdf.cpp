@@ -302,8 +302,8 @@ class UrdfReader {
     const std::string &name = joint.require("name"), &other = mimic->require("joint");
     for (const std::string& end : {name, other})
       if (!is_scalar(end))
-        mimic->refuse(fmt::format("'{}' is no joint with one coordinate, as both ends of a <mimic> must be",
-                                  end));
+        mimic->refuse(
+            fmt::format("'{}' is no joint with one coordinate, as both ends of a <mimic> must be", end));
     CoordinateCoupling coupling;
     coupling.coordinates = {{name}, {other}};
     coupling.ratios = {1, -mimic->number("multiplier", 1)};

@@ -10,8 +10,8 @@ namespace borelli {
 
 /// The middle of the column at a level (mm, patient z): half way between the faces of the vertebral bodies
 /// just above and below it, front to back (the canal behind them is soft) and side to side. In the `neck`,
-/// whose bodies are hardly thicker than its arches, they are told by lying foremost; elsewhere vessels full of
-/// contrast medium may lie before them.
+/// whose bodies are hardly thicker than its arches, they are told by lying foremost; elsewhere vessels full
+/// of contrast medium may lie before them.
 Eigen::Vector3d vertebral_body(const Anatomy& anatomy, const Trunk& trunk, double z, bool neck = false);
 
 /// Upper edge of the first rib beside the column, going up from the chest to at most 75 mm (of an adult)

@@ -25,8 +25,8 @@ namespace {
 struct Options {
   std::string scene, output;
   ModelOptions model;
-  std::optional<std::string> method, equations, constraints;
-  std::optional<double> step, tolerance, end, output_interval, alpha, beta, energy_threshold;
+  std::optional<std::string> method, equations, constraints, impacts, restitution;
+  std::optional<double> rest_speed, step, tolerance, end, output_interval, alpha, beta, energy_threshold;
   bool allow_untrusted = false;
 };
 
@@ -42,6 +42,10 @@ SimulationSettings settings_of(SimulationSettings s, const Options& o) {
   s.output_interval = o.output_interval.value_or(s.output_interval);
   s.baumgarte_alpha = o.alpha.value_or(s.baumgarte_alpha);
   s.baumgarte_beta = o.beta.value_or(s.baumgarte_beta);
+  if (o.impacts) s.impacts = *o.impacts == "simultaneous" ? ImpactLaw::simultaneous : ImpactLaw::sequential;
+  if (o.restitution)
+    s.restitution = *o.restitution == "poisson" ? RestitutionLaw::poisson : RestitutionLaw::newton;
+  s.rest_speed = o.rest_speed.value_or(s.rest_speed);
   s.energy_threshold = o.energy_threshold.value_or(s.energy_threshold);
   return s;
 }
@@ -151,6 +155,12 @@ void add_simulate(CLI::App& program, Command& command) {
       ->check(number_not_negative());
   verb->add_option("--baumgarte-beta", o->beta, "Baumgarte's gain on position, 1/s")
       ->check(number_not_negative());
+  verb->add_option("--impacts", o->impacts, "Contacts that meet at one moment: pair by pair, or all at once")
+      ->check(CLI::IsMember({"sequential", "simultaneous"}));
+  verb->add_option("--restitution", o->restitution, "What a restitution is of: velocities, or impulses")
+      ->check(CLI::IsMember({"newton", "poisson"}));
+  verb->add_option("--rest-speed", o->rest_speed, "Contacts that meet more slowly do not rebound, m/s")
+      ->check(positive_number());
   verb->add_option("--energy-threshold", o->energy_threshold,
                    "Largest energy drift to trust, of the energy turned over")
       ->check(number_not_negative());

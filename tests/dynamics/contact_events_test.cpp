@@ -63,6 +63,20 @@ TEST(ContactRuns, TheBallsReboundsEndWhenTheGeometricSeriesSays) {
   }
 }
 
+TEST(ContactRuns, RowsBetweenStepsKnowNothingOfTheImpactAfterThem) {
+  Scene scene = sample("bouncing_ball.toml");
+  kind_of<SphereOverPlane>(scene).restitution = 0;  // from its landing on the ball is held on the ground
+  scene.simulation.output_interval = 0.05;
+  scene.simulation.end_time = 1;
+  const Trajectory t = run(scene);
+  ASSERT_EQ(t.times.size(), 21u);
+  for (std::size_t i = 0; i < t.times.size(); ++i) {
+    const double fallen = 0.5 * g * t.times[i] * t.times[i];
+    EXPECT_NEAR(t.q(Eigen::Index(i), 0), std::max(1.1 - fallen, 0.1), 1e-11) << t.times[i];
+    EXPECT_EQ(t.contact_modes(Eigen::Index(i), 0), fallen > 1);
+  }
+}
+
 TEST(ContactRuns, TheCradleHandsItsSpeedOn) {
   Scene scene = sample("cradle.toml");
   scene.simulation.end_time = 0.6;  // the first ball arrives after a quarter of 2.01 s
@@ -228,6 +242,82 @@ TEST(ContactRuns, ARopeTightensAndBecomesAPendulum) {
   EXPECT_NEAR(impacts[0].time, std::sqrt(2 * 0.8 / g), 1e-10);
   EXPECT_NEAR(impacts[0].energy_lost, 0.64 * g * 0.8, 1e-9);
   for (Eigen::Index i = 0; i < t.q.rows(); ++i) EXPECT_LT(t.q.row(i).norm(), 1 + 1e-9);
+}
+
+/// A solid sphere of 1 kg on the ground, or on a slope that rises along x.
+Scene billiard(double slope, double friction) {
+  Scene scene;
+  scene.name = "billiard";
+  const double radius = 0.1, moment = 0.4 * radius * radius;
+  Solid ball =
+      solid("ball", "world", free_switches("ball"), {inertial(1, {0, 0, 0}, {moment, moment, moment})});
+  ball.switches[2].q = {radius};
+  scene.solids = {ball};
+  scene.gravity = g * Vector3d(-std::sin(slope), 0, -std::cos(slope));
+  SphereOverPlane ground;
+  ground.sphere.solid = "ball";
+  ground.radius = radius;
+  ground.friction = friction;
+  scene.constraints = {{"ground", ground}};
+  scene.simulation = {.end_time = 1, .method = "dopri5", .step = 1e-3, .tolerance = 1e-10};
+  return scene;
+}
+
+TEST(ContactRuns, ASlidingBallComesToRollAtFiveSeventhsOfItsSpeed) {
+  Scene scene = billiard(0, 0.3);
+  scene.solids[0].switches[0].v = {2};
+  scene.solids[0].switches[1].v = {1};
+  const Trajectory t = run(scene);
+  const double speed = std::sqrt(5.);
+  const auto stuck = events(t, "stick");
+  ASSERT_EQ(stuck.size(), 1u);
+  // mu g t = 2/7 v
+  EXPECT_NEAR(stuck[0].time, 2 * speed / (7 * 0.3 * g), 1e-8);
+  EXPECT_NEAR(last_velocity(t, 0), 2 * 5. / 7, 1e-8);
+  EXPECT_NEAR(last_velocity(t, 1), 1 * 5. / 7, 1e-8);
+  // all that friction did: 2/7 of the energy
+  EXPECT_NEAR(t.certificate.work_efforts, -0.5 * 5 * 2 / 7, 1e-8);
+}
+
+TEST(ContactRuns, ABallRollsDownASlopeWithFiveSeventhsOfItsPull) {
+  const Trajectory t = run(billiard(0.3, 0.5));
+  EXPECT_NEAR(last_velocity(t, 0), -5. / 7 * g * std::sin(0.3), 1e-9);
+  // steeper than 7/2 of its friction it slides too: mu g cos a less
+  const double steep = 1.2, mu = 0.3;
+  const Trajectory slides = run(billiard(steep, mu));
+  EXPECT_NEAR(last_velocity(slides, 0), -g * (std::sin(steep) - mu * std::cos(steep)), 1e-9);
+}
+
+TEST(ContactRuns, TwoFreeBallsCollideAndKeepTheirMomentum) {
+  Scene scene;
+  scene.name = "billiard balls";
+  scene.gravity.setZero();
+  for (const char* name : {"a", "b"}) {
+    const double mass = name[0] == 'a' ? 1 : 2, moment = 0.004 * mass;
+    scene.solids.push_back(
+        solid(name, "world", free_switches(name), {inertial(mass, {0, 0, 0}, {moment, moment, moment})}));
+  }
+  scene.solids[0].switches[0].v = {3};
+  scene.solids[1].switches[0].q = {1};
+  scene.solids[1].switches[1].q = {0.08};
+  SphereOverSphere meet;
+  meet.a.solid = "a";
+  meet.b.solid = "b";
+  meet.restitution = 0.7;
+  meet.friction = 0.4;
+  scene.constraints = {{"balls", meet}};
+  scene.simulation = {.end_time = 1, .method = "dopri5", .step = 1e-3, .tolerance = 1e-10};
+  const Trajectory t = run(scene);
+  ASSERT_EQ(events(t, "impact").size(), 1u);
+  const Eigen::Index end = t.v.rows() - 1;
+  const auto row = t.v.row(end);
+  EXPECT_NEAR(row[0] + 2 * row[6], 3, 1e-12);
+  EXPECT_NEAR(row[1] + 2 * row[7], 0, 1e-12);
+  // along the line of centres they part with 0.7 of the speed at which they met: 3 cos, with sin = 0.08 / 0.2
+  const double sine = 0.4, cosine = std::sqrt(1 - sine * sine);
+  EXPECT_NEAR((row[6] - row[0]) * cosine + (row[7] - row[1]) * sine, 0.7 * 3 * cosine, 1e-11);
+  EXPECT_GT(t.certificate.impact_loss, 0);
+  EXPECT_NEAR(t.certificate.impact_loss, 4.5 - t.kinetic.back(), 1e-10);
 }
 
 TEST(ContactRuns, AnOverlapAtTheStartIsNamed) {
