@@ -230,11 +230,13 @@ TEST_F(TrajectoryFile, CsvHoldsEveryNumberUnderItsName) {
     std::istringstream cells(line);
     std::vector<double> values;
     for (std::string cell; std::getline(cells, cell, ',');) values.push_back(std::stod(cell));
-    ASSERT_EQ(values.size(), 1u + 5 + 4 + 4 + 3 + 3 + 2 + 3 * 7);
+    ASSERT_EQ(values.size(), 1u + 5 + 4 + 4 + 3 + 3 + 2 + 2 * 3 + 3 * 7);
     EXPECT_EQ(values[0], t.times[static_cast<std::size_t>(i)]);
     EXPECT_EQ(values[5], t.q(i, 4));
     EXPECT_EQ(values[14], t.kinetic[static_cast<std::size_t>(i)]);
-    EXPECT_EQ(values[22 + 7], t.pose(static_cast<std::size_t>(i), 1).p[0]);
+    EXPECT_EQ(values[22], t.contact_modes(i, 0));
+    EXPECT_EQ(values[25], t.contact_forces(i, 0));
+    EXPECT_EQ(values[28 + 7], t.pose(static_cast<std::size_t>(i), 1).p[0]);
   }
   EXPECT_FALSE(std::getline(file, line));
 }
