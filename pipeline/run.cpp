@@ -406,17 +406,20 @@ std::vector<Stage> stages_of(Run& run, const RunSettings& settings) {
                     pick(all, {"quantity", "work_grid_mm"}),
                     {"segmentation/labels.nii.gz", "segmentation/labels.tsv", "segmentation/landmarks.json",
                      "segmentation/segmentation.json"},
-                    shown(settings.labels.empty() ? &Run::segment_scan : &Run::use_given_labels, run)});
+                    shown(settings.labels.empty() ? &Run::segment_scan : &Run::use_given_labels, run),
+                    {{"segmentation/landmarks.json"}}});
   stages.push_back({"inertia",
                     {"segmentation"},
                     pick(all, {"sex", "pose", "density_curve"}),
                     {"inertia/table.csv", "inertia/table.json"},
-                    mute(&Run::integrate, run)});
+                    mute(&Run::integrate, run),
+                    {{"inertia/table.csv", "inertia/table.json"}, {"inertia/table.json"}}});
   stages.push_back({"skeleton",
                     {"inertia"},
                     pick(all, {"subject", "leap", "method", "tolerance"}),
                     {"model/scene.toml"},
-                    mute(&Run::build_scene, run)});
+                    mute(&Run::build_scene, run),
+                    {{"model/scene.toml"}}});
   stages.push_back({"motion",
                     {"skeleton"},
                     pick(all, {"allow_untrusted"}),

@@ -81,13 +81,100 @@ Result<json> outputs_of(const Stage& stage, const json& answer, const fs::path& 
   return outputs;
 }
 
-bool is_done(const json& record, const std::string& key, const fs::path& folder) {
-  if (!record.is_object() || record.value("key", "") != key || !record["outputs"].is_object()) return false;
-  for (const auto& [file, bytes] : record["outputs"].items()) {
-    std::error_code problem;
-    if (fs::file_size(folder / file, problem) != bytes || problem) return false;
+// SHA-256 of each editable file that the stage left.
+Result<json> digests_of_editable(const Stage& stage, const fs::path& folder) {
+  json digests = json::object();
+  for (const EditableOutput& output : stage.editable) {
+    const auto digest = digest_of(folder / output.file);
+    if (!digest) return tl::unexpected(digest.error());
+    digests[output.file] = *digest;
   }
-  return true;
+  return digests;
+}
+
+// The last run's entry of a stage, without what that run said of changes by hand; null where there is none.
+json past_entry(const json& before, const std::string& stage) {
+  json past;
+  if (before.contains("stages"))
+    for (const auto& entry : before["stages"])
+      if (entry.is_object() && entry.value("stage", "") == stage) past = entry;
+  if (!past.contains("by_hand")) return past;
+  json others = json::array();
+  for (const auto& warning : past.value("warnings", json::array()))
+    if (std::ranges::find(past["by_hand"], warning) == past["by_hand"].end()) others.push_back(warning);
+  past["warnings"] = others;
+  past.erase("by_hand");
+  return past;
+}
+
+struct ChangeByHand {
+  EditableOutput output;
+  std::string digest;  // as it is now
+};
+
+// What was done by the entry's run, against what lies in the folder.
+struct Standing {
+  bool same_key = false;   // done with these settings and inputs
+  bool all_there = false;  // every file is, those that nobody edits with the sizes recorded
+  std::vector<ChangeByHand> by_hand;
+
+  bool done() const { return same_key && all_there && by_hand.empty(); }
+};
+
+Standing standing_of(const Stage& stage, const json& past, const std::string& key, const fs::path& folder) {
+  Standing standing;
+  if (!past.is_object() || !past.contains("outputs") || !past["outputs"].is_object()) return standing;
+  const json digests = past.value("digests", json::object());
+  standing.same_key = past.value("key", "") == key;
+  standing.all_there = true;
+  for (const auto& [file, bytes] : past["outputs"].items()) {
+    const auto editable = std::ranges::find(stage.editable, file, &EditableOutput::file);
+    std::error_code problem;
+    const auto size = fs::file_size(folder / file, problem);
+    if (problem || (editable == stage.editable.end() && size != bytes)) standing.all_there = false;
+    if (problem || editable == stage.editable.end()) continue;
+    const auto digest = digest_of(folder / file);
+    if (!digest || !digests.contains(file))
+      standing.all_there = false;
+    else if (*digest != digests[file])
+      standing.by_hand.push_back({*editable, *digest});
+  }
+  return standing;
+}
+
+// Whether the files as they are can stand as the stage's result: none else would have to be made again.
+Result<void> keep_by_hand(const Stage& stage, const Standing& standing, const fs::path& folder) {
+  const bool all_editable = stage.editable.size() == stage.outputs.size();
+  if (standing.all_there && (standing.same_key || all_editable)) return {};
+  return bad_use(
+      (folder / standing.by_hand.front().output.file).string(),
+      fmt::format("was changed by hand, and the stage '{}' that made it must be done again ({}): move "
+                  "it away, or --force makes everything anew",
+                  stage.name,
+                  standing.all_there ? "its settings or inputs are others now"
+                                     : "another of its files is missing or damaged"));
+}
+
+// The entry of a stage whose files were changed by hand.
+json entry_by_hand(json past, const Standing& standing) {
+  past["by_hand"] = json::array();
+  for (const auto& [output, digest] : standing.by_hand)
+    past["by_hand"].push_back(fmt::format(
+        "{} was changed by hand: kept{}{}; --force makes it anew", output.file,
+        output.used.empty() ? "" : ", though what follows reads " + output.used,
+        standing.same_key ? "" : ", though the settings or inputs that it was made from are others now"));
+  if (!past.contains("warnings")) past["warnings"] = json::array();
+  past["warnings"].insert(past["warnings"].end(), past["by_hand"].begin(), past["by_hand"].end());
+  return past;
+}
+
+// The record so far, with the last run's entries of the stages that are still to come: a run that is stopped
+// forgets nothing.
+json with_those_to_come(json record, const json& before, const std::vector<Stage>& stages) {
+  for (std::size_t n = record["stages"].size(); n < stages.size(); ++n)
+    if (const json past = past_entry(before, stages[n].name); past.is_object())
+      record["stages"].push_back(past);
+  return record;
 }
 
 }  // namespace
@@ -145,11 +232,17 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
     for (const auto& need : stage.needs) identity["needs"].push_back(keys.at(need));
     const std::string key = keys[stage.name] = digest_of_bytes(identity.dump());
 
-    json past;
-    if (before.contains("stages"))
-      for (const auto& entry : before["stages"])
-        if (entry.is_object() && entry.value("stage", "") == stage.name) past = entry;
-    if (is_done(past, key, folder)) {
+    const json past = past_entry(before, stage.name);
+    const Standing standing = standing_of(stage, past, key, folder);
+    if (!standing.by_hand.empty()) {
+      if (auto fine = keep_by_hand(stage, standing, folder); !fine) return tl::unexpected(fine.error());
+      record["stages"].push_back(entry_by_hand(past, standing));
+      for (const auto& [output, digest] : standing.by_hand)
+        if (output.used.empty()) keys[stage.name] = digest_of_bytes(keys[stage.name] + digest);
+      observer.skipped(stage);
+      continue;
+    }
+    if (standing.done()) {
       record["stages"].push_back(past);
       observer.skipped(stage);
       continue;
@@ -163,13 +256,17 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     const auto outputs = outputs_of(stage, *answer, folder);
     if (!outputs) return tl::unexpected(outputs.error());
+    const auto digests = digests_of_editable(stage, folder);
+    if (!digests) return tl::unexpected(digests.error());
 
     json entry = {{"stage", stage.name}, {"seconds", seconds},         {"peak_memory_mib", peak_memory_mib()},
                   {"outputs", *outputs}, {"settings", stage.settings}, {"key", key}};
     answer->erase("files");
+    if (!digests->empty()) entry["digests"] = *digests;
     entry.update(*answer);
     record["stages"].push_back(entry);
-    if (auto written = write_whole(record_path, record.dump(2) + "\n"); !written)
+    if (auto written = write_whole(record_path, with_those_to_come(record, before, stages).dump(2) + "\n");
+        !written)
       return tl::unexpected(written.error());
     observer.ends(stage, seconds);
   }

@@ -4,6 +4,9 @@
 // A stage is done when run.json records it under the same key and its files are there with the sizes
 // recorded. The key is a digest of the stage's name, its settings, and the keys of the stages before it that
 // it needs, so that a change reruns exactly what depends on it.
+//
+// Files that a user may edit are known by their digests. One that is no longer as the stage left it was
+// changed by hand: it stays as the stage's result, with a warning, and what depends on it is done again.
 #pragma once
 
 #include <filesystem>
@@ -20,6 +23,12 @@ namespace borelli {
 /// Called with the part of a stage that is done, 0 to 1.
 using Progress = std::function<void(double fraction)>;
 
+/// An output that a user may change by hand.
+struct EditableOutput {
+  std::string file;       ///< one of the stage's outputs
+  std::string used = {};  ///< the output that later stages read in its place; empty: they read this one
+};
+
 struct Stage {
   std::string name;
   std::vector<std::string> needs;    ///< names of earlier stages whose results it uses
@@ -28,6 +37,7 @@ struct Stage {
   /// Given run.json as far as it stands; answers what run.json is to say of this stage ("warnings" ...).
   /// A "files" in it takes the place of `outputs`; a "key" of "" has the stage done again by the next run.
   std::function<Result<nlohmann::json>(const Progress&, const nlohmann::json& record)> work;
+  std::vector<EditableOutput> editable = {};
 };
 
 /// What the caller shows: the stage that begins, its progress, and how it ended.
@@ -47,8 +57,10 @@ std::string digest_of_bytes(std::string_view bytes);
 
 /// Runs the stages in order inside the locked folder; `head` opens run.json (versions, inputs, settings) and
 /// takes part in every key by its "inputs" and "program". Every stage's seconds, peak memory (MiB) and answer
-/// are recorded as soon as it ends. Answers run.json as it stands in the end. Errors: a stage's; outputs that
-/// cannot be written where they belong, before any work; a run.json that is no record.
+/// are recorded as soon as it ends. A stage with a file that was changed by hand keeps it, and its entry has
+/// "by_hand", the warnings that say so. Answers run.json as it stands in the end. Errors: a stage's; outputs
+/// that cannot be written where they belong, before any work; a run.json that is no record; a file changed by
+/// hand whose stage must be done again for its other files. `force` takes no notice of changes by hand.
 Result<nlohmann::json> run_stages(const FolderLock& lock, const nlohmann::json& head,
                                   const std::vector<Stage>& stages, bool force,
                                   const StageObserver& observer = {});

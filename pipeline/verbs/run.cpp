@@ -40,7 +40,8 @@ void print_outcome(const nlohmann::json& record, const fs::path& folder) {
     for (const auto& warning : stage.value("warnings", nlohmann::json::array()))
       fmt::print("warning: {}: {}\n", stage["stage"].get<std::string>(), warning.get<std::string>());
   for (const auto& stage : record["stages"])
-    if (stage.contains("mass_kg")) fmt::print("mass {:.3f} kg; ", stage["mass_kg"].get<double>());
+    if (stage.contains("mass_kg") && !stage.contains("by_hand"))
+      fmt::print("mass {:.3f} kg; ", stage["mass_kg"].get<double>());
   fmt::print("report: {}\n", (folder / "report.html").string());
 }
 

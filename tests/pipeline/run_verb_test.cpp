@@ -133,6 +133,40 @@ TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
   EXPECT_EQ(stages_done(run + " --force"), all);
 }
 
+TEST_F(RunVerb, WhatAUserEditedIsKeptAndUsed) {
+  const std::string run = path("scan.mhd") + words();
+  EXPECT_EQ(stages_done(run), all);
+  std::string scene = read_whole(result("model/scene.toml")).value();
+  const std::size_t at = scene.find("end_time = 0.1");
+  ASSERT_NE(at, std::string::npos);
+  scene[at + std::string("end_time = 0.").size()] = '2';  // as many bytes
+  ASSERT_TRUE(write_whole(result("model/scene.toml"), scene));
+  EXPECT_EQ(stages_done(run), (Names{"motion", "glb", "report"}));
+  EXPECT_EQ(read_whole(result("model/scene.toml")).value(), scene);
+  const ProgramRun again = run_program("run " + run);
+  const std::string said = "warning: skeleton: model/scene.toml was changed by hand: kept; --force makes it";
+  EXPECT_NE(again.out.find(said), std::string::npos) << again.out;
+
+  // landmarks by hand, from which the table and all that follows is made; the scene by hand stays
+  const auto landmarks = read_landmarks(result("segmentation/landmarks.json").string());
+  ASSERT_TRUE(landmarks);
+  Landmarks moved = *landmarks;
+  moved.at("knee_left").point.x() += 5;
+  ASSERT_TRUE(write_landmarks(result("segmentation/landmarks.json").string(), moved));
+  const std::string edited = read_whole(result("segmentation/landmarks.json")).value();
+  const std::string table = read_whole(result("inertia/table.json")).value();
+  EXPECT_EQ(stages_done(run), (Names{"inertia", "motion", "mesh", "glb", "report"}));
+  EXPECT_EQ(read_whole(result("segmentation/landmarks.json")).value(), edited);
+  EXPECT_EQ(read_whole(result("model/scene.toml")).value(), scene);
+  EXPECT_NE(read_whole(result("inertia/table.json")).value(), table);
+
+  fs::resize_file(result("segmentation/labels.nii.gz"), 100);
+  expect_refused("run " + run, 2, "landmarks.json: was changed by hand, and the stage 'segmentation'");
+  EXPECT_EQ(read_whole(result("segmentation/landmarks.json")).value(), edited);
+  EXPECT_EQ(stages_done(run + " --force"), all);
+  EXPECT_NE(read_whole(result("segmentation/landmarks.json")).value(), edited);
+}
+
 TEST_F(RunVerb, AChangedVoxelIsAnotherScan) {
   for (const char* header : {"scan.mhd", "scan.nhdr"}) {
     const std::string run = path(header) + words();

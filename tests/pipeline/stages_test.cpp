@@ -18,11 +18,15 @@ struct Stages : testing::Test {
   std::vector<std::string> ran;
   json first_settings = {{"step", 3}};
   std::string broken;
+  std::vector<EditableOutput> editable;  // of the stages that leave them
 
   void SetUp() override { fs::remove_all(folder), fs::create_directories(folder); }
   void TearDown() override { fs::remove_all(folder); }
 
   Stage stage(const std::string& name, std::vector<std::string> needs, json settings) {
+    std::vector<EditableOutput> of_this;
+    for (const EditableOutput& output : editable)
+      if (output.file == name + ".txt") of_this.push_back(output);
     return {name,
             std::move(needs),
             std::move(settings),
@@ -32,9 +36,14 @@ struct Stages : testing::Test {
               ran.push_back(name);
               if (auto written = write_whole(folder / (name + ".txt"), name); !written)
                 return tl::unexpected(written.error());
-              return json{{"warnings", json::array()}};
-            }};
+              return json{{"warnings", {name + " says so"}}};
+            },
+            of_this};
   }
+  void edit(const std::string& file, const std::string& text) { std::ofstream(folder / file) << text; }
+  std::string text(const std::string& file) const { return read_whole(folder / file).value(); }
+  using Names = std::vector<std::string>;
+
   Result<json> run(bool force = false, const std::string& input = "abc") {
     ran.clear();
     const auto lock = FolderLock::take(folder);
@@ -91,6 +100,68 @@ TEST_F(Stages, EmptiedOrCutOutputIsMadeAgain) {
   ASSERT_TRUE(run());
   EXPECT_EQ(ran, (std::vector<std::string>{"one"}));
   EXPECT_EQ(read_whole(folder / "one.txt").value(), "one");
+}
+
+TEST_F(Stages, AFileChangedByHandStaysAndWhatDependsOnItIsDoneAgain) {
+  editable = {{"one.txt"}};
+  ASSERT_TRUE(run());
+  edit("one.txt", "One");  // as long as it was
+  const std::string kept = "one.txt was changed by hand: kept; --force makes it anew";
+  for (const Names& done : {Names{"two"}, Names{}}) {
+    const auto record = run();
+    ASSERT_TRUE(record);
+    EXPECT_EQ(ran, done);
+    EXPECT_EQ((*record)["stages"][0]["warnings"], json({"one says so", kept}));
+  }
+  edit("one.txt", "One and more");
+  ASSERT_TRUE(run());
+  EXPECT_EQ(ran, Names{"two"});
+
+  first_settings["step"] = 2;
+  const auto other = run();
+  ASSERT_TRUE(other);
+  EXPECT_EQ(ran, Names{"two"});
+  EXPECT_EQ(text("one.txt"), "One and more");
+  EXPECT_NE((*other)["stages"][0]["warnings"][1].get<std::string>().find("settings or inputs"),
+            std::string::npos);
+  first_settings["step"] = 3;
+
+  edit("one.txt", "one");  // as the stage left it
+  const auto back = run();
+  ASSERT_TRUE(back);
+  EXPECT_EQ(ran, Names{"two"});
+  EXPECT_EQ((*back)["stages"][0]["warnings"], json({"one says so"}));
+
+  edit("one.txt", "One");
+  ASSERT_TRUE(run(true));
+  EXPECT_EQ(ran.size(), 3u);
+  EXPECT_EQ(text("one.txt"), "one");
+}
+
+TEST_F(Stages, AFileThatNothingReadsIsKeptAndSaysWhatIsRead) {
+  editable = {{"one.txt", "another.txt"}};
+  ASSERT_TRUE(run());
+  edit("one.txt", "ONE");
+  const auto record = run();
+  ASSERT_TRUE(record);
+  EXPECT_EQ(ran, Names{});
+  EXPECT_EQ(
+      (*record)["stages"][0]["warnings"][1],
+      "one.txt was changed by hand: kept, though what follows reads another.txt; --force makes it anew");
+}
+
+TEST_F(Stages, AStoppedRunForgetsNoFileThatWasChangedByHand) {
+  editable = {{"aside.txt"}};
+  ASSERT_TRUE(run());
+  edit("aside.txt", "ASIDE");
+  first_settings["step"] = 2;
+  broken = "two";  // run.json has been written by then, before the stage 'aside' was come to
+  ASSERT_FALSE(run());
+  EXPECT_EQ(ran, Names{"one"});
+  broken.clear();
+  ASSERT_TRUE(run());
+  EXPECT_EQ(ran, Names{"two"});
+  EXPECT_EQ(text("aside.txt"), "ASIDE");
 }
 
 TEST_F(Stages, OutputInWhosePlaceAFolderIsStopsItBeforeAnyStage) {
