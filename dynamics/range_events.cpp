@@ -11,7 +11,32 @@ namespace {
 // the room that Range::holds leaves for a start on a bound, m or rad
 constexpr double room = 1e-9;
 
+// how every note of a range ends
+constexpr std::string_view not_enforced = "(ranges are not enforced)";
+
+std::string axis_of(const CoordinateInfo& info, int component) {
+  return info.v_size == 1 ? "" : fmt::format(" about its {} axis", "xyz"[component]);
+}
+
 }  // namespace
+
+std::string range_end_name(const System& system, const RangeEnd& end) {
+  const auto& limited = system.ranges[end.coordinate];
+  const CoordinateInfo& info = system.coordinates[limited.coordinate];
+  const Range& range = limited.ranges[end.component];
+  return fmt::format("coordinate '{}' {} {:.6g}{}", info.name, end.upper ? "above" : "below",
+                     end.upper ? range.upper : range.lower, axis_of(info, end.component));
+}
+
+std::optional<RangeEnd> range_end_named(const System& system, std::string_view name) {
+  for (std::size_t i = 0; i < system.ranges.size(); ++i)
+    for (std::size_t k = 0; k < system.ranges[i].ranges.size(); ++k)
+      for (const bool upper : {false, true})
+        if (const RangeEnd end{int(i), int(k), upper}; range_end_name(system, end) == name) return end;
+  return std::nullopt;
+}
+
+bool is_range_note(std::string_view note) { return note.ends_with(not_enforced); }
 
 RangeEvents::RangeEvents(const System& system, Certifier& certifier)
     : system_(system), certifier_(certifier) {
@@ -46,17 +71,15 @@ Result<AfterEvent> RangeEvents::handle(std::span<const int> which, State& state,
     const auto& limited = system_.ranges[watched_[i / 2].coordinate];
     const Range& range = limited.ranges[watched_[i / 2].component];
     const CoordinateInfo& info = system_.coordinates[limited.coordinate];
-    const std::string axis =
-        info.v_size == 1 ? "" : fmt::format(" about its {} axis", "xyz"[watched_[i / 2].component]);
     outside_[i] = !outside_[i];
-    log.push_back({state.t, outside_[i] ? "range_left" : "range_entered",
-                   fmt::format("coordinate '{}' {} {:.6g}{}", info.name, i % 2 == 0 ? "above" : "below",
-                               i % 2 == 0 ? range.upper : range.lower, axis)});
+    log.push_back(
+        {state.t, outside_[i] ? "range_left" : "range_entered",
+         range_end_name(system_, {watched_[i / 2].coordinate, watched_[i / 2].component, i % 2 == 0})});
     if (!outside_[i] || noted_[i / 2]) continue;
     noted_[i / 2] = true;
-    certifier_.note(fmt::format(
-        "coordinate '{}' left its range of {:.6g} to {:.6g}{} at t = {:.6g} s (ranges are not enforced)",
-        info.name, range.lower, range.upper, axis, state.t));
+    certifier_.note(fmt::format("coordinate '{}' left its range of {:.6g} to {:.6g}{} at t = {:.6g} s {}",
+                                info.name, range.lower, range.upper, axis_of(info, watched_[i / 2].component),
+                                state.t, not_enforced));
   }
   return AfterEvent::go_on;
 }

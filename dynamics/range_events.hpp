@@ -2,10 +2,28 @@
 // certificate's notes.
 #pragma once
 
+#include <optional>
+#include <string>
+#include <string_view>
+
 #include "dynamics/certifier.hpp"
 #include "dynamics/event.hpp"
 
 namespace borelli {
+
+/// An end of the range of a coordinate's component.
+struct RangeEnd {
+  int coordinate = 0;  ///< in System::ranges
+  int component = 0;   ///< of its velocity
+  bool upper = false;
+};
+
+/// What the event log calls it when a coordinate crosses that end of its range, and the end of that name.
+std::string range_end_name(const System& system, const RangeEnd& end);
+std::optional<RangeEnd> range_end_named(const System& system, std::string_view name);
+
+/// Whether a certificate's note tells of a range that was left.
+bool is_range_note(std::string_view note);
 
 class RangeEvents : public EventSource {
  public:

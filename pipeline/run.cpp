@@ -13,6 +13,7 @@
 #include "pipeline/measure.hpp"
 #include "pipeline/mesh.hpp"
 #include "pipeline/mesh_file.hpp"
+#include "pipeline/range_warning.hpp"
 #include "pipeline/render.hpp"
 #include "pipeline/report.hpp"
 #include "pipeline/run_inputs.hpp"
@@ -264,7 +265,7 @@ Result<json> Run::move(const Progress& progress) {
             file(name), [&](const fs::path& beside) { return write_trajectory(*trajectory, *text, beside); });
         !written)
       return tl::unexpected(written.error());
-  Warnings warnings = certificate.notes;
+  Warnings warnings = warnings_of(certificate, *system);
   if (!certificate.trusted) warnings.push_back("the motion is not to be trusted: " + certificate.reason);
   json answer{{"warnings", warnings}, {"certificate", json_of(certificate)}};
   data_.keep(std::move(*trajectory));
