@@ -75,8 +75,7 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
 Completeness judge(InertiaRow& row, double edge, const PartCompleteness& completeness) {
   const auto told = completeness.find(row.part);
   if (told != completeness.end() && told->second.held != Completeness::absent) {
-    if (told->second.held == Completeness::cut && !told->second.why.empty())
-      row.notes.push_back(told->second.why);
+    if (!told->second.why.empty()) row.notes.push_back(told->second.why);
     return told->second.held;
   }
   if (edge >= 0.1) {
@@ -141,8 +140,10 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
     row.volume = borelli::volume(weighed->volume[label], labels.grid);
     row.inertial = to_inertial(weighed->mass[label], labels.grid, weighed->sampling);
     if (there) row.frame = segment_frame(row.part, landmarks, row.inertial, options.cuts);
-    if (row.frame)
-      for (auto& note : endpoint_notes(*row.frame, row.part, landmarks)) row.notes.push_back(note);
+    if (row.frame) {
+      const std::string told = row.notes.empty() ? "" : row.notes.front();
+      for (auto& note : endpoint_notes(*row.frame, row.part, landmarks, told)) row.notes.push_back(note);
+    }
     rows.push_back(std::move(row));
   }
 

@@ -27,21 +27,22 @@ struct MeasureOptions {
   int threads = 0;                  ///< 0: as many as the machine has
 };
 
-/// How much of a part a scan holds; of a cut one, why.
+/// How much of a part a scan holds; of a cut one, why, and of any how its bounds were found.
 struct PartHeld {
   Completeness held = Completeness::whole;
-  std::string why;  ///< "reaches the scan's edge", "holds hand too: no wrist was found" ...
+  /// "reaches the scan's edge", "holds hand too: no wrist was found", "omphalion placed by proportion" ...
+  std::string why;
 };
 /// By the part's name.
 using PartCompleteness = std::map<std::string, PartHeld, std::less<>>;
 
-/// The same as our segmentation found it: a cut part's note says why.
+/// The same as our segmentation found it, with its notes.
 PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& findings);
 
 /// A row for each name of the label map but "outside" (absent where it has no voxel), and the whole. The two
 /// grids must agree to a hundredth of a voxel; the volume's is used. `completeness` tells of parts by name;
-/// those that it does not tell of are judged by edge_share. The reason why a part is cut is the first of its
-/// row's notes. Errors: volumes that hold neither CT numbers nor densities, another grid, an unknown curve or
+/// those that it does not tell of are judged by edge_share. What it says of a part is the first of its row's
+/// notes. Errors: volumes that hold neither CT numbers nor densities, another grid, an unknown curve or
 /// sex, no labelled voxel.
 Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
                              const MeasureOptions& options = {}, const PartCompleteness& completeness = {});

@@ -54,7 +54,11 @@ class Points {
     if (part.ends_with("_left")) side_ = "_left";
     if (part.ends_with("_right")) side_ = "_right";
     axes_ = trunk_axes(landmarks);
+    trunk_known_ =
+        landmarks.contains("neck") && landmarks.contains("hip_left") && landmarks.contains("hip_right");
   }
+  // whether the axes are the trunk's; else the patient's stand in
+  bool trunk_known() const { return trunk_known_; }
   std::string name(std::string_view landmark) const {
     const std::string central(landmark);
     return landmarks_.contains(central) || side_.empty() ? central : central + side_;
@@ -84,6 +88,7 @@ class Points {
   const Landmarks& landmarks_;
   std::string side_;
   Matrix3d axes_;
+  bool trunk_known_ = false;
 };
 
 Matrix3d axes_of(const Vector3d& X, const Vector3d& Y) {
@@ -130,7 +135,7 @@ void lay_limb(SegmentFrame& frame, const Vector3d& Y, const Points& points, cons
 bool lay_axes(SegmentFrame& frame, const Points& points, const SegmentPlan& plan, const Inertial& inertial) {
   if (plan.y[0].landmark.empty()) {
     frame.R_WA = axes_of(points.front(), points.up());
-    frame.axes = "the trunk's";
+    frame.axes = points.trunk_known() ? std::string("the trunk's") : std::string(patients_axes);
     frame.long_axis = -points.up();
     return true;
   }
@@ -165,10 +170,7 @@ const SegmentPlan* plan_of(std::string_view part) {
 std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks& landmarks,
                                           const Inertial& inertial, std::string_view cuts) {
   const SegmentPlan* plan = plan_of(part);
-  const bool trunk = plan && plan->y[0].landmark.empty();
-  if (!plan || (trunk && !(landmarks.contains("neck") && landmarks.contains("hip_left") &&
-                           landmarks.contains("hip_right"))))
-    return std::nullopt;
+  if (!plan) return std::nullopt;
   const Points points(landmarks, part);
   SegmentFrame frame;
   frame.segment = plan->segment;
@@ -181,11 +183,14 @@ std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks
     frame.from_point = *from, frame.to_point = *to;
     break;
   }
+  // the patient's axes stand in for the trunk's where there is a length to measure along them
+  const bool trunk = plan->y[0].landmark.empty();
+  if (trunk && frame.from.empty() && !points.trunk_known()) return std::nullopt;
   return frame;
 }
 
 std::vector<std::string> endpoint_notes(const SegmentFrame& frame, std::string_view part,
-                                        const Landmarks& landmarks) {
+                                        const Landmarks& landmarks, std::string_view told) {
   std::vector<std::string> notes;
   const Points points(landmarks, part);
   const SegmentPlan* plan = plan_of(part);
@@ -193,8 +198,10 @@ std::vector<std::string> endpoint_notes(const SegmentFrame& frame, std::string_v
   for (const Endpoints& pair : plan->endpoints) {
     if (pair[0].name != frame.from || pair[1].name != frame.to) continue;
     for (const Endpoint& end : pair) {
-      const auto it = landmarks.find(points.name(end.landmark));
-      if (it != landmarks.end() && it->second.source.find("proportion") != std::string::npos)
+      const std::string name = points.name(end.landmark);
+      const auto it = landmarks.find(name);
+      if (it != landmarks.end() && it->second.source.find("proportion") != std::string::npos &&
+          told.find(name + " placed by proportion") == std::string_view::npos)
         notes.push_back(fmt::format("{} is not seen but placed by proportion", end.name));
     }
     break;

@@ -12,7 +12,8 @@
 //   to hip; the knee's epicondyles shank          KJC-AJC, else KJC-LMAL     ankle to knee; the malleoli,
 //   else the knee's epicondyles foot           HEEL-TTIP                  X from heel to toe; Y up to the
 //   ankle, square to X
-// Where a line is missing, the trunk's right stands in, and `axes` says so.
+// Where a line is missing, the trunk's right stands in, and `axes` says so; where the neck or a hip is, the
+// patient's axes stand in for the trunk's.
 #pragma once
 
 #include <optional>
@@ -23,15 +24,20 @@
 
 namespace borelli {
 
+/// SegmentFrame::axes of a part of the trunk where the patient's axes stand in.
+inline constexpr std::string_view patients_axes = "the patient's, for want of the neck or a hip";
+
 /// The frame of a part (as in parts.hpp), points in metres. Nothing where the points of its Y axis (of a
-/// foot: its X) are not there. Without both endpoints it has axes but no length. `cuts` is the convention
+/// foot: its X) are not there, or for the trunk neither those of its axes nor both endpoints. Without both
+/// endpoints it has axes but no length. `cuts` is the convention
 /// that the labels were cut by: of "deleva1996" the planes are told apart as published (zatsiorsky, joint),
 /// another name stands as it is. `inertial`: of the part, in patient axes; only a hand's axes need it.
 std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks& landmarks,
                                           const Inertial& inertial, std::string_view cuts = "deleva1996");
 
-/// What a reader should know of the endpoints, e.g. that one was placed by proportion.
+/// What a reader should know of the endpoints, e.g. that one was placed by proportion; but not what the
+/// segmentation `told` already ("omphalion placed by proportion").
 std::vector<std::string> endpoint_notes(const SegmentFrame& frame, std::string_view part,
-                                        const Landmarks& landmarks);
+                                        const Landmarks& landmarks, std::string_view told = {});
 
 }  // namespace borelli

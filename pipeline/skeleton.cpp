@@ -186,7 +186,9 @@ std::vector<Switch> Builder::joint(const Part& part) {
 std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Vector3d& offset) {
   const std::string name(part.joint);
   const auto frame = [&](const Part& of) {
-    return segment_frame(of.name, landmarks_, present_.find(of.name)->second);
+    auto found = segment_frame(of.name, landmarks_, present_.find(of.name)->second);
+    if (found && found->axes == patients_axes) found.reset();  // not the body's: no ranges about them
+    return found;
   };
   const auto before = frame(parent), after = frame(part);
   if (!before || !after) {

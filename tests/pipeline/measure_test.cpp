@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 
 #include "inertia/skin.hpp"
@@ -117,9 +118,14 @@ TEST(Measure, ScanCutAcrossTheThighs) {
   EXPECT_EQ(table->whole.completeness, Completeness::cut);
   // what another stage knows better is taken from it
   const auto told = measure(scan.grey, scan.labels, standing().landmarks, options,
-                            {{"head", {Completeness::cut, "its neck was not found"}}});
+                            {{"head", {Completeness::cut, "its neck was not found"}},
+                             {"middle_trunk", {Completeness::whole, "omphalion placed by proportion"}}});
   EXPECT_EQ(told->rows[0].completeness, Completeness::cut);
   EXPECT_EQ(told->rows[0].notes.at(0), "its neck was not found");
+  const auto trunk = std::ranges::find(told->rows, "middle_trunk", &InertiaRow::part);
+  ASSERT_NE(trunk, told->rows.end());
+  EXPECT_EQ(trunk->completeness, Completeness::whole);
+  EXPECT_EQ(trunk->notes, std::vector<std::string>{"omphalion placed by proportion"});
 }
 
 TEST(Measure, RefusesWhatDoesNotBelongTogether) {

@@ -127,6 +127,22 @@ TEST(SegmentFrames, DoWithoutLandmarksOrSaySo) {
   const auto notes = endpoint_notes(*trunk, "middle_trunk", some);
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_EQ(notes[0], "XYPH is not seen but placed by proportion");
+  EXPECT_TRUE(endpoint_notes(*trunk, "middle_trunk", some, "xiphion placed by proportion").empty());
+}
+
+TEST(SegmentFrames, TrunkEndpointsDoWithoutANeck) {
+  const auto whole = segment_frame("middle_trunk", standing().landmarks, {});
+  Landmarks some = standing().landmarks;
+  some.erase("neck");
+  const auto frame = segment_frame("middle_trunk", some, {});
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->from, "XYPH");
+  EXPECT_EQ(frame->from_point, whole->from_point);
+  EXPECT_EQ(frame->long_axis, -Vector3d::UnitZ());  // along the patient's axes
+  EXPECT_DOUBLE_EQ(frame->length(), frame->from_point.z() - frame->to_point.z());
+  EXPECT_NE(frame->axes.find("for want of the neck"), std::string::npos);
+  some.erase("omphalion");  // neither axes nor a length
+  EXPECT_FALSE(segment_frame("middle_trunk", some, {}));
 }
 
 }  // namespace
