@@ -20,6 +20,7 @@ namespace borelli {
 /// and inertias that no body can have are refused with file and line.
 Result<Scene> parse_scene(std::string_view text, const std::string& file);
 
+/// The scene in a file; besides what parse_scene refuses, a file that is no text and a scene without solids.
 Result<Scene> read_scene(const std::filesystem::path& path);
 
 /// The scene's text; parse_scene gives every number of it back exactly, in the same order. Fails on a

@@ -340,6 +340,15 @@ class SceneReader {
   std::map<std::string, bool> is_angle_;  // by coordinate
 };
 
+// What a file is that is no text: by the bytes that its kind begins with (RFC 1952, HDF5's format
+// specification), else by a zero byte in its first line. Empty: a text, which may be a damaged one.
+std::string what_else(std::string_view bytes) {
+  if (bytes.starts_with("\x1f\x8b")) return "a compressed file, such as a volume (.nii.gz)";
+  if (bytes.starts_with("\x89HDF\r\n\x1a\n")) return "an HDF5 file, such as a trajectory";
+  if (bytes.substr(0, bytes.find('\n')).find('\0') != std::string_view::npos) return "a binary file";
+  return "";
+}
+
 }  // namespace
 
 Result<Scene> parse_scene(std::string_view text, const std::string& file) {
@@ -361,7 +370,12 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   if (!file) return failure(path.string(), "cannot be read");
-  return parse_scene(text, path.string());
+  if (const auto other = what_else(text); !other.empty())
+    return bad_use(path.string(), fmt::format("is not a scene but {}: expected TOML, MJCF or URDF", other));
+  auto scene = parse_scene(text, path.string());
+  if (scene && scene->solids.empty())
+    return bad_use(path.string(), "holds no solid, so nothing can move: a scene has one [[solid]] at least");
+  return scene;
 }
 
 }  // namespace borelli

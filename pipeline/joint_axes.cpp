@@ -37,7 +37,7 @@ JointAxes joint_axes(std::string_view joint) {
 
 std::array<Range, 3> ranges_with_start(const JointAxes& joint, const Eigen::Vector3d& start,
                                        std::string_view name, std::vector<std::string>& warnings) {
-  constexpr double degree = std::numbers::pi / 180;
+  constexpr double degree = std::numbers::pi / 180, room = usual_range_room;
   std::array<Range, 3> out;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const auto& [motion, range] = joint.axes[i];
@@ -45,6 +45,7 @@ std::array<Range, 3> ranges_with_start(const JointAxes& joint, const Eigen::Vect
     out[i] = range;
     if (range.holds(x)) continue;
     out[i] = {std::min(range.lower, x), std::max(range.upper, x)};
+    if (range.lower - x <= room && x - range.upper <= room) continue;
     warnings.push_back(
         fmt::format("{}: {} of {:.1f} degrees in the scan, outside the usual {:.0f} to {:.0f}; its range is "
                     "widened to that",

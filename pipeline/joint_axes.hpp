@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,8 +30,12 @@ struct JointAxes {
 /// Of a ball joint by the name of its part's joint (parts.hpp), e.g. "hip_left", "neck".
 JointAxes joint_axes(std::string_view joint);
 
+/// How far a start may lie outside a published range, which is in whole degrees, before that is told: 0.05
+/// deg, in rad, so that no tenth of a degree that is shown looks as if it were inside.
+inline constexpr double usual_range_room = 0.05 * std::numbers::pi / 180;
+
 /// Widens the joint's ranges where the start (a rotation vector in its axes, rad) lies outside them, and says
-/// so in a sentence per axis.
+/// so in a sentence per axis where it lies out by more than usual_range_room.
 std::array<Range, 3> ranges_with_start(const JointAxes& joint, const Eigen::Vector3d& start,
                                        std::string_view name, std::vector<std::string>& warnings);
 

@@ -151,9 +151,10 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
   const double flexion = flexion_in_scan(part, *axis);
   Range range = joint_ranges().at(kind + " flexion");
   if (flexion < range.lower || flexion > range.upper) {
-    warn(fmt::format(
-        "{}: {:.1f} degrees in the scan, outside the usual {:.0f} to {:.0f}; its range is widened to that",
-        name, flexion / degree, range.lower / degree, range.upper / degree));
+    if (range.lower - flexion > usual_range_room || flexion - range.upper > usual_range_room)
+      warn(fmt::format(
+          "{}: {:.1f} degrees in the scan, outside the usual {:.0f} to {:.0f}; its range is widened to that",
+          name, flexion / degree, range.lower / degree, range.upper / degree));
     range = {std::min(range.lower, flexion), std::max(range.upper, flexion)};
   }
   add_muscle(part, *axis, flexion + options_.leap.tuck * sign * tuck_angle(kind), true);

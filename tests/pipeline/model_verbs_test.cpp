@@ -1,8 +1,10 @@
 // Models of others through the program: evaluate, simulate and info on MJCF and URDF.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "program_run.hpp"
 
@@ -63,6 +65,24 @@ TEST(ModelVerbs, EvaluateTakesMjcfsFreeJoint) {
   const double expected[] = {1, 2, 3, -6, 3, -2. / 3};
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(a["acceleration"][i], expected[i], 1e-13) << i;
   EXPECT_NEAR(a["kinetic_energy"], (16 + 25 + 36) + 0.5 * (1 + 8 + 27), 1e-12);
+}
+
+TEST(ModelVerbs, WhatIsNoSceneIsRefusedInOneSentence) {
+  const TestFolder folder;
+  using namespace std::string_literals;
+  for (const auto& [name, bytes, said] : {
+           std::tuple{"empty.toml", ""s, "holds no solid"},
+           {"settings.toml", "[simulation]\nend_time = 1.0\n"s, "holds no solid"},
+           {"scan.nii.gz", "\x1f\x8b\x08\0\0\0\0\0"s, "is not a scene but a compressed file"},
+           {"motion.h5", "\x89HDF\r\n\x1a\n\0\0"s, "is not a scene but an HDF5 file"},
+           {"scan.nii", "\x5c\x01\0\0"s, "is not a scene but a binary file"},
+       }) {
+    const std::string file = folder.write(name, bytes);
+    const ProgramRun run = run_program("simulate " + file);
+    EXPECT_EQ(run.code, 2) << name;
+    EXPECT_TRUE(run.err.starts_with("borelli: " + file + ": " + said)) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
 }
 
 TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {

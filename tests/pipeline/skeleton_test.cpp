@@ -178,6 +178,24 @@ TEST(Skeleton, AStartOutsideAPublishedRangeWidensIt) {
   EXPECT_TRUE(compile(*back)) << compile(*back).error().message();
 }
 
+TEST(Skeleton, ATrunkWithoutANeckHasNoRangesThere) {
+  Body made = body();
+  made.phantom.landmarks.erase("neck");
+  const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
+  ASSERT_TRUE(skeleton);
+  EXPECT_TRUE(ball(skeleton->scene, "middle_trunk").ranges.empty());
+}
+
+TEST(JointAxes, AStartThatIsOutsideByRoundingIsNotTold) {
+  const JointAxes hip = joint_axes("hip_left");  // flexion -30 to 120 degrees
+  std::vector<std::string> warnings;
+  auto ranges = ranges_with_start(hip, Vector3d(120.04, 0, 0) * degree, "hip_left", warnings);
+  EXPECT_TRUE(warnings.empty());
+  EXPECT_DOUBLE_EQ(ranges[0].upper, 120.04 * degree);  // the start lies in it nevertheless
+  ranges = ranges_with_start(hip, Vector3d(-30.06, 0, 0) * degree, "hip_left", warnings);
+  EXPECT_EQ(warnings.size(), 1u);
+}
+
 TEST(JointAxes, TurnTheWayTheyAreNamed) {
   // in anatomical axes: X forwards, Y up, Z to the right
   const Vector3d front = Vector3d::UnitX(), up = Vector3d::UnitY(), right = Vector3d::UnitZ();
