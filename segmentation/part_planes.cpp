@@ -17,6 +17,7 @@ PartPlanes::PartPlanes(const Landmarks& landmarks) : cuts_(cut_planes(landmarks)
   const auto l = landmarks.find("hip_left"), r = landmarks.find("hip_right");
   hips_ = l != landmarks.end() && r != landmarks.end();
   middle_ = hips_ ? Eigen::Vector3d(0.5 * (l->second.point + r->second.point)) : Eigen::Vector3d::Zero();
+  root_ = !hips_ && landmarks.contains("shoulder_left") ? upper_trunk : lower_trunk;
   left_ = trunk_axes(landmarks).col(0);
 }
 
@@ -39,7 +40,7 @@ int PartPlanes::axial_part(const Eigen::Vector3d& point) const {
     if (!known) part = upwards[n], known = true;
     if (beyond(*cut, point)) part = upwards[n + 1];
   }
-  return known ? part : lower_trunk;
+  return known ? part : root_;
 }
 
 int PartPlanes::part(int owner, const Eigen::Vector3d& point) const {

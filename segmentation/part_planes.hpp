@@ -33,6 +33,7 @@ class PartPlanes {
   std::array<const Cut*, 17> by_distal_{};
   Eigen::Vector3d middle_, left_;
   bool hips_ = false;
+  int root_ = 0;  // where no plane parts the trunk: its part by the joints in view
 };
 
 }  // namespace borelli

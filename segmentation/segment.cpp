@@ -154,6 +154,44 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
   }
 }
 
+// The last guard: a whole part whose share beside the other whole ones no body has is not that part alone, or
+// not all of it. Shares of an adult's mass, mean of de Leva (1996), Table 4, male and female; from children
+// to the very heavy a part's share is within a factor of two of these.
+void doubt_impossible_shares(Segmentation& out) {
+  constexpr std::array<std::pair<std::string_view, double>, 10> shares{{{"head", 0.068},
+                                                                        {"upper_trunk", 0.157},
+                                                                        {"middle_trunk", 0.155},
+                                                                        {"lower_trunk", 0.118},
+                                                                        {"upper_arm", 0.026},
+                                                                        {"forearm", 0.015},
+                                                                        {"hand", 0.0059},
+                                                                        {"thigh", 0.145},
+                                                                        {"shank", 0.046},
+                                                                        {"foot", 0.0133}}};
+  constexpr double most = 2.8;
+  // the body that each part would belong to
+  std::array<double, parts.size()> body{};
+  std::vector<double> whole;
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (out.part[n].coverage != Coverage::whole) continue;
+    for (const auto& [name, share] : shares)
+      if (parts[n].name.starts_with(name)) body[n] = out.part[n].volume / share;
+    whole.push_back(body[n]);
+  }
+  if (whole.size() < 3) return;
+  const auto middle = whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2);
+  std::nth_element(whole.begin(), middle, whole.end());
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (body[n] == 0 || (body[n] < most * *middle && body[n] > *middle / most)) continue;
+    PartFinding& finding = out.part[n];
+    finding.coverage = Coverage::cut;
+    finding.confidence = std::min(finding.confidence, 0.1);
+    finding.note = std::string(body[n] > *middle ? "too large" : "too small") +
+                   " beside the other whole parts to be this part" +
+                   (finding.note.empty() ? "" : "; " + finding.note);
+  }
+}
+
 void warn(Segmentation& out) {
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const auto& finding = out.part[n];
@@ -237,6 +275,7 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   out.labels = label_voxels(volume, a, owner, planes, options.threads);
   judge(a, owner, planes, out);
   tell_what_is_not_parted(planes, out);
+  doubt_impossible_shares(out);
   if (!trunk.hip[0] && !trunk.shoulder[0])
     out.warnings.push_back(
         "neither both hips nor both shoulders are in view: no part could be told, and none is labelled");

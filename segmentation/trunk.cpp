@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "segmentation/heads_in_body.hpp"
+
 namespace borelli {
 namespace {
 
@@ -13,26 +15,6 @@ struct Spacing {
 };
 // hip centres: 130 to 215 mm in adults; shoulders: 260 to 430 mm
 constexpr Spacing hips_apart{125, 215}, shoulders_apart{260, 430};
-
-// share of bone in a box (mm, half widths) about a point
-double bone_share(const Anatomy& a, const Vector3d& centre, const Vector3d& half) {
-  const Vector3d low = a.grid().index(centre - half), high = a.grid().index(centre + half);
-  std::int64_t set = 0, all = 0;
-  for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
-    for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
-      for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
-        if (!a.grid().holds(i, j, k) || !a.scan.seen.at(i, j, k)) continue;
-        ++all;
-        set += a.bone.at(i, j, k);
-      }
-  return all ? static_cast<double>(set) / static_cast<double>(all) : 0;
-}
-
-double depth_at(const Anatomy& a, const Vector3d& point) {
-  const Vector3d index = a.grid().index(point);
-  const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
-  return a.grid().holds(i, j, k) ? a.depth.at(i, j, k) : 0;
-}
 
 struct Pair {
   FoundSphere left, right;
@@ -61,10 +43,10 @@ using Balls = std::vector<FoundSphere>;
 
 // Of the balls on two sides (heads, their sockets' faces, tubers, trochanters) the pair that is likeliest:
 // both well and closely agreed on, of one radius, and that of a head (19 to 29 mm in adults), as far apart
-// and as level as `fits` asks.
-template <class Fits>
+// and as level as `fits` asks; `holds` is asked of the balls themselves.
+template <class Fits, class Holds>
 Pair likeliest(const Anatomy& a, const Balls& left, const Balls& right, Spacing apart, double level,
-               const Fits& fits) {
+               const Fits& fits, const Holds& holds) {
   Pair best;
   // edges scatter by a quarter of the scan's resolution about a true sphere, by half of it about a compromise
   const double scatter = 0.4 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
@@ -78,7 +60,7 @@ Pair likeliest(const Anatomy& a, const Balls& left, const Balls& right, Spacing 
       const double score = close(l) * close(r) * std::exp(-std::pow((l.radius - r.radius) / 2, 2)) *
                            std::exp(-std::pow((0.5 * (l.radius + r.radius) - 25) / 7, 2)) *
                            std::exp(-std::pow(d[1] / level, 2) - std::pow(d[2] / level, 2));
-      if (score > best.score && fits(l.centre, r.centre)) best = {l, r, score};
+      if (score > best.score && fits(l.centre, r.centre) && holds(l, r)) best = {l, r, score};
     }
   return best;
 }
@@ -87,9 +69,9 @@ Pair likeliest(const Anatomy& a, const Balls& left, const Balls& right, Spacing 
 // round thereabouts (tubers, trochanters), least of all where a coarse grid runs head and socket into one,
 // and they may be off by a head's radius: so several places are measured, and the place of the likeliest
 // heads again where those stand far from all of them.
-template <class Fits>
+template <class Fits, class Holds>
 std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>& votes, Spacing apart,
-                               double level, const Fits& fits) {
+                               double level, const Fits& fits, const Holds& holds) {
   constexpr double same = 15, far = 8;  // mm; balls are looked for within 30 mm of a place
   constexpr std::size_t most_places = 5;
   struct Side {
@@ -112,41 +94,44 @@ std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>&
     if (sides[0].places.size() < most_places) look_about(sides[0], pair.left.centre, same);
     if (sides[1].places.size() < most_places) look_about(sides[1], pair.right.centre, same);
   }
-  Pair best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits);
+  Pair best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits, holds);
   for (int round = 0; round < 3 && best.score > 0; ++round) {
     const bool left = look_about(sides[0], best.left.centre, far),
                right = look_about(sides[1], best.right.centre, far);
     if (!left && !right) break;
-    best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits);
+    best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits, holds);
   }
   if (best.score > 0) return best;
-  best = voted[0];
+  const auto voted_head = std::find_if(voted.begin(), voted.end(),
+                                       [&](const Pair& pair) { return holds(pair.left, pair.right); });
+  if (voted_head == voted.end()) return std::nullopt;
+  best = *voted_head;
   best.left.deviation = best.right.deviation = 6;
   return best;
 }
 
-void find_hips(const Anatomy& a, const std::vector<FoundSphere>& balls, Trunk& trunk) {
-  const auto fits = [&](const Vector3d& l, const Vector3d& r) {
-    const Vector3d m = 0.5 * (l + r);
-    // deep inside one body, with the sacrum behind and above between them
-    return depth_at(a, m) > 30 && bone_share(a, m + Vector3d(0, 45, 75), Vector3d(25, 45, 40)) > 0.06;
-  };
-  const auto heads = find_heads(a, balls, hips_apart, 25, fits);
+void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
+               Trunk& trunk) {
+  const auto fits = [&](const Vector3d& l, const Vector3d& r) { return body.near_hips(l, r); };
+  const auto holds = [&](const FoundSphere& l, const FoundSphere& r) { return body.are_hips(l, r); };
+  const auto heads = find_heads(a, balls, hips_apart, 25, fits, holds);
   if (!heads) return;
   trunk.hip[left_side] = heads->left;
   trunk.hip[right_side] = heads->right;
 }
 
-void find_shoulders(const Anatomy& a, const std::vector<FoundSphere>& balls, Trunk& trunk) {
-  const double above = trunk.hip[0] ? std::min(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) + 250 : -1e9;
+void find_shoulders(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
+                    Trunk& trunk) {
+  const bool hips = trunk.hip[0] && trunk.hip[1];
+  const double above = hips ? std::min(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) + 250 : -1e9;
   const auto fits = [&](const Vector3d& l, const Vector3d& r) {
     const Vector3d m = 0.5 * (l + r);
     if (l[2] < above || r[2] < above) return false;
-    if (trunk.hip[0] && std::abs(m[0] - 0.5 * (trunk.hip[0]->centre[0] + trunk.hip[1]->centre[0])) > 80)
-      return false;
-    return depth_at(a, m) > 20 && bone_share(a, m + Vector3d(0, 20, 0), Vector3d(30, 60, 40)) > 0.03;
+    if (hips && std::abs(m[0] - 0.5 * (trunk.hip[0]->centre[0] + trunk.hip[1]->centre[0])) > 80) return false;
+    return body.at_shoulders(l, r);
   };
-  const auto heads = find_heads(a, balls, shoulders_apart, 50, fits);
+  const auto heads = find_heads(a, balls, shoulders_apart, 50, fits,
+                                [](const FoundSphere&, const FoundSphere&) { return true; });
   if (!heads) return;
   trunk.shoulder[left_side] = heads->left;
   trunk.shoulder[right_side] = heads->right;
@@ -258,8 +243,9 @@ double Trunk::middle(double z) const {
 Trunk find_trunk(const Anatomy& a) {
   Trunk trunk;
   const auto balls = vote_balls(a.scan.hu, a.bone, 17, 29, 8);
-  find_hips(a, balls, trunk);
-  find_shoulders(a, balls, trunk);
+  const HeadsInBody body(a);
+  find_hips(a, body, balls, trunk);
+  find_shoulders(a, body, balls, trunk);
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   if (!hips && !shoulders) return trunk;
   const auto& pair = hips ? trunk.hip : trunk.shoulder;

@@ -27,7 +27,8 @@ struct Trunk {
 
 /// Hips and shoulders are pairs of balls, left and right, about level, as far apart as an adult's (or a large
 /// child's), with the body's own mass and column between them: this tells femoral heads from knees and
-/// humeral heads from elbows. The column is the way upwards from between the hips that holds the most bone.
+/// humeral heads from elbows; a pair that the body about it does not bear out is none (heads_in_body.hpp).
+/// The column is the way upwards from between the hips that holds the most bone.
 Trunk find_trunk(const Anatomy& anatomy);
 
 }  // namespace borelli

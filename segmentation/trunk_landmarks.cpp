@@ -200,12 +200,17 @@ std::optional<Vector3d> find_vertex(const Anatomy& a, const Vector3d& neck, doub
   return std::nullopt;
 }
 
+// the neck's level by the shoulders alone, mm
+double neck_above_shoulders(const Trunk& trunk) {
+  return 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 68 * trunk.scale;
+}
+
 void find_neck(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   Landmark neck;
   double z = 0;
   if (shoulders) {
-    z = 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 68 * trunk.scale;
+    z = neck_above_shoulders(trunk);
     neck.deviation = 20, neck.source = "proportion: above the shoulders";
   } else if (hips) {
     z = 0.5 * (trunk.hip[0]->centre[2] + trunk.hip[1]->centre[2]) + neck_to_hip * trunk.scale;
@@ -244,11 +249,13 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, Landmarks& marks
   if (hips) find_asis(a, trunk, marks);
   find_neck(a, trunk, marks);
   const auto neck = marks.find("neck");
-  const bool has_neck = neck != marks.end();
-  if (!hips && !has_neck) return;
-  const double bottom = hips ? 0.5 * (trunk.hip[0]->centre[2] + trunk.hip[1]->centre[2])
-                             : neck->second.point[2] - neck_to_hip * trunk.scale;
-  const double top = has_neck ? neck->second.point[2] : bottom + neck_to_hip * trunk.scale;
+  const bool has_neck = neck != marks.end(), shoulders = trunk.shoulder[0] && trunk.shoulder[1];
+  if (!hips && !shoulders) return;
+  const double hip_level = hips ? 0.5 * (trunk.hip[0]->centre[2] + trunk.hip[1]->centre[2]) : 0;
+  const double top = has_neck    ? neck->second.point[2]
+                     : shoulders ? neck_above_shoulders(trunk)
+                                 : hip_level + neck_to_hip * trunk.scale;
+  const double bottom = hips ? hip_level : top - neck_to_hip * trunk.scale;
   const double length = top - bottom;
   const double spread = has_neck && hips ? 15 : 30;
 

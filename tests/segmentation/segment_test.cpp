@@ -63,16 +63,6 @@ std::array<double, parts.size()> dice(const LabelMap& a, const LabelMap& b) {
 
 bool is_end(std::string_view part) { return part.starts_with("hand") || part.starts_with("foot"); }
 
-// the volume's slices from `first` to `last`, its grid moved along
-GreyVolume cropped(const GreyVolume& volume, std::int64_t first, std::int64_t last) {
-  GreyVolume out = volume;
-  out.grid.size[2] = last - first + 1;
-  out.grid.origin = volume.grid.point(Vector3d(0, 0, static_cast<double>(first)));
-  const auto slice = static_cast<std::ptrdiff_t>(volume.grid.size[0] * volume.grid.size[1]);
-  out.voxels.assign(volume.voxels.begin() + first * slice, volume.voxels.begin() + (last + 1) * slice);
-  return out;
-}
-
 // Issue 2's promise: masses within 3 % each (hands and feet 5 %), joint centres within 4 mm.
 void expect_promise(const Phantom& body, const Scan& scan, const Segmentation& found) {
   const auto mass = masses(found.labels, scan.grey);
@@ -203,81 +193,6 @@ TEST(Segment, HandGrownOntoTheThighEndsAtItsOwnFinger) {
              Vector3d(-1, 1, 1).cwiseProduct(found.landmarks.at("dactylion_3_right").point))
                 .norm(),
             6);
-}
-
-class PartialPhantom : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    body_ = new Phantom(phantom());
-    GridOptions coarse;
-    coarse.spacing = Vector3d::Constant(4);
-    const Grid grid = phantom_grid(*body_, coarse);
-    scan_ = new Scan(voxelise(*body_, grid, {.noise_hu = 15}));
-  }
-  static void TearDownTestSuite() {
-    delete scan_;
-    delete body_;
-  }
-  static std::int64_t slice_at(std::string_view landmark, double above = 0) {
-    const Vector3d p = body_->landmarks.find(landmark)->second.point + Vector3d(0, 0, above);
-    return std::lround(scan_->grey.grid.index(p)[2]);
-  }
-  static Segmentation found(std::int64_t first, std::int64_t last) {
-    return found_in(cropped(scan_->grey, first, last), 4);
-  }
-  static void expect_coverage(const Segmentation& found, const std::map<std::string, Coverage>& expected) {
-    for (std::size_t n = 1; n < parts.size(); ++n) {
-      const auto it = expected.find(std::string(parts[n].name));
-      const Coverage should = it == expected.end() ? Coverage::absent : it->second;
-      EXPECT_EQ(name_of(found.part[n].coverage), name_of(should)) << parts[n].name;
-    }
-  }
-
-  static inline Phantom* body_ = nullptr;
-  static inline Scan* scan_ = nullptr;
-};
-
-TEST_F(PartialPhantom, CutAtTheNeckAndBelowTheKnees) {
-  using enum Coverage;
-  expect_coverage(found(slice_at("knee_left", -200), slice_at("neck", 60)), {{"head", cut},
-                                                                             {"upper_trunk", whole},
-                                                                             {"middle_trunk", whole},
-                                                                             {"lower_trunk", whole},
-                                                                             {"upper_arm_left", whole},
-                                                                             {"upper_arm_right", whole},
-                                                                             {"forearm_left", whole},
-                                                                             {"forearm_right", whole},
-                                                                             {"hand_left", whole},
-                                                                             {"hand_right", whole},
-                                                                             {"thigh_left", whole},
-                                                                             {"thigh_right", whole},
-                                                                             {"shank_left", cut},
-                                                                             {"shank_right", cut}});
-}
-
-TEST_F(PartialPhantom, LegsAlone) {
-  using enum Coverage;
-  const auto legs = found(0, slice_at("hip_left", 130));
-  for (const char* side : {"left", "right"}) {
-    const auto at = [&](const char* part) {
-      return legs.part[static_cast<std::size_t>(part_label(std::string(part) + "_" + side))].coverage;
-    };
-    EXPECT_EQ(at("foot"), whole);
-    EXPECT_EQ(at("shank"), whole);
-    EXPECT_EQ(at("thigh"), whole);
-    EXPECT_EQ(at("upper_arm"), absent);
-  }
-  const auto& trunk = legs.part[static_cast<std::size_t>(part_label("lower_trunk"))];
-  EXPECT_EQ(trunk.coverage, cut);
-  EXPECT_TRUE(trunk.note.starts_with("reaches the scan's edge")) << trunk.note;
-  EXPECT_EQ(legs.part[static_cast<std::size_t>(part_label("head"))].coverage, absent);
-}
-
-TEST_F(PartialPhantom, NothingThatCanBeToldIsLabelledAndSaid) {
-  // a head alone: neither hips nor shoulders
-  const auto head = found(slice_at("neck", 40), scan_->grey.grid.size[2] - 1);
-  for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_EQ(head.part[n].coverage, Coverage::absent);
-  EXPECT_FALSE(head.warnings.empty());
 }
 
 TEST(Segment, LandmarksGivenByHandReplaceThoseFound) {

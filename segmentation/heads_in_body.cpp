@@ -1,0 +1,173 @@
+#include "segmentation/heads_in_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "segmentation/geodesic.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// Lung is airy tissue through and through: gas in gut, stomach and windpipe is emptier, and its rim of mixed
+// voxels thinner than this
+constexpr int emptiest_lung = -950, densest_lung = -350;
+constexpr double rim = 5;
+// what is left of a lung's piece, ml; stool with gas in it comes in less
+constexpr double smallest_lung = 30;
+
+std::vector<double> lung_by_slice(const Anatomy& a) {
+  Mask airy{a.grid(), std::vector<std::uint8_t>(a.grid().count())};
+  for (std::size_t o = 0; o < airy.voxels.size(); ++o)
+    airy.voxels[o] =
+        a.body.voxels[o] && a.scan.hu.voxels[o] > emptiest_lung && a.scan.hu.voxels[o] < densest_lung;
+  // a lung goes on beyond the scan's edge
+  Mask wide = airy;
+  for (std::size_t o = 0; o < airy.voxels.size(); ++o)
+    wide.voxels[o] = airy.voxels[o] || !a.scan.seen.voxels[o];
+  wide = eroded(wide, rim, true);
+  for (std::size_t o = 0; o < airy.voxels.size(); ++o) airy.voxels[o] = airy.voxels[o] && wide.voxels[o];
+  const Regions pieces = connected_regions(airy);
+  const double voxel = std::pow(a.step(), 3) * 1e-3;
+  const auto slice = static_cast<std::size_t>(a.grid().size[0] * a.grid().size[1]);
+  std::vector<double> lung(static_cast<std::size_t>(a.grid().size[2]), 0);
+  for (std::size_t o = 0; o < airy.voxels.size(); ++o)
+    if (const auto number = pieces.number.voxels[o])
+      if (static_cast<double>(pieces.list[static_cast<std::size_t>(number - 1)].voxels) * voxel >=
+          smallest_lung)
+        lung[o / slice] += voxel;
+  return lung;
+}
+
+struct Share {
+  double bone = 0, seen = 0;
+};
+
+// shares of a box (mm, half widths) about a point: in view, and of that bone
+Share shares(const Anatomy& a, const Vector3d& centre, const Vector3d& half) {
+  const Vector3d low = a.grid().index(centre - half), high = a.grid().index(centre + half);
+  double bone = 0, seen = 0, all = 0;
+  for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
+    for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
+      for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
+        ++all;
+        if (!a.grid().holds(i, j, k) || !a.scan.seen.at(i, j, k)) continue;
+        ++seen;
+        bone += a.bone.at(i, j, k);
+      }
+  return {seen > 0 ? bone / seen : 0, seen / all};
+}
+
+double depth_at(const Anatomy& a, const Vector3d& point) {
+  const Vector3d index = a.grid().index(point);
+  const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
+  return a.grid().holds(i, j, k) ? a.depth.at(i, j, k) : 0;
+}
+
+}  // namespace
+
+HeadsInBody::HeadsInBody(const Anatomy& a) : anatomy_(a), lung_(lung_by_slice(a)) {
+  const auto& g = a.grid();
+  const auto slice = static_cast<std::size_t>(g.size[0] * g.size[1]);
+  const auto first = std::find(a.body.voxels.begin(), a.body.voxels.end(), 1);
+  const auto last = std::find(a.body.voxels.rbegin(), a.body.voxels.rend(), 1);
+  if (first == a.body.voxels.end()) return;
+  const auto level = [&](std::ptrdiff_t offset) {
+    return g.origin[2] + a.step() * static_cast<double>(static_cast<std::size_t>(offset) / slice);
+  };
+  low_ = level(first - a.body.voxels.begin());
+  high_ = level(a.body.voxels.rend() - last - 1);
+}
+
+double HeadsInBody::lung_between(double low, double high) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < lung_.size(); ++k) {
+    const double z = anatomy_.grid().origin[2] + anatomy_.step() * static_cast<double>(k);
+    if (z >= low && z < high) sum += lung_[k];
+  }
+  return sum;
+}
+
+bool HeadsInBody::near_hips(const Vector3d& left, const Vector3d& right) const {
+  const Vector3d middle = 0.5 * (left + right);
+  const Share sacrum = shares(anatomy_, middle + Vector3d(0, 45, 75), Vector3d(25, 45, 40));
+  constexpr double hand = 120, most_lung = 100;  // mm, ml
+  return depth_at(anatomy_, middle) > 30 && sacrum.seen > 1.0 / 3 && sacrum.bone > 0.06 &&
+         lung_between(-1e9, middle[2] + hand) < most_lung;
+}
+
+bool HeadsInBody::are_hips(const FoundSphere& left, const FoundSphere& right) const {
+  const Vector3d half(25, 100, 15);
+  const double vertebra =
+      shares(anatomy_, 0.5 * (left.centre + right.centre), half).bone * 4 * half[0] * half[1];
+  constexpr double most_bone = 1200;  // mm^2; a sacrum has some 1900, coccyx and symphysis some 500
+  return vertebra < most_bone && on_femur(left, left_side) && on_femur(right, right_side);
+}
+
+bool HeadsInBody::on_femur(const FoundSphere& ball, int side) const {
+  const Anatomy& a = anatomy_;
+  constexpr double far = 120, near = 29, detour = 1.3;  // mm
+  const double outwards = side_sign(side);
+  const double reach = std::min(far, ball.centre[2] - low_ - a.step());
+  if (reach < std::max(near, ball.radius + 2)) return false;
+  // the bone about the ball on a grid of its own
+  const auto half = static_cast<std::int64_t>(std::ceil(far / a.step())) + 2;
+  const Vector3d index = a.grid().index(ball.centre).array().round();
+  Grid box = a.grid();
+  box.size = {2 * half + 1, 2 * half + 1, 2 * half + 1};
+  box.origin = a.grid().point(index - Vector3d::Constant(static_cast<double>(half)));
+  Volume<float> cost{box, std::vector<float>(box.count(), no_way)};
+  Volume<std::uint8_t> seeds{box, std::vector<std::uint8_t>(box.count(), 0)};
+  const double core = 0.6 * ball.radius;
+  const std::array<std::int64_t, 3> at{std::lround(index[0]) - half, std::lround(index[1]) - half,
+                                       std::lround(index[2]) - half};
+  const auto visit = [&](const auto& each) {
+    for (std::int64_t k = 0; k < box.size[2]; ++k)
+      for (std::int64_t j = 0; j < box.size[1]; ++j)
+        for (std::int64_t i = 0; i < box.size[0]; ++i)
+          each(box.offset(i, j, k),
+               Vector3d(box.point(Vector3d(static_cast<double>(i), static_cast<double>(j),
+                                           static_cast<double>(k))) -
+                        ball.centre),
+               i + at[0], j + at[1], k + at[2]);
+  };
+  visit([&](std::size_t o, const Vector3d& d, std::int64_t i, std::int64_t j, std::int64_t k) {
+    if (!a.grid().holds(i, j, k) || !a.bone.at(i, j, k)) return;
+    cost.voxels[o] = 1;
+    seeds.voxels[o] = d.norm() < core;
+  });
+  const auto ways = geodesic(cost, seeds, false, static_cast<float>(2 * far));
+  double best = 1e9;
+  visit([&](std::size_t o, const Vector3d& d, std::int64_t, std::int64_t, std::int64_t) {
+    // as far off as can be seen, below, and outwards, as the neck leads
+    if (ways.length.voxels[o] == no_way || d[2] > -0.45 * reach || d.norm() < reach - a.step() ||
+        d.norm() > reach + a.step() || d[0] * outwards < 10)
+      return;
+    best = std::min(best, (ways.length.voxels[o] + core) / d.norm());
+  });
+  return best < detour;
+}
+
+bool HeadsInBody::at_shoulders(const Vector3d& left, const Vector3d& right) const {
+  const Anatomy& a = anatomy_;
+  const Vector3d middle = 0.5 * (left + right);
+  if (depth_at(a, middle) <= 20 || shares(a, middle + Vector3d(0, 20, 0), Vector3d(30, 60, 40)).bone <= 0.03)
+    return false;
+  const double z = middle[2], acromion = 35;
+  if (std::max(left[2], right[2]) + acromion > high_) return false;
+  constexpr double near = 20, far = 60, ended = 100, edge = 12;  // mm
+  // ml of lung per mm of height, in what the scan shows of a stretch
+  const auto section = [&](double low, double high) {
+    low = std::max(low, low_), high = std::min(high, high_ + a.step());
+    return high - low > 0.5 * a.step() ? lung_between(low, high) / (high - low) : 0;
+  };
+  // the body mask ends a passage's width before air at the scan's edge
+  const double top = std::min(z + far, high_ - edge);
+  const double below = section(z - far, z - near),
+               above = section(std::min(z + near, top - 2 * a.step()), top);
+  return below * (far - near) >= smallest_lung && above < 0.6 * below &&
+         lung_between(z + ended, 1e9) < smallest_lung;
+}
+
+}  // namespace borelli

@@ -1,0 +1,40 @@
+// Whether a pair of balls can be a body's hips or its shoulders: what the scan itself shows about them.
+#pragma once
+
+#include <vector>
+
+#include "segmentation/anatomy.hpp"
+#include "segmentation/spheres.hpp"
+
+namespace borelli {
+
+/// A chest has shoulders that look like hips and hips have tubers that look like heads, so a pair of round
+/// bones alone proves nothing. All points patient frame, mm.
+class HeadsInBody {
+ public:
+  explicit HeadsInBody(const Anatomy& anatomy);
+
+  /// The places of two balls, left and right, against what must lie about hips: the sacrum in view behind and
+  /// above, thick flesh between, and no lung up to a hand's length above.
+  bool near_hips(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
+  /// Balls as measured against what femoral heads stand in: no vertebra but coccyx and
+  /// symphysis at most between them, and a femur below each (see on_femur).
+  bool are_hips(const FoundSphere& left, const FoundSphere& right) const;
+  /// Between and below shoulders lie the tops of the lungs, which narrow upwards there and end soon above;
+  /// what roofs the heads must be in view. Legs have no lungs, and ribs no lung that ends.
+  bool at_shoulders(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
+
+ private:
+  /// From a femoral head bone leads straight outwards and down to the shaft, or to the scan's end; from a
+  /// tuber, a socket or an iliac wing it leads there by a detour or not at all. The head itself must be in
+  /// view whole.
+  bool on_femur(const FoundSphere& ball, int side) const;
+
+  const Anatomy& anatomy_;
+  std::vector<double> lung_;   // ml within each slice of the work grid
+  double low_ = 0, high_ = 0;  // lowest and highest level with body in view
+
+  double lung_between(double low, double high) const;
+};
+
+}  // namespace borelli

@@ -1,0 +1,183 @@
+// Scans that show a piece of a body: what is in view is found, what is not is never invented.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/segment.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+Segmentation found_in(const GreyVolume& volume, double step = 3) {
+  SegmentOptions options;
+  options.step = step;
+  auto found = segment(volume, options);
+  EXPECT_TRUE(found) << found.error().message();
+  return found ? *found : Segmentation{};
+}
+
+// the volume's slices from `first` to `last`, its grid moved along
+GreyVolume cropped(const GreyVolume& volume, std::int64_t first, std::int64_t last) {
+  GreyVolume out = volume;
+  out.grid.size[2] = last - first + 1;
+  out.grid.origin = volume.grid.point(Vector3d(0, 0, static_cast<double>(first)));
+  const auto slice = static_cast<std::ptrdiff_t>(volume.grid.size[0] * volume.grid.size[1]);
+  out.voxels.assign(volume.voxels.begin() + first * slice, volume.voxels.begin() + (last + 1) * slice);
+  return out;
+}
+
+class PartialPhantom : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    auto made = build_phantom({});
+    ASSERT_TRUE(made) << made.error().message();
+    body_ = new Phantom(*made);
+    GridOptions coarse;
+    coarse.spacing = Vector3d::Constant(4);
+    const Grid grid = phantom_grid(*body_, coarse);
+    scan_ = new Scan(voxelise(*body_, grid, {.noise_hu = 15}));
+  }
+  static void TearDownTestSuite() {
+    delete scan_;
+    delete body_;
+  }
+  static std::int64_t slice_at(std::string_view landmark, double above = 0) {
+    const Vector3d p = body_->landmarks.find(landmark)->second.point + Vector3d(0, 0, above);
+    return std::lround(scan_->grey.grid.index(p)[2]);
+  }
+  static Segmentation found(std::int64_t first, std::int64_t last) {
+    return found_in(cropped(scan_->grey, first, last), 4);
+  }
+  static void expect_coverage(const Segmentation& found, const std::map<std::string, Coverage>& expected) {
+    for (std::size_t n = 1; n < parts.size(); ++n) {
+      const auto it = expected.find(std::string(parts[n].name));
+      const Coverage should = it == expected.end() ? Coverage::absent : it->second;
+      EXPECT_EQ(name_of(found.part[n].coverage), name_of(should)) << parts[n].name;
+    }
+  }
+
+  static inline Phantom* body_ = nullptr;
+  static inline Scan* scan_ = nullptr;
+};
+
+TEST_F(PartialPhantom, CutAtTheNeckAndBelowTheKnees) {
+  using enum Coverage;
+  expect_coverage(found(slice_at("knee_left", -200), slice_at("neck", 60)), {{"head", cut},
+                                                                             {"upper_trunk", whole},
+                                                                             {"middle_trunk", whole},
+                                                                             {"lower_trunk", whole},
+                                                                             {"upper_arm_left", whole},
+                                                                             {"upper_arm_right", whole},
+                                                                             {"forearm_left", whole},
+                                                                             {"forearm_right", whole},
+                                                                             {"hand_left", whole},
+                                                                             {"hand_right", whole},
+                                                                             {"thigh_left", whole},
+                                                                             {"thigh_right", whole},
+                                                                             {"shank_left", cut},
+                                                                             {"shank_right", cut}});
+}
+
+TEST_F(PartialPhantom, LegsAlone) {
+  using enum Coverage;
+  const auto legs = found(0, slice_at("hip_left", 130));
+  for (const char* side : {"left", "right"}) {
+    const auto at = [&](const char* part) {
+      return legs.part[static_cast<std::size_t>(part_label(std::string(part) + "_" + side))].coverage;
+    };
+    EXPECT_EQ(at("foot"), whole);
+    EXPECT_EQ(at("shank"), whole);
+    EXPECT_EQ(at("thigh"), whole);
+    EXPECT_EQ(at("upper_arm"), absent);
+  }
+  const auto& trunk = legs.part[static_cast<std::size_t>(part_label("lower_trunk"))];
+  EXPECT_EQ(trunk.coverage, cut);
+  EXPECT_TRUE(trunk.note.starts_with("reaches the scan's edge")) << trunk.note;
+  EXPECT_EQ(legs.part[static_cast<std::size_t>(part_label("head"))].coverage, absent);
+}
+
+TEST_F(PartialPhantom, NothingThatCanBeToldIsLabelledAndSaid) {
+  // a head alone: neither hips nor shoulders
+  const auto head = found(slice_at("neck", 40), scan_->grey.grid.size[2] - 1);
+  for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_EQ(head.part[n].coverage, Coverage::absent);
+  EXPECT_FALSE(head.warnings.empty());
+}
+
+// Shoulders were once taken for hips, and legs for arms.
+TEST_F(PartialPhantom, ChestAndHeadHaveNoHips) {
+  using enum Coverage;
+  const auto last = scan_->grey.grid.size[2] - 1;
+  const std::map<std::string, Coverage> upper{
+      {"head", whole},           {"upper_trunk", whole},     {"middle_trunk", cut},
+      {"upper_arm_left", whole}, {"upper_arm_right", whole}, {"forearm_left", cut},
+      {"forearm_right", cut}};
+  const auto top = found(slice_at("elbow_left", -30), last);
+  expect_coverage(top, upper);
+  EXPECT_LT((top.landmarks.at("shoulder_left").point - body_->landmarks.at("shoulder_left").point).norm(), 4);
+  EXPECT_LT((top.landmarks.at("shoulder_right").point - body_->landmarks.at("shoulder_right").point).norm(),
+            4);
+  // without head and neck: still the upper trunk, and not the lower one
+  auto chest = upper;
+  chest.erase("head");
+  chest["upper_trunk"] = cut;
+  expect_coverage(found(slice_at("elbow_left", -30), slice_at("shoulder_left", 50)), chest);
+  // from half way down the upper arms
+  expect_coverage(found(slice_at("shoulder_left", -100), last),
+                  {{"head", whole}, {"upper_trunk", cut}, {"upper_arm_left", cut}, {"upper_arm_right", cut}});
+  // ribs below the shoulders are no shoulders, nor is a pair that the scan's end cuts
+  for (const double end : {-60.0, -5.0})
+    expect_coverage(found(slice_at("elbow_left", -30), slice_at("shoulder_left", end)), {});
+}
+
+TEST_F(PartialPhantom, LegsWhoseHipsAreCutAreNoArms) {
+  // femoral heads half in view, just in view without the pelvis above, and none
+  for (const double end : {0.0, 35.0, -60.0}) {
+    const auto legs = found(0, slice_at("hip_left", end));
+    expect_coverage(legs, {});
+    ASSERT_FALSE(legs.warnings.empty());
+    EXPECT_NE(legs.warnings.front().find("neither both hips nor both shoulders"), std::string::npos);
+  }
+}
+
+TEST_F(PartialPhantom, BellyAboveTheHipsHasNone) {
+  for (const double from : {0.0, 40.0})
+    expect_coverage(found(slice_at("hip_left", from), slice_at("hip_left", 300)), {});
+}
+
+TEST_F(PartialPhantom, BellyWithHipsHasThem) {
+  using enum Coverage;
+  const auto belly = found(slice_at("hip_left", -45), slice_at("hip_left", 300));
+  expect_coverage(belly,
+                  {{"middle_trunk", cut}, {"lower_trunk", cut}, {"thigh_left", cut}, {"thigh_right", cut}});
+  EXPECT_LT((belly.landmarks.at("hip_left").point - body_->landmarks.at("hip_left").point).norm(), 4);
+}
+
+// The upper 45 % and a chest: hips were once found in them, and thighs below.
+TEST(PartialScan, IcrpMaleWithoutHipsHasNoLegs) {
+  const std::string icrp = BORELLI_SHARED "/volumes/icrp_am/AM_hu.nii.gz";
+  if (!std::filesystem::exists(icrp)) GTEST_SKIP() << "the ICRP male is not beside the checkout";
+  const auto scan = read_volume(icrp);
+  ASSERT_TRUE(scan) << scan.error().message();
+  const auto slices = scan->volume.grid.size[2];
+  for (const auto& [first, last] :
+       {std::pair{slices * 55 / 100, slices - 1}, std::pair{slices * 55 / 100, slices * 84 / 100}}) {
+    const Segmentation found = found_in(cropped(scan->volume, first, last));
+    for (std::size_t n = 1; n < parts.size(); ++n) {
+      const std::string name(parts[n].name);
+      const bool leg = name.starts_with("thigh") || name.starts_with("shank") || name.starts_with("foot");
+      EXPECT_EQ(found.part[n].coverage == Coverage::absent,
+                leg || name.starts_with("hand") || (name == "head" && last < slices - 1))
+          << name;
+    }
+    EXPECT_EQ(found.part[static_cast<std::size_t>(part_label("lower_trunk"))].coverage, Coverage::cut);
+  }
+}
+
+}  // namespace
+}  // namespace borelli
