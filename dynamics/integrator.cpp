@@ -89,4 +89,9 @@ Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, dou
                  fmt::format("is not known; there are {}", fmt::join(integrator_names(), ", ")));
 }
 
+bool method_is_adaptive(const std::string& name) {
+  const auto method = make_integrator(name, 1);
+  return method && (*method)->adaptive();
+}
+
 }  // namespace borelli

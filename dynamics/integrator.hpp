@@ -79,4 +79,7 @@ std::vector<std::string> integrator_names();
 /// error_scale.
 Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, double tolerance);
 
+/// Whether that method chooses its own steps; false too where no method has that name.
+bool method_is_adaptive(const std::string& name);
+
 }  // namespace borelli

@@ -37,7 +37,12 @@ Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptio
     if (root.name == "robot") return read_urdf(root, options);
     if (options.floating)
       return bad_use(path.string(), "is not URDF: only a URDF's root can be left floating");
-    if (root.name == "mujoco") return read_mjcf(std::move(root));
+    if (root.name == "mujoco") {
+      auto model = read_mjcf(std::move(root));
+      if (model.scene.solids.empty())
+        return bad_use(path.string(), "holds no body, so there is nothing that could move");
+      return model;
+    }
     return bad_use(root.where(),
                    fmt::format("the root is <{}>, expected <mujoco> (MJCF) or <robot> (URDF)", root.name));
   } catch (const XmlRefusal& refusal) {

@@ -35,6 +35,9 @@ Result<void> check(const GreyVolume& volume, const LabelMap& labels, const Measu
                     "or other axes or another origin",
                     volume.grid.size[0], volume.grid.size[1], volume.grid.size[2], labels.grid.size[0],
                     labels.grid.size[1], labels.grid.size[2]));
+  if (!options.density_curve.empty() && volume.quantity != Quantity::hu)
+    return bad_use("density curve " + options.density_curve,
+                   "is from CT numbers, and the volume holds densities: leave it out");
   return {};
 }
 
@@ -123,7 +126,8 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
                              const MeasureOptions& options, const PartCompleteness& completeness) {
   if (auto checked = check(volume, labels, options); !checked) return tl::unexpected(checked.error());
   labels.grid = volume.grid;
-  const auto curve = density_curve(options.density_curve);
+  const auto curve = options.density_curve.empty() ? density_curve(default_density_curve)
+                                                   : density_curve(options.density_curve);
   if (!curve) return tl::unexpected(curve.error());
   const auto weighed = weigh(volume, labels, *curve, options);
   if (!weighed) return tl::unexpected(weighed.error());

@@ -17,7 +17,7 @@
 namespace borelli {
 
 struct MeasureOptions {
-  std::string density_curve{default_density_curve};  ///< of CT numbers; densities need none
+  std::string density_curve;  ///< of CT numbers; empty: the default. Densities need none, and refuse one
   /// What the voxels are: averages, whose skin is grown, or points. Nothing: told by the skin's mixed voxels.
   std::optional<Sampling> sampling;
   double blur_reach = 2;            ///< mm, of grow_skin

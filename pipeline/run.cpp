@@ -53,7 +53,13 @@ class RunData {
   explicit RunData(const RunSettings& settings) : settings_(settings) {}
 
   Result<const ScannedVolume*> scan(const Progress& progress = {}) {
-    return once(scan_, [&] { return read_volume(settings_.volume, {settings_.quantity, progress}); });
+    return once(scan_, [&]() -> Result<ScannedVolume> {
+      auto read = read_volume(settings_.volume, {settings_.quantity, progress});
+      if (read && !settings_.density_curve.empty() && read->volume.quantity != Quantity::hu)
+        return bad_use("--density-curve",
+                       "is from CT numbers, and " + settings_.volume + " holds densities: leave it out");
+      return read;
+    });
   }
   Result<const Segmentation*> segmentation() {
     return once(segmentation_, [&] { return read_back(settings_.folder / "segmentation"); });
@@ -196,7 +202,7 @@ Result<json> Run::integrate() {
   const auto segmentation = data_.segmentation();
   if (!segmentation) return tl::unexpected(segmentation.error());
   MeasureOptions options;
-  if (!settings_.density_curve.empty()) options.density_curve = settings_.density_curve;
+  options.density_curve = settings_.density_curve;
   options.sex = settings_.sex;
   options.pose = settings_.pose;
   options.threads = settings_.threads;
@@ -233,6 +239,7 @@ Result<json> Run::build_scene() {
   if (!skeleton) return tl::unexpected(skeleton.error());
   skeleton->scene.simulation.method = settings_.method;
   skeleton->scene.simulation.tolerance = settings_.tolerance;
+  skeleton->scene.simulation.step = settings_.step.value_or(skeleton->scene.simulation.step);
   const auto text = write_scene(skeleton->scene);
   if (!text) return tl::unexpected(text.error());
   if (auto written = write_whole(file("model/scene.toml"), *text); !written)
@@ -376,6 +383,7 @@ json settings_of(const RunSettings& s) {
           {"method", s.method},
           {"work_grid_mm", s.work_grid_mm},
           {"tolerance", s.tolerance},
+          {"step", s.step ? json(*s.step) : json()},
           {"mesh_tolerance_mm", s.mesh_tolerance_mm},
           {"allow_untrusted", s.untrusted_is_fine},
           {"leap",
@@ -417,7 +425,7 @@ std::vector<Stage> stages_of(Run& run, const RunSettings& settings) {
                     {{"inertia/table.csv", "inertia/table.json"}, {"inertia/table.json"}}});
   stages.push_back({"skeleton",
                     {"inertia"},
-                    pick(all, {"subject", "leap", "method", "tolerance"}),
+                    pick(all, {"subject", "leap", "method", "tolerance", "step"}),
                     {"model/scene.toml"},
                     mute(&Run::build_scene, run),
                     {{"model/scene.toml"}}});

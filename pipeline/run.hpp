@@ -32,7 +32,8 @@ struct RunSettings {
   std::string density_curve;             ///< empty: the default
   std::string method = "rk4_adaptive";   ///< integrator
   double work_grid_mm = 3;               ///< of the segmentation
-  double tolerance = 1e-6;               ///< of the integrator
+  double tolerance = 1e-6;               ///< of the integrator, where it chooses its steps
+  std::optional<double> step;            ///< fixed, or the first one tried, s; none: the scene's default
   double mesh_tolerance_mm = 1;
   bool untrusted_is_fine = false;  ///< go on with a motion whose certificate says untrusted
   Leap leap;

@@ -111,7 +111,9 @@ void print_table(const InertiaTable& table) {
   fmt::print("\nGravity centre of the whole (m, left, back, up): {:.4f} {:.4f} {:.4f}\n", c[0], c[1], c[2]);
 }
 
-Result<nlohmann::json> work(const InertiaSettings& settings, const Command& command) {
+Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, const Command& command) {
+  if (blur_chosen && settings.sampling == "points")
+    return bad_use("--blur-reach", "has no effect with --voxels points, which have no blur");
   for (const std::string& output : settings.outputs) {
     if (!output.ends_with(".csv") && !output.ends_with(".json"))
       return bad_use(output, "the table is written as .csv or .json");
@@ -143,8 +145,8 @@ void add_inertia(CLI::App& program, Command& command) {
                    "segmentation.json of `borelli segment`: which parts are cut");
   verb->add_option("--quantity", settings->quantity,
                    "What the voxels hold: hu, density_kgm3 or density_gcm3");
-  verb->add_option("--density-curve", settings->measure.density_curve, "From CT numbers to density")
-      ->capture_default_str();
+  verb->add_option("--density-curve", settings->measure.density_curve,
+                   fmt::format("From CT numbers to density, by name (default: {})", default_density_curve));
   verb->add_option(
           "--voxels", settings->sampling,
           "What a voxel's value is: points (a drawn volume), averages (a scan), auto (told by the skin)")
@@ -153,14 +155,19 @@ void add_inertia(CLI::App& program, Command& command) {
                    "How far the scanner's blur reaches beyond a voxel, mm")
       ->check(CLI::Range(0., 100.))
       ->capture_default_str();
-  verb->add_option("--cuts", settings->measure.cuts, "Convention by which the labels were cut")
+  verb->add_option("--cuts", settings->measure.cuts,
+                   "Convention by which the labels were cut: as `borelli segment` cuts, or a published one")
+      ->check(CLI::IsMember({"deleva1996", "joint", "zatsiorsky", "mcconville", "other"}))
       ->capture_default_str();
   verb->add_option("--sex", settings->measure.sex, "male or female: shows published values beside")
       ->check(CLI::IsMember({"male", "female"}));
   verb->add_option("--pose", settings->measure.pose, "How the person lay or stood, e.g. supine");
   verb->add_option("-o,--output", settings->outputs, "Table to write, .csv or .json; may be given twice");
-  verb->callback([&command, settings] {
-    command.work = [settings](const Command& c) -> Result<nlohmann::json> { return work(*settings, c); };
+  verb->callback([&command, settings, verb] {
+    const bool blur_chosen = verb->count("--blur-reach") > 0;
+    command.work = [settings, blur_chosen](const Command& c) -> Result<nlohmann::json> {
+      return work(*settings, blur_chosen, c);
+    };
   });
 }
 

@@ -52,11 +52,20 @@ void add_info(CLI::App& program, Command& command) {
   verb->callback([&command, path, quantity, options] {
     command.work = [path, quantity, options](const Command& chosen) -> Result<nlohmann::json> {
       if (!std::filesystem::exists(*path)) return bad_use(*path, "no such file or folder");
-      if (is_trajectory(*path)) return said(trajectory_info(*path), trajectory_info_text, chosen);
+      const bool trajectory = is_trajectory(*path);
+      if (trajectory && (!quantity->empty() || options->floating))
+        return bad_use(quantity->empty() ? "--floating" : "--quantity",
+                       "has no effect on a trajectory, and " + *path + " is one");
+      if (trajectory) return said(trajectory_info(*path), trajectory_info_text, chosen);
       const auto is = [&](std::string_view ending) { return path->ends_with(ending); };
+      const bool volume_asked = may_be_volume(*path);
+      if (!volume_asked && !quantity->empty())
+        return bad_use("--quantity", "is of volumes, and " + *path + " is none");
+      if (volume_asked && options->floating)
+        return bad_use("--floating", "is of URDF models, and " + *path + " is none");
       if (is(".toml") || is(".xml") || is(".urdf") || is(".mjcf"))
         return said(scene_info(*path, *options), scene_info_text, chosen);
-      if (may_be_volume(*path)) return volume(*path, *quantity, chosen);
+      if (volume_asked) return volume(*path, *quantity, chosen);
       return bad_use(*path, "is not a file that this program knows");
     };
   });

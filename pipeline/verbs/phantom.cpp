@@ -27,6 +27,7 @@ struct Asked {
   std::string output, sex = "male";
   std::vector<std::string> pose;
   std::vector<double> spacing{3}, rotation_deg{0, 0, 0}, offset{0, 0, 0};
+  bool seed_chosen = false;
   PhantomOptions body;
   GridOptions grid;
   ScanOptions scan;
@@ -45,6 +46,8 @@ Result<std::pair<std::string, double>> angle_from(const std::string& text) {
 }
 
 Result<void> settle(Asked& asked) {
+  if (asked.seed_chosen && asked.scan.noise_hu == 0)
+    return bad_use("--seed", "is of the noise, and there is none: add --noise");
   asked.body.sex = asked.sex == "female" ? Sex::female : Sex::male;
   for (const std::string& text : asked.pose) {
     const auto angle = angle_from(text);
@@ -62,6 +65,16 @@ Result<void> settle(Asked& asked) {
     asked.grid.offset[c] = asked.offset[u];
   }
   return check_scan(asked.grid, asked.scan);
+}
+
+// Every joint angle that --pose takes, with its range and how the body stands without it, degrees.
+std::string angles_for_help() {
+  std::string text;
+  for (const PoseAngle& angle : pose_angles)
+    text += fmt::format("{}{}_left_{} {:g} to {:g}{}", text.empty() ? "" : ", ", angle.joint, angle.motion,
+                        angle.least, angle.most,
+                        angle.standing == 0 ? "" : fmt::format(" (standing: {:g})", angle.standing));
+  return text;
 }
 
 // NAME and .nii.gz of a path like folder/NAME.nii.gz
@@ -144,7 +157,14 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
   if (!phantom) return tl::unexpected(phantom.error());
   asked.scan.threads = command.threads;
   const Grid grid = phantom_grid(*phantom, asked.grid, asked.scan.table);
-  const Scan scan = voxelise(*phantom, grid, asked.scan);
+  Scan scan;
+  try {
+    scan = voxelise(*phantom, grid, asked.scan);
+  } catch (const std::bad_alloc&) {
+    return bad_use("--spacing",
+                   fmt::format("makes {} x {} x {} voxels, which do not fit into memory: give a larger one",
+                               grid.size[0], grid.size[1], grid.size[2]));
+  }
   const InertiaTable table = exact_table(*phantom, asked);
   if (auto written = write_all(*files, *phantom, scan, table); !written)
     return tl::unexpected(written.error());
@@ -168,8 +188,10 @@ void add_phantom(CLI::App& program, Command& command) {
                    "Sole to vertex, m (default: the mean of de Leva's sample)");
   verb->add_option("--mass", asked->body.mass_kg,
                    "kg (default: the mean of de Leva's sample, with stature cubed)");
-  verb->add_option("--pose", asked->pose,
-                   "Joint angle in degrees, e.g. knee_left_flexion=30; may be repeated");
+  verb->add_option(
+      "--pose", asked->pose,
+      "Joint angle in degrees, e.g. knee_left_flexion=30; may be repeated. Left and right alike: " +
+          angles_for_help());
   verb->add_option("--density-curve", asked->body.density_curve, "Gives the tissues their densities")
       ->capture_default_str();
   verb->add_option("--spacing", asked->spacing, "Voxel edge, mm: one number, or three")
@@ -198,7 +220,8 @@ void add_phantom(CLI::App& program, Command& command) {
         return text.starts_with('-') ? "'" + text + "' is no seed; give a whole number, 0 or more" : "";
       })
       ->capture_default_str();
-  verb->callback([&command, asked] {
+  verb->callback([&command, asked, verb] {
+    asked->seed_chosen = verb->count("--seed") > 0;
     command.work = [asked](const Command& chosen) -> Result<nlohmann::json> { return work(*asked, chosen); };
   });
 }

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 struct Asked {
   RunSettings run;
   std::string out, quantity;
-  bool work_grid_chosen = false;
+  bool work_grid_chosen = false, tolerance_chosen = false;
 };
 
 // the subject's name where none is given: the file's without its endings, or the folder's
@@ -56,6 +56,9 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
     return bad_use("--label-names", "names the labels of a map that --labels gives: give both, or neither");
   if (!settings.labels.empty() && asked.work_grid_chosen)
     return bad_use("--work-grid", "is for finding parts, and --labels gives them: leave one of the two out");
+  if (asked.tolerance_chosen && !method_is_adaptive(settings.method))
+    return bad_use("--tolerance", "has no effect with " + settings.method +
+                                      ", whose steps are all of one length: give --step");
   if (settings.subject.empty()) settings.subject = name_of_input(settings.volume);
   if (settings.subject.find('/') != std::string::npos || settings.subject.starts_with('.'))
     return bad_use("--subject " + settings.subject, "names a folder; it may not hold '/' nor begin with '.'");
@@ -104,6 +107,7 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--tolerance", s.tolerance, "Of the integrator, per step and coordinate")
       ->check(positive_number())
       ->capture_default_str();
+  verb->add_option("--step", s.step, "Fixed step, or the first one tried, s")->check(positive_number());
   verb->add_option("--mesh-tolerance", s.mesh_tolerance_mm, "How far a mesh may be simplified, mm")
       ->check(number_not_negative())
       ->capture_default_str();
@@ -127,6 +131,9 @@ void add_run(CLI::App& program, Command& command) {
                  "Go on with a motion that its certificate does not trust");
   verb->callback([&command, asked, verb] {
     asked->work_grid_chosen = verb->count("--work-grid") > 0;
+    asked->tolerance_chosen = verb->count("--tolerance") > 0;
+    // what has no effect is not kept among the settings, so that they run again as they are:
+    if (!method_is_adaptive(asked->run.method)) verb->get_option("--tolerance")->configurable(false);
     // where labels are given no grid is for finding parts: the settings kept say none, and run again as they
     // are
     if (!asked->run.labels.empty()) verb->get_option("--work-grid")->configurable(false);

@@ -50,6 +50,17 @@ SimulationSettings settings_of(SimulationSettings s, const Options& o) {
   return s;
 }
 
+// An option that would be taken without effect is refused: whoever gives it believes that it has one.
+Result<void> check_effect(const Options& o, const SimulationSettings& settings) {
+  if (o.tolerance && !method_is_adaptive(settings.method))
+    return bad_use("--tolerance", "has no effect with " + settings.method +
+                                      ", whose steps are all of one length: give --step");
+  if ((o.alpha || o.beta) && settings.constraints != ConstraintTreatment::baumgarte)
+    return bad_use(o.alpha ? "--baumgarte-alpha" : "--baumgarte-beta",
+                   "has no effect where constraints are kept by projection: add --constraints baumgarte");
+  return {};
+}
+
 // The scene's file stands before what its compilation or simulation finds wrong.
 tl::unexpected<Error> in_file(const std::string& file, Error error) {
   // what compile refuses names the file already, with the line
@@ -82,6 +93,7 @@ Result<Trajectory> run(const Options& o, const Command& command, const Scene& sc
   const auto system = compile(scene);
   if (!system) return in_file(o.scene, system.error());
   const SimulationSettings settings = settings_of(scene.simulation, o);
+  if (auto fine = check_effect(o, settings); !fine) return tl::unexpected(fine.error());
   ProgressBar bar(command.json);
   bar.begin("simulate");
   Observer observer;

@@ -142,6 +142,12 @@ TEST(Measure, RefusesWhatDoesNotBelongTogether) {
   EXPECT_FALSE(measure(scan.grey, scan.labels, {}, options));
   options.sex = "", options.density_curve = "mine";
   EXPECT_FALSE(measure(scan.grey, scan.labels, {}, options));
+  options.density_curve = std::string(default_density_curve);
+  other = scan;
+  other.grey.quantity = Quantity::density_kgm3;
+  const auto curved = measure(other.grey, scan.labels, {}, options);
+  ASSERT_FALSE(curved);
+  EXPECT_NE(curved.error().message().find("the volume holds densities"), std::string::npos);
   other = scan;
   std::fill(other.labels.voxels.begin(), other.labels.voxels.end(), std::uint8_t{0});
   EXPECT_FALSE(measure(other.grey, other.labels, {}));

@@ -115,6 +115,7 @@ TEST_F(PhantomVerb, RefusesWhatItCannotMakeAndLeavesNothing) {
        {"--mass nan -o body.nii.gz", "mass"},
        {"--mass inf -o body.nii.gz", "mass"},
        {"--pose knee_left_flexion=nan -o body.nii.gz", "knee_left_flexion"},
+       {"--seed 3 -o body.nii.gz", "add --noise"},
        {"--seed -3 -o body.nii.gz", "seed"},
        {"-o body.dcm", ".nii.gz"}}};
   for (const auto& [words, sentence] : asked) {

@@ -253,6 +253,18 @@ TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
             (Names{"skeleton", "motion", "glb", "report"}));
 }
 
+TEST_F(RunVerb, AStepIsForMethodsOfFixedOnes) {
+  EXPECT_EQ(stages_done(path("scan.mhd") + words() + " --method rk4 --step 1e-3"), all);
+  const auto record = json::parse(read_whole(path("out/s/run.json")).value());
+  EXPECT_EQ(record["settings"]["step"], 1e-3);
+  const auto& certificate = record["stages"][3]["certificate"];
+  EXPECT_TRUE(certificate["trusted"].get<bool>());
+  // the leap's tenth of a second; at a row of output that is no multiple of the step, one step is cut in two
+  EXPECT_NEAR(certificate["steps_accepted"].get<int>(), 100 + 3, 3);
+  const std::string settings = path("out/s/settings.toml");
+  EXPECT_EQ(stages_done("--settings " + settings), Names{});
+}
+
 TEST_F(RunVerb, SettingsThatAreWrongAreNamedWithTheirLine) {
   for (const auto& [text, said] :
        {std::pair{"[run]\nsex = 'male'\ncolour = 'red'\n", ":3: there is no setting run.colour"},
@@ -283,6 +295,8 @@ TEST_F(RunVerb, RefusesBeforeAnythingIsMade) {
   expect_refused("run " + path("none.mhd") + words(), 2, "none.mhd: no such file");
   expect_refused("run " + path("scan.mhd") + words("s", "none.json"), 2, "none.json: no such file");
   expect_refused("run " + path("scan.mhd") + words() + " --density-curve mine", 2, "schneider2000");
+  expect_refused("run " + path("scan.mhd") + words() + " --method rk4 --tolerance 1e-6", 2,
+                 "--tolerance: has no effect with rk4");
   EXPECT_FALSE(fs::exists(folder / "out"));
   fs::create_directories(result("report.html"));  // in the way of what comes last
   expect_refused("run " + path("scan.mhd") + words(), 2, "report.html: is a folder");

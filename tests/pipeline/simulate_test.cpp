@@ -96,6 +96,10 @@ TEST(Simulate, BadUseEndsInOneSentence) {
   for (const char* number : {"--end inf", "--tolerance 0", "--step nan", "--tolerance few"})
     expect_refused("simulate " + samples + "roundabout.toml " + number + output, 2,
                    "expected a positive number", folder, 0);
+  expect_refused("simulate " + samples + "roundabout.toml --method rk4 --tolerance 1e-6" + output, 2,
+                 "--tolerance: has no effect with rk4", folder, 0);
+  expect_refused("simulate " + samples + "roundabout.toml --baumgarte-beta 3" + output, 2,
+                 "--baumgarte-beta: has no effect where constraints are kept by projection", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --constraints glue" + output, 2, "glue", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml -o " + (folder / "a.xyz").string(), 2,
                  "expected .h5", folder, 0);
@@ -115,8 +119,10 @@ TEST(Simulate, BadScenesAreNamedWithTheirLine) {
   EXPECT_NE(massless.err.find("'a'"), std::string::npos) << massless.err;
   folder.write("bad.toml", "[simulation]\nmethod = 'magic'\n");
   expect_refused("simulate " + scene + output, 2, "bad.toml:2", folder, 1);
+  const std::string model = folder.write("bare.xml", "<mujoco><worldbody><light/></worldbody></mujoco>");
+  expect_refused("simulate " + model + output, 2, "bare.xml: holds no body", folder, 2);
   folder.write("bad.toml", std::string("name = \"\xff\xfe\"\n\0\0", 14));
-  expect_refused("simulate " + scene + output, 2, "bad.toml:1", folder, 1);
+  expect_refused("simulate " + scene + output, 2, "bad.toml:1", folder, 2);
 }
 
 TEST(Simulate, WhatCannotBeWrittenLeavesNothing) {
