@@ -81,6 +81,12 @@ struct Certificate {
   long evaluations = 0;                              ///< of the equations, those of projections included
   double smallest_step = 0, smallest_step_time = 0;  ///< s
 
+  double accuracy = 0;         ///< that was asked for; 0: none was
+  double estimated_error = 0;  ///< of the run, where accuracy was asked for (see accuracy.hpp)
+  /// s, when an explicit method found the scene stiff: its steps bounded by stability, not by accuracy. NaN:
+  /// never.
+  double stiff_from = std::numeric_limits<double>::quiet_NaN();
+
   std::vector<LoggedEvent> events;  ///< in order of time
   std::vector<std::string> notes;   ///< e.g. a coordinate that left its range, and when
 };

@@ -52,6 +52,8 @@ class Certifier {
     ++certificate_.impacts;
     certificate_.impact_loss += lost;
   }
+  /// An explicit method found the scene stiff at time t.
+  void find_stiff(double t) { certificate_.stiff_from = t; }
   /// What has happened so far.
   std::vector<LoggedEvent>& events() { return certificate_.events; }
   /// A reason for distrust, true since t; the first one given is kept.

@@ -61,7 +61,8 @@ const EmbeddedTableau& dormand_prince_5() {
                                            .dense_nodes = {},
                                            .dense_coupling = {},
                                            .dense_weights = dense_weights,
-                                           .limits = {.beta = 0.04, .shrink = 0.2, .grow = 10}};
+                                           .limits = {.beta = 0.04, .shrink = 0.2, .grow = 10},
+                                           .stability = 3.25};
   return tableau;
 }
 

@@ -140,7 +140,8 @@ const EmbeddedTableau& dormand_prince_853() {
                                            .dense_nodes = dense_nodes,
                                            .dense_coupling = dense_coupling,
                                            .dense_weights = dense_weights,
-                                           .limits = {.beta = 0, .shrink = 1.0 / 3, .grow = 6}};
+                                           .limits = {.beta = 0, .shrink = 1.0 / 3, .grow = 6},
+                                           .stability = 6.1};
   return tableau;
 }
 

@@ -10,6 +10,14 @@ int error_power(const EmbeddedTableau& tableau) {
   return tableau.step.order;
 }
 
+/// Between two vectors, over what is controlled, each part against its scale.
+double distance(const Eigen::VectorXd& scale, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  double sum = 0;
+  for (Eigen::Index i = 0; i < scale.size(); ++i)
+    sum += (a[i] - b[i]) * (a[i] - b[i]) / (scale[i] * scale[i]);
+  return std::sqrt(sum);
+}
+
 }  // namespace
 
 EmbeddedRungeKutta::EmbeddedRungeKutta(const EmbeddedTableau& tableau, double tolerance)
@@ -33,6 +41,7 @@ Attempt EmbeddedRungeKutta::attempt(Flow& flow, double t, double h, const Eigen:
   const Attempt failed{.evaluated = false, .accepted = false, .next_step = 0.25 * h};
   const Tableau& step = tableau_.step;
   const int stages = step.stages;
+  test_stiffness(flow.error_scale(), dy);
   k_[0] = dy;
   for (int i = 1; i < stages; ++i)
     if (!evaluate(flow, t, h, y, step.nodes[i], &step.coupling[i * stages], i, k_[i])) return failed;
@@ -46,9 +55,35 @@ Attempt EmbeddedRungeKutta::attempt(Flow& flow, double t, double h, const Eigen:
   const double error = error_of(flow.error_scale(), h, attempt.worst) / tolerance_;
   if (!std::isfinite(error)) return failed;
   attempt.accepted = error <= 1;
+  if (attempt.accepted) {  // its last stage, which stage_ still is, lies at the step's end as well
+    last_known_ = true;
+    last_step_ = h;
+    last_slope_ = k_[stages - 1];
+    last_gap_ = distance(flow.error_scale(), out, stage_);
+  }
   attempt.next_step =
       attempt.accepted ? control_.after_accepted(h, error) : control_.after_rejected(h, error);
   return attempt;
+}
+
+/// The last stage of a step and its result are two states at one time. How their slopes differ estimates the
+/// largest eigenvalue; fifteen steps of which stability allows no longer ones tell stiffness, six others
+/// before them take it back (Hairer and Wanner, Solving ODEs II, section IV.2).
+void EmbeddedRungeKutta::test_stiffness(const Eigen::VectorXd& scale, const Eigen::VectorXd& dy) {
+  if (!last_known_) return;
+  last_known_ = false;
+  if (last_gap_ <= 0) return;
+  if (last_step_ * distance(scale, dy, last_slope_) / last_gap_ > tableau_.stability) {
+    other_steps_ = 0;
+    if (++stiff_steps_ == 15) stiff_ = true;
+  } else if (++other_steps_ == 6) {
+    stiff_steps_ = 0;
+  }
+}
+
+void EmbeddedRungeKutta::reset() {
+  control_.reset();
+  last_known_ = false;
 }
 
 double EmbeddedRungeKutta::error_of(const Eigen::VectorXd& scale, double h, int& worst) const {

@@ -25,6 +25,7 @@ struct EmbeddedTableau {
   /// Rows over all stages: the dense output's terms after the first four, which are those of Hermite's cubic.
   std::span<const double> dense_weights;
   StepControl::Limits limits;
+  double stability;  ///< the product of step and slope's rate of change up to which the method is stable
   int all_stages() const { return step.stages + 1 + dense_stages; }
 };
 
@@ -39,16 +40,24 @@ class EmbeddedRungeKutta : public Integrator {
   bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                      const Eigen::VectorXd& out) override;
   void interpolate(double theta, Eigen::VectorXd& y) const override;
-  void reset() override { control_.reset(); }
+  void reset() override;
+  bool stiff() const override { return stiff_; }
 
  private:
   bool evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y, double node, const double* coupling,
                 int stages, Eigen::VectorXd& slope);
+  void test_stiffness(const Eigen::VectorXd& scale, const Eigen::VectorXd& dy);
   double error_of(const Eigen::VectorXd& scale, double h, int& worst) const;
 
   const EmbeddedTableau& tableau_;
   double tolerance_;
   StepControl control_;
+  // the stiffness test: the last stage of the step before, and what its slope was
+  bool last_known_ = false;
+  double last_gap_ = 0, last_step_ = 0;
+  Eigen::VectorXd last_slope_;
+  int stiff_steps_ = 0, other_steps_ = 0;
+  bool stiff_ = false;
   bool end_known_ = false;              ///< k_[stages] is the slope at the end of the step last attempted
   std::vector<Eigen::VectorXd> k_;      ///< all stages
   std::vector<Eigen::VectorXd> dense_;  ///< terms of the dense output

@@ -8,6 +8,7 @@
 #include "dynamics/gauss_legendre.hpp"
 #include "dynamics/splitting.hpp"
 #include "dynamics/step_doubling.hpp"
+#include "dynamics/sundials_integrator.hpp"
 
 namespace borelli {
 
@@ -26,6 +27,11 @@ std::unique_ptr<Integrator> fixed(double) {
 template <class Kind>
 std::unique_ptr<Integrator> plain(double) {
   return std::make_unique<Kind>();
+}
+
+template <class Kind>
+std::unique_ptr<Integrator> with_tolerance(double tolerance) {
+  return std::make_unique<Kind>(tolerance);
 }
 
 template <int stages>
@@ -48,15 +54,13 @@ constexpr Method methods[] = {
      }},
     {"dopri5", embedded<dormand_prince_5>},
     {"dop853", embedded<dormand_prince_853>},
-    {"gbs",
-     [](double tolerance) -> std::unique_ptr<Integrator> {
-       return std::make_unique<Extrapolation>(tolerance);
-     }},
+    {"gbs", with_tolerance<Extrapolation>},
     {"semi_implicit_euler", plain<SemiImplicitEuler>},
     {"verlet", plain<VelocityVerlet>},
     {"implicit_midpoint", gauss<1>},
     {"gauss4", gauss<2>},
     {"gauss6", gauss<3>},
+    {"cvode", with_tolerance<CvodeBdf>},
 };
 
 }  // namespace

@@ -33,7 +33,9 @@ struct Attempt {
   bool accepted = true;           ///< false: the error is too large; try again with next_step
   double next_step = 0;           ///< the step that the method proposes, s (a fixed method: the same)
   int worst = -1;                 ///< the component with the largest error, if the method estimates it
-  const char* trouble = nullptr;  ///< where it is not f that failed: what did
+  double made = 0;                ///< the step made, s, of a method that chooses it itself (h at most); 0: h
+  int rejected = 0;               ///< tries with longer steps, of such a method
+  const char* trouble = nullptr;  ///< where it is not f that failed: what did; the run cannot go on
 };
 
 class Integrator {
@@ -64,7 +66,13 @@ class Integrator {
     return attempt(flow, t, h, y, dy, out).evaluated;
   }
 
-  /// Forgets what it remembers of earlier steps: after an event.
+  /// Whether its steps have shown that stability bounds them rather than accuracy: a stiff scene, for which
+  /// implicit methods take longer ones. Methods without a test for it never say so.
+  virtual bool stiff() const { return false; }
+
+  /// Whether y must go on from step to step as the method left it, in one chart, until reset().
+  virtual bool keeps_history() const { return false; }
+  /// Forgets what it remembers of earlier steps: after an event, or when the chart is centred anew.
   virtual void reset() {}
 
  private:

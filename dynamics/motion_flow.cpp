@@ -11,6 +11,9 @@ namespace {
 // The chart breaks down where a ball has turned by 2 pi from its centre.
 constexpr double largest_turn = 5;  // rad
 
+// A chart that is kept over steps is centred anew well before that.
+constexpr double recentring_turn = 1;  // rad
+
 }  // namespace
 
 MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings, Workspace& workspace)
@@ -42,6 +45,21 @@ bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y,
   }
   fill(y, dy);
   return true;
+}
+
+bool MotionFlow::go_on(const State& state, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+  set_scale(state);
+  turned_ = -1;
+  fault_ = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(), handling_, w_);
+  if (fault_) return false;
+  fill(y, dy);
+  return true;
+}
+
+bool MotionFlow::off_centre(const Eigen::VectorXd& y) const {
+  for (const CoordinateInfo& info : system_.coordinates)
+    if (info.q_size == 4 && y.segment<3>(info.v_index).norm() > recentring_turn) return true;
+  return false;
 }
 
 bool MotionFlow::derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {

@@ -25,6 +25,12 @@ class MotionFlow : public Flow {
   /// False: they cannot be solved; see failure().
   bool start(const State& state, const Work& work, Eigen::VectorXd& y, Eigen::VectorXd& dy);
 
+  /// Instead of start(), for a method that keeps its history: readies the step from `state` at y in the chart
+  /// as it is. False: as in start().
+  bool go_on(const State& state, const Eigen::VectorXd& y, Eigen::VectorXd& dy);
+  /// Whether a ball has turned by more than a radian from the chart's centre at y.
+  bool off_centre(const Eigen::VectorXd& y) const;
+
   /// The position, velocity and work that y stands for.
   void take(const Eigen::VectorXd& y, State& state, Work& work) const;
 

@@ -171,6 +171,7 @@ SimulationSettings read_simulation(TomlTable& table) {
   }
   positive("step", s.step);
   positive("tolerance", s.tolerance);
+  not_negative("accuracy", s.accuracy);
   not_negative("output_interval", s.output_interval);
   if (const toml::node* node = table.find("equations")) {
     const std::string text = table.text(*node, "equations");

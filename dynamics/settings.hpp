@@ -33,7 +33,10 @@ struct SimulationSettings {
   double end_time = 1;                  ///< s; the state's own time is the start
   std::string method = "rk4_adaptive";  ///< of integrator_names()
   double step = 0.01;                   ///< s; the fixed step, or the first one tried by an adaptive method
-  double tolerance = 1e-6;     ///< adaptive methods: largest error per step and coordinate (see README.md)
+  double tolerance = 1e-6;  ///< adaptive methods: largest error per step and coordinate (see README.md)
+  /// Of positions and velocities on their scales (see accuracy.hpp), 1e-11 to 0.1: method and tolerance are
+  /// then chosen by the program, whatever is said above. 0: not asked for.
+  double accuracy = 0;
   double output_interval = 0;  ///< s between rows of the trajectory; 0: every accepted step
   Equations equations = Equations::recursive;
   ConstraintTreatment constraints = ConstraintTreatment::projection;

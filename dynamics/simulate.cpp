@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "dynamics/accuracy.hpp"
 #include "dynamics/certifier.hpp"
 #include "dynamics/contact_events.hpp"
 #include "dynamics/evaluate.hpp"
@@ -29,11 +30,12 @@ constexpr int most_events_at_once = 1000;
 class Run {
  public:
   Run(const System& system, const State& state, const SimulationSettings& settings, const Observer& observer,
-      Integrator& integrator)
+      Integrator& integrator, bool leave_if_stiff)
       : system_(system),
         settings_(settings),
         observer_(observer),
         integrator_(integrator),
+        leave_if_stiff_(leave_if_stiff),
         state_(state),
         workspace_(system, settings.equations),
         probe_(system),
@@ -105,7 +107,12 @@ class Run {
       workspace_.solver.forget();
       probe_.solver.forget();
     }
-    if (!motion_.start(state_, work_, y_, dy_)) return diverged(motion_.failure(state_.t));
+    const bool kept = keeping_ && !event_passed_ && !motion_.off_centre(out_);
+    if (kept) y_ = out_;
+    if (!(kept ? motion_.go_on(state_, y_, dy_) : motion_.start(state_, work_, y_, dy_)))
+      return diverged(motion_.failure(state_.t));
+    if (!kept && integrator_.keeps_history()) integrator_.reset();
+    keeping_ = integrator_.keeps_history();
     if (landing_.projected) {
       landing_.book_projection(workspace_);
       certifier_->observe_projection(state_.t, landing_.velocity_change, workspace_);
@@ -153,7 +160,10 @@ class Run {
       const bool last = step_ >= left * (1 - 1e-12), whole = !last && step_ <= left / 2;
       const double h = last ? left : whole ? step_ : left / 2;
       const Attempt attempt = integrator_.attempt(motion_, t, h, y_, dy_, out_);
-      if (double(++attempts_) > most_steps) return too_many("steps", most_steps);
+      attempts_ += 1 + attempt.rejected;
+      if (double(attempts_) > most_steps) return too_many("steps", most_steps);
+      if (attempt.trouble) return diverged({system_.scene, attempt.trouble});
+      for (int i = 0; i < attempt.rejected; ++i) certifier_->count_rejection();
       if (!attempt.accepted) {
         certifier_->count_rejection();
         step_ = attempt.next_step;
@@ -166,7 +176,9 @@ class Run {
       }
       // a step cut short says little about the next; do not let it shrink that
       step_ = whole ? attempt.next_step : std::max(step_, attempt.next_step);
-      if (auto done = accept(last ? target : t + h, h, whole); !done) return done;
+      const bool cut = attempt.made > 0 && attempt.made < h * (1 - 1e-12);
+      const double made = cut ? attempt.made : h;
+      if (auto done = accept(last && !cut ? target : t + made, made, whole || cut); !done) return done;
     }
     return {};
   }
@@ -189,6 +201,15 @@ class Run {
       longest_made_ = std::max(longest_made_, made);
     }
     if (auto done = begin_step(); !done) return done;
+    if (integrator_.stiff() && !stiff_) {
+      stiff_ = true;
+      certifier_->find_stiff(state_.t);
+      certifier_->note(
+          fmt::format("stability bounds the steps of {} rather than accuracy, from t = {:.6g} s on: the "
+                      "scene is stiff; an implicit method (cvode, gauss4) may take longer steps",
+                      settings_.method, state_.t));
+      stopped_ = leave_if_stiff_;
+    }
     if (observer_.progress && !observer_.progress(state_.t)) {
       stopped_ = true;
       certifier_->stop(
@@ -312,6 +333,7 @@ class Run {
   const SimulationSettings& settings_;
   const Observer& observer_;
   Integrator& integrator_;
+  bool leave_if_stiff_;
   State state_;
   Workspace workspace_;
   Workspace probe_;  ///< for states between steps
@@ -332,6 +354,8 @@ class Run {
   long outputs_ = 1, output_ = 1;  ///< rows to come to after the first, and the next of them
   bool stopped_ = false;
   ContactEvents* contacts_ = nullptr;
+  bool stiff_ = false;
+  bool keeping_ = false;  ///< the method keeps its history from the step before
   EventWatch* watch_ = nullptr;
   bool event_passed_ = false;  ///< the state reached is one after an event that changed it
   Eigen::VectorXd energy_before_event_;
@@ -341,19 +365,52 @@ class Run {
 
 }  // namespace
 
+namespace {
+
+/// One run with a named method.
+Result<Trajectory> simulate_once(const System& system, const State& state, const SimulationSettings& settings,
+                                 const Observer& observer, bool leave_if_stiff) {
+  auto integrator = make_integrator(settings.method, settings.tolerance);
+  if (!integrator) return tl::unexpected(integrator.error());
+  if ((*integrator)->keeps_history() && system.rows > 0 &&
+      settings.constraints == ConstraintTreatment::projection)
+    return bad_use(fmt::format("method '{}'", settings.method),
+                   "goes on from several earlier steps, which a projection after each would spoil; set "
+                   "constraints to baumgarte");
+  if (auto ok = check_counts(system, state.t, settings, (*integrator)->adaptive()); !ok)
+    return tl::unexpected(ok.error());
+  try {
+    return Run(system, state, settings, observer, **integrator, leave_if_stiff).run();
+  } catch (const std::exception& thrown) {  // from a user's function
+    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
+  }
+}
+
+}  // namespace
+
 Result<Trajectory> simulate(const System& system, const State& state, const SimulationSettings& settings,
                             const Observer& observer) {
   if (auto ok = check_state(system, state); !ok) return tl::unexpected(ok.error());
   if (auto ok = check_settings(settings, state.t); !ok) return tl::unexpected(ok.error());
-  auto integrator = make_integrator(settings.method, settings.tolerance);
-  if (!integrator) return tl::unexpected(integrator.error());
-  if (auto ok = check_counts(system, state.t, settings, (*integrator)->adaptive()); !ok)
-    return tl::unexpected(ok.error());
-  try {
-    return Run(system, state, settings, observer, **integrator).run();
-  } catch (const std::exception& thrown) {  // from a user's function
-    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
-  }
+  if (settings.accuracy == 0) return simulate_once(system, state, settings, observer, false);
+  if (!observer.events.empty())
+    return bad_use(
+        "simulation, accuracy",
+        "takes several runs, and a user's own events may change from one to the next; name a method and a "
+        "tolerance instead");
+  bool stopped = false;
+  Observer watched = observer;
+  if (observer.progress)
+    watched.progress = [&](double t) {
+      stopped = !observer.progress(t);
+      return !stopped;
+    };
+  return run_to_accuracy(
+      system, settings,
+      [&](const SimulationSettings& chosen, bool leave_if_stiff) {
+        return simulate_once(system, state, chosen, watched, leave_if_stiff);
+      },
+      [&] { return stopped; });
 }
 
 Result<Trajectory> simulate(const System& system) {

@@ -108,6 +108,9 @@ nlohmann::json json_of(const Certificate& c) {
                      {"evaluations", c.evaluations},
                      {"smallest_step", c.smallest_step},
                      {"smallest_step_time", c.smallest_step_time},
+                     {"accuracy", c.accuracy},
+                     {"estimated_error", c.estimated_error},
+                     {"stiff_from", c.stiff_from},
                      {"events", nlohmann::json::array()},
                      {"notes", c.notes}};
   for (const Conserved& m : c.conserved)

@@ -106,6 +106,9 @@ void write_certificate(Hdf5Writer& file, const Certificate& c) {
   file.attribute("/certificate", "assembly_velocity", c.assembly_velocity);
   file.attribute("/certificate", "assembly_position_coordinate", c.assembly_position_coordinate);
   file.attribute("/certificate", "assembly_velocity_coordinate", c.assembly_velocity_coordinate);
+  file.attribute("/certificate", "accuracy", c.accuracy);
+  file.attribute("/certificate", "estimated_error", c.estimated_error);
+  file.attribute("/certificate", "stiff_from", c.stiff_from);
   file.attribute("/certificate", "work_events", c.work_events);
   file.attribute("/certificate", "work_events_size", c.work_events_size);
   file.attribute("/certificate", "contacts", c.contacts);
@@ -239,8 +242,8 @@ class Fill {
   }
   // For what files of earlier programs do not hold.
   bool holds(const std::string& name) const { return file_.holds(name); }
-  double attribute_if_there(const std::string& object, const std::string& name) const {
-    return file_.number_attribute(object, name).value_or(0);
+  double attribute_if_there(const std::string& object, const std::string& name, double otherwise = 0) const {
+    return file_.number_attribute(object, name).value_or(otherwise);
   }
   std::string text_attribute_if_there(const std::string& object, const std::string& name) const {
     return file_.text_attribute(object, name).value_or("");
@@ -337,6 +340,9 @@ void read_certificate(Fill& fill, Certificate& c) {
       fill.text_attribute_if_there("/certificate", "assembly_position_coordinate");
   c.assembly_velocity_coordinate =
       fill.text_attribute_if_there("/certificate", "assembly_velocity_coordinate");
+  c.accuracy = fill.attribute_if_there("/certificate", "accuracy");
+  c.estimated_error = fill.attribute_if_there("/certificate", "estimated_error");
+  c.stiff_from = fill.attribute_if_there("/certificate", "stiff_from", c.stiff_from);
   c.work_events = fill.attribute_if_there("/certificate", "work_events");
   c.work_events_size = fill.attribute_if_there("/certificate", "work_events_size");
   c.contacts = fill.as<int>("contacts", fill.attribute_if_there("/certificate", "contacts"));

@@ -26,7 +26,8 @@ struct Options {
   std::string scene, output;
   ModelOptions model;
   std::optional<std::string> method, equations, constraints, impacts, restitution;
-  std::optional<double> rest_speed, step, tolerance, end, output_interval, alpha, beta, energy_threshold;
+  std::optional<double> rest_speed, step, tolerance, accuracy, end, output_interval, alpha, beta,
+      energy_threshold;
   bool allow_untrusted = false;
 };
 
@@ -38,6 +39,7 @@ SimulationSettings settings_of(SimulationSettings s, const Options& o) {
         *o.constraints == "baumgarte" ? ConstraintTreatment::baumgarte : ConstraintTreatment::projection;
   s.step = o.step.value_or(s.step);
   s.tolerance = o.tolerance.value_or(s.tolerance);
+  s.accuracy = o.accuracy.value_or(o.method || o.tolerance ? 0 : s.accuracy);
   s.end_time = o.end.value_or(s.end_time);
   s.output_interval = o.output_interval.value_or(s.output_interval);
   s.baumgarte_alpha = o.alpha.value_or(s.baumgarte_alpha);
@@ -103,7 +105,9 @@ Result<Trajectory> run(const Options& o, const Command& command, const Scene& sc
   };
   auto trajectory = simulate(*system, system->initial, settings, observer);
   if (!trajectory) return in_file(o.scene, trajectory.error());
-  bar.end(fmt::format("{} to {:g} s", settings.method, settings.end_time));
+  bar.end(settings.accuracy > 0
+              ? fmt::format("to {:g} s at an accuracy of {:g}", settings.end_time, settings.accuracy)
+              : fmt::format("{} to {:g} s", settings.method, settings.end_time));
   return trajectory;
 }
 
@@ -158,6 +162,12 @@ void add_simulate(CLI::App& program, Command& command) {
   verb->add_option("--step", o->step, "Fixed step, or the first one tried, s")->check(positive_number());
   verb->add_option("--tolerance", o->tolerance, "Adaptive methods: largest error per step")
       ->check(positive_number());
+  verb->add_option(
+          "--accuracy", o->accuracy,
+          "Error to keep to, of positions and velocities on their scales; method and tolerance are chosen")
+      ->check(CLI::Range(1e-11, 0.1))
+      ->excludes("--method")
+      ->excludes("--tolerance");
   verb->add_option("--end", o->end, "End time, s")->check(positive_number());
   verb->add_option("--output-interval", o->output_interval, "Time between rows, s; 0: every accepted step")
       ->check(number_not_negative());

@@ -79,7 +79,7 @@ Trajectory run_with(const Scene& scene, const SimulationSettings& how, EventSour
 TEST(Events, ABouncingPointMeetsTheFloorWhenTheClosedFormSays) {
   const double h = 1.3, e = 0.8, g = 9.81, first = std::sqrt(2 * h / g);
   for (const std::string& method : integrator_names()) {
-    if (method.ends_with("euler")) continue;  // of order 1: no parabola
+    if (method.ends_with("euler") || method == "cvode") continue;  // begin at order 1: no parabola
     Floor floor(1, e);
     const Trajectory path = run_with(falling({h}), settings(method, 2.7, 0.01, 1e-9), floor);
     const auto& events = path.certificate.events;

@@ -66,6 +66,7 @@ Trajectory made_up(std::size_t times) {
   c.events = {{0.125, "range_left", "coordinate 'knee' above 2.4"}, {0.5, "impact", "ball", 2.5, 0.75}};
   c.contacts = 3, c.impacts = 7, c.impact_loss = 0.75;
   c.work_events = -3, c.work_events_size = 3;
+  c.accuracy = 1e-6, c.estimated_error = 1e-7, c.stiff_from = 0.5;
   c.steps_accepted = 1234567890123, c.steps_rejected = 4, c.evaluations = 99;
   c.smallest_step = 1e-5;
   return t;
@@ -169,6 +170,9 @@ TEST_F(TrajectoryFile, Hdf5GivesTheCertificateBack) {
   EXPECT_EQ(b.events[0].name, "coordinate 'knee' above 2.4");
   EXPECT_EQ(b.events[1].kind, "impact");
   EXPECT_EQ(b.work_events, -3);
+  EXPECT_EQ(b.accuracy, 1e-6);
+  EXPECT_EQ(b.estimated_error, 1e-7);
+  EXPECT_EQ(b.stiff_from, 0.5);
   EXPECT_EQ(b.work_events_size, 3);
   EXPECT_EQ(b.assembly_position, 0.125);
   EXPECT_EQ(b.assembly_position_coordinate, "knee");

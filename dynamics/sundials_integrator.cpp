@@ -1,0 +1,142 @@
+#include "dynamics/sundials_integrator.hpp"
+
+#include <cvode/cvode.h>
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_context.h>
+#include <sunlinsol/sunlinsol_dense.h>
+#include <sunmatrix/sunmatrix_dense.h>
+
+#include <cmath>
+#include <limits>
+
+namespace borelli {
+
+namespace {
+
+constexpr const char* no_convergence =
+    "the equations of an implicit step did not converge, however short the step; the motion cannot be "
+    "continued to "
+    "the tolerance";
+constexpr const char* no_accuracy =
+    "the error of a step stays above the tolerance, however short the step; the motion cannot be continued "
+    "to it";
+
+// the step proposed to the run: all that is left, since the solver chooses its own within it
+constexpr double own_choice = std::numeric_limits<double>::infinity();
+
+// of one step: a factor of ten each at most, where a transient begins
+constexpr int most_rejections = 20;
+
+Eigen::Map<Eigen::VectorXd> numbers(N_Vector vector) {
+  return {N_VGetArrayPointer(vector), N_VGetLength(vector)};
+}
+
+/// What the solver needs: its vectors, matrix and linear solver, and the flow that it calls back for.
+struct Base {
+  SUNContext context = nullptr;
+  N_Vector y = nullptr;
+  SUNMatrix matrix = nullptr;
+  SUNLinearSolver solver = nullptr;
+  Flow* flow = nullptr;
+  double tolerance = 0;
+  Eigen::VectorXd state, slope;
+
+  Base(Flow& of, double wanted) : flow(&of), tolerance(wanted), state(of.size()), slope(of.size()) {
+    SUNContext_Create(nullptr, &context);
+    y = N_VNew_Serial(of.size(), context);
+    matrix = SUNDenseMatrix(of.size(), of.size(), context);
+    solver = SUNLinSol_Dense(y, matrix, context);
+  }
+  Base(const Base&) = delete;
+  Base& operator=(const Base&) = delete;
+  ~Base() {
+    SUNLinSolFree(solver);
+    SUNMatDestroy(matrix);
+    N_VDestroy(y);
+    SUNContext_Free(&context);
+  }
+
+  static int rhs(double t, N_Vector y, N_Vector dy, void* user) {
+    Base& self = *static_cast<Base*>(user);
+    self.state = numbers(y);
+    if (!self.flow->derivative(t, self.state, self.slope)) return 1;  // a shorter step may help
+    numbers(dy) = self.slope;
+    return 0;
+  }
+  /// Its norm is the root of the mean of (weight times error) squared; as large as its largest term it is a
+  /// bound for each component.
+  static int weights(N_Vector, N_Vector weight, void* user) {
+    const Base& self = *static_cast<Base*>(user);
+    const Eigen::VectorXd& scale = self.flow->error_scale();
+    const double root = std::sqrt(double(scale.size()));
+    auto w = numbers(weight);
+    for (Eigen::Index i = 0; i < scale.size(); ++i)  // one that is not controlled still needs a weight
+      w[i] = std::isfinite(scale[i]) ? root / (self.tolerance * scale[i]) : 1e-20;
+    return 0;
+  }
+  static void quiet(int, const char*, const char*, char*, void*) {}  // errors are told by their codes
+};
+
+Attempt failed(bool accuracy) {
+  return {.evaluated = false, .accepted = false, .trouble = accuracy ? no_accuracy : no_convergence};
+}
+
+}  // namespace
+
+struct CvodeBdf::Memory : Base {
+  void* cvode = nullptr;
+  N_Vector between = nullptr;
+  long rejected = 0;
+  Memory(Flow& of, double wanted, double t, const Eigen::VectorXd& start) : Base(of, wanted) {
+    numbers(y) = start;
+    between = N_VClone(y);
+    cvode = CVodeCreate(CV_BDF, context);
+    CVodeInit(cvode, rhs, t, y);
+    CVodeSetErrHandlerFn(cvode, quiet, nullptr);
+    CVodeSetUserData(cvode, static_cast<Base*>(this));
+    CVodeWFtolerances(cvode, weights);
+    CVodeSetLinearSolver(cvode, solver, matrix);
+    CVodeSetMaxErrTestFails(cvode, most_rejections);
+  }
+  ~Memory() {
+    CVodeFree(&cvode);
+    N_VDestroy(between);
+  }
+};
+
+CvodeBdf::CvodeBdf(double tolerance) : tolerance_(tolerance) {}
+CvodeBdf::~CvodeBdf() = default;
+void CvodeBdf::reset() { memory_.reset(); }
+
+Attempt CvodeBdf::attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd&,
+                          Eigen::VectorXd& out) {
+  if (!memory_) {
+    memory_ = std::make_unique<Memory>(flow, tolerance_, t, y);
+  }
+  memory_->flow = &flow;
+  CVodeSetStopTime(memory_->cvode, t + h);
+  double reached = t;
+  const int code = CVode(memory_->cvode, t + h, memory_->y, &reached, CV_ONE_STEP);
+  if (code < 0) return failed(code == CV_ERR_FAILURE);
+  out = numbers(memory_->y);
+  from_ = t;
+  made_ = reached - t;
+  Attempt attempt{.next_step = own_choice, .made = made_};
+  long rejected = 0;
+  CVodeGetNumErrTestFails(memory_->cvode, &rejected);
+  attempt.rejected = int(rejected - memory_->rejected);
+  memory_->rejected = rejected;
+  return attempt;
+}
+
+bool CvodeBdf::prepare_dense(Flow&, double, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                             const Eigen::VectorXd&) {
+  return true;  // CVODE keeps what it takes
+}
+
+void CvodeBdf::interpolate(double theta, Eigen::VectorXd& y) const {
+  CVodeGetDky(memory_->cvode, from_ + theta * made_, 0, memory_->between);
+  y = numbers(memory_->between);
+}
+
+}  // namespace borelli
