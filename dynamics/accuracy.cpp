@@ -47,7 +47,7 @@ Result<Trajectory> run_to_accuracy(const System& system, const SimulationSetting
   SimulationSettings chosen = settings;
   chosen.accuracy = 0;
   chosen.method = settings.accuracy >= 1e-4 ? "dopri5" : "dop853";
-  chosen.tolerance = 0.1 * settings.accuracy;
+  chosen.tolerance = std::max(0.1 * settings.accuracy, 10 * least_explicit);
   std::string why =
       settings.accuracy >= 1e-4 ? "cheapest at such an accuracy" : "cheapest at a high accuracy";
   // which keeps no constraints by projection; explicit steps go on there, and the certificate notes it
@@ -64,7 +64,7 @@ Result<Trajectory> run_to_accuracy(const System& system, const SimulationSetting
       stiff = true;
       why = fmt::format("{} found the scene stiff at t = {:.6g} s", chosen.method, c.stiff_from);
       chosen.method = "cvode";
-      chosen.tolerance = 0.1 * settings.accuracy;
+      chosen.tolerance = std::max(0.1 * settings.accuracy, 10 * least_implicit);
       before.reset();
       continue;
     }
@@ -73,7 +73,10 @@ Result<Trajectory> run_to_accuracy(const System& system, const SimulationSetting
       tolerance_before = chosen.tolerance;
       chosen.tolerance *= 0.1;
     } else {
-      const double difference = largest_difference(system, *before, *now);
+      // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference
+      const double share = chosen.tolerance / tolerance_before;
+      const double difference =
+          largest_difference(system, *before, *now) * std::max(1.0, share / (1 - share));
       const bool reached = difference <= settings.accuracy;
       if (reached || chosen.tolerance <= least) {
         c.accuracy = settings.accuracy;

@@ -2,8 +2,9 @@
 // twice.
 //
 // The first tolerance is a tenth of the accuracy, each next at most a tenth of that before. What two runs
-// differ by estimates the error of the coarser one (the finer's is about a tenth of it); once it is within
-// the accuracy the finer run is returned. Accuracy counts on each component's scale (System::velocity_scale:
+// differ by estimates the error of the coarser one (the finer's is about a tenth of it; more where rounding
+// allows no tolerance so much smaller, and the estimate grows with that); once it is within the accuracy the
+// finer run is returned. Accuracy counts on each component's scale (System::velocity_scale:
 // 1 rad, or the length of what a coordinate carries; velocities per second, and of their own size), at all
 // rows of an output interval, or at the end where every step is a row.
 #pragma once

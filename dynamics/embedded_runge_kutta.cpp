@@ -10,11 +10,21 @@ int error_power(const EmbeddedTableau& tableau) {
   return tableau.step.order;
 }
 
-/// Between two vectors, over what is controlled, each part against its scale.
-double distance(const Eigen::VectorXd& scale, const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+// slopes that differ by less than this part of their size differ by rounding
+constexpr double rounding = 1e-12;
+
+/// Between two vectors from component `first` on, over what is controlled, each part against its scale.
+double distance(const Eigen::VectorXd& scale, const Eigen::VectorXd& a, const Eigen::VectorXd& b,
+                Eigen::Index first = 0) {
   double sum = 0;
-  for (Eigen::Index i = 0; i < scale.size(); ++i)
+  for (Eigen::Index i = first; i < scale.size(); ++i)
     sum += (a[i] - b[i]) * (a[i] - b[i]) / (scale[i] * scale[i]);
+  return std::sqrt(sum);
+}
+
+double size(const Eigen::VectorXd& scale, const Eigen::VectorXd& a, Eigen::Index first) {
+  double sum = 0;
+  for (Eigen::Index i = first; i < scale.size(); ++i) sum += a[i] * a[i] / (scale[i] * scale[i]);
   return std::sqrt(sum);
 }
 
@@ -41,7 +51,7 @@ Attempt EmbeddedRungeKutta::attempt(Flow& flow, double t, double h, const Eigen:
   const Attempt failed{.evaluated = false, .accepted = false, .next_step = 0.25 * h};
   const Tableau& step = tableau_.step;
   const int stages = step.stages;
-  test_stiffness(flow.error_scale(), dy);
+  test_stiffness(flow, dy);
   k_[0] = dy;
   for (int i = 1; i < stages; ++i)
     if (!evaluate(flow, t, h, y, step.nodes[i], &step.coupling[i * stages], i, k_[i])) return failed;
@@ -68,12 +78,17 @@ Attempt EmbeddedRungeKutta::attempt(Flow& flow, double t, double h, const Eigen:
 
 /// The last stage of a step and its result are two states at one time. How their slopes differ estimates the
 /// largest eigenvalue; fifteen steps of which stability allows no longer ones tell stiffness, six others
-/// before them take it back (Hairer and Wanner, Solving ODEs II, section IV.2).
-void EmbeddedRungeKutta::test_stiffness(const Eigen::VectorXd& scale, const Eigen::VectorXd& dy) {
+/// before them take it back (Hairer and Wanner, Solving ODEs II, section IV.2). Where y holds positions, it
+/// is the velocities' slopes that are compared: those of positions are written in the chart of their own
+/// step.
+void EmbeddedRungeKutta::test_stiffness(const Flow& flow, const Eigen::VectorXd& dy) {
   if (!last_known_) return;
   last_known_ = false;
-  if (last_gap_ <= 0) return;
-  if (last_step_ * distance(scale, dy, last_slope_) / last_gap_ > tableau_.stability) {
+  const Eigen::VectorXd& scale = flow.error_scale();
+  const Eigen::Index first = flow.positions();
+  const double change = distance(scale, dy, last_slope_, first);
+  if (last_gap_ <= 0 || change <= rounding * size(scale, dy, first)) return;
+  if (last_step_ * change / last_gap_ > tableau_.stability) {
     other_steps_ = 0;
     if (++stiff_steps_ == 15) stiff_ = true;
   } else if (++other_steps_ == 6) {

@@ -46,7 +46,7 @@ class EmbeddedRungeKutta : public Integrator {
  private:
   bool evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y, double node, const double* coupling,
                 int stages, Eigen::VectorXd& slope);
-  void test_stiffness(const Eigen::VectorXd& scale, const Eigen::VectorXd& dy);
+  void test_stiffness(const Flow& flow, const Eigen::VectorXd& dy);
   double error_of(const Eigen::VectorXd& scale, double h, int& worst) const;
 
   const EmbeddedTableau& tableau_;
