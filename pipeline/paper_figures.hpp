@@ -7,6 +7,7 @@
 
 #include "error/error.hpp"
 #include "pipeline/plot.hpp"
+#include "pipeline/shock_ratios.hpp"
 
 namespace borelli {
 
@@ -20,6 +21,7 @@ struct PaperFigureSettings {
   double roundabout_end = 5;               ///< s, figures 2 to 4
   double shock_end = 5;                    ///< s, figures 6 to 8
   double shock_step = 1e-4;                ///< s, figure 6
+  ShockRatioSettings shock_ratios;         ///< beside figures 6 to 8
   double bars_end = 10;                    ///< s, figure 10
   std::vector<int> counts{3, 4, 5, 6, 7};  ///< n, figure 10
   int repeats = 5;                         ///< figure 10: the median of so many

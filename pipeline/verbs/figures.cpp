@@ -15,7 +15,8 @@ Result<nlohmann::json> work(const std::filesystem::path& folder, const Command& 
   if (auto fine = check_folder_writable(folder); !fine) return tl::unexpected(fine.error());
   ProgressBar bar(command.json);
   std::string last;
-  const auto figures = paper_figures({}, [&](const std::string& name) {
+  const PaperFigureSettings settings;
+  const auto figures = paper_figures(settings, [&](const std::string& name) {
     if (!last.empty()) bar.end("done");
     bar.begin(last = name);
   });

@@ -15,6 +15,8 @@ const std::vector<PaperFigure>& figures() {
     PaperFigureSettings s;
     s.shock_end = 1;  // the first shock, at about 0.45 s
     s.shock_step = 2e-4;
+    s.shock_ratios.mass_ratios = {1, 20, 200};
+    s.shock_ratios.end = 1;
     s.bars_end = 0.5;
     s.counts = {3, 7};
     s.repeats = 3;
@@ -42,12 +44,14 @@ double strays(const std::string& name) {
 }
 
 TEST(PaperFigures, AreAllThere) {
-  for (const char* name :
-       {"figure_2", "figure_3", "figure_4", "figure_6", "figure_7", "figure_8", "figure_10"}) {
+  for (const char* name : {"figure_2", "figure_3", "figure_4", "figure_6", "figure_7", "figure_8",
+                           "figures_6_7_8_cost", "figure_10"}) {
     const Plot& plot = figure(name);
     EXPECT_FALSE(plot.curves.empty());
-    EXPECT_NE(plot.x.label.find(name == std::string("figure_10") ? "n" : "(s)"), std::string::npos);
-    EXPECT_NE(plot.y.label.find('('), std::string::npos) << "an axis without its unit";
+    const bool of_time = name != std::string("figure_10") && name != std::string("figures_6_7_8_cost");
+    EXPECT_EQ(plot.x.label.find("(s)") != std::string::npos, of_time) << plot.x.label;
+    EXPECT_EQ(plot.y.label.find('(') == std::string::npos, name == std::string("figures_6_7_8_cost"))
+        << "an axis without its unit";
     EXPECT_FALSE(plot.notes.empty());
   }
 }
@@ -88,6 +92,21 @@ TEST(PaperFigures, AdaptiveStepsAreShortAtTheShockOnly) {
   EXPECT_GT(largest, 100 * steps.y[static_cast<std::size_t>(smallest)]);
   EXPECT_LT(strays("figure_7"),
             0.1 * strays("figure_6"));  // and yet it keeps the energy better than the fixed step
+}
+
+TEST(PaperFigures, StepsOfOneLengthCostMoreTheHeavierTheCube) {
+  const auto& curves = figure("figures_6_7_8_cost").curves;
+  ASSERT_EQ(curves.size(), 5u);
+  std::vector<double> ratio;
+  for (std::size_t i = 0; i < 3; ++i) ratio.push_back(curves[0].y.at(i) / curves[1].y.at(i));
+  EXPECT_GT(ratio[0], 1);
+  EXPECT_GT(ratio[1], 3 * ratio[0]);
+  EXPECT_GT(ratio[2], 3 * ratio[1]);
+  EXPECT_GT(ratio[2],
+            30);  // with cubes of 200 kg; the paper's authors measured 40 in CPU time, without their masses
+  // of today's methods one at least is ahead of the paper's adaptive one
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_LT(std::min({curves[2].y.at(i), curves[3].y.at(i), curves[4].y.at(i)}), curves[1].y.at(i));
 }
 
 TEST(PaperFigures, ExecutionTimesGrowWithN) {
