@@ -53,8 +53,8 @@ TEST(ContactRuns, TheBallsReboundsEndWhenTheGeometricSeriesSays) {
     EXPECT_NEAR(impacts[0].impulse, (1 + e) * std::sqrt(2 * g), 1e-11);
     EXPECT_NEAR(impacts[0].energy_lost, g * (1 - e * e), 1e-11);
     ASSERT_EQ(closed.size(), 1u);
-    // what is left when the rest speed of 1e-6 m/s is reached: at most 2 v / g / (1 - e) = 1e-6 s
-    EXPECT_NEAR(closed[0].time, end, 1.1e-6);
+    // what is left when the rest speed of 3e-7 m/s is reached: at most 2 v / g / (1 - e) = 3e-7 s
+    EXPECT_NEAR(closed[0].time, end, 3.1e-7);
     EXPECT_NEAR(last(t, 0), 0.1, 1e-12);
     EXPECT_NEAR(t.certificate.impact_loss, g, 1e-9);
     EXPECT_EQ(t.contact_modes(t.contact_modes.rows() - 1, 0), 1);
