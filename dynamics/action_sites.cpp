@@ -43,12 +43,23 @@ struct ActionSites::FieldVisitor {
   }
   void operator()(std::string_view field, const SolidName& on) { site(field, on.solid); }
   void operator()(std::string_view field, const CoordinateName& name) {
+    coordinate(field, name.coordinate, false);
+  }
+  void operator()(std::string_view field, const AnyCoordinate& name) {
+    coordinate(field, name.coordinate, true);
+  }
+  void coordinate(std::string_view field, const std::string& name, bool may_be_ball) {
     if (!result) return;
-    auto coordinate = sites.coordinate_site(name.coordinate);
-    if (coordinate)
-      sites.system_.coordinate_sites.push_back(*coordinate);
+    const auto known = sites.coordinate(name);
+    if (!known)
+      result = bad_use(where, fmt::format("its '{}' {}", field, known.error().what));
+    else if ((*known)->nq != 1 && !may_be_ball)
+      result =
+          bad_use(where, fmt::format("its '{}' is on '{}', a ball; expected a translation's or rotation's "
+                                     "coordinate",
+                                     field, name));
     else
-      result = bad_use(where, fmt::format("its '{}' {}", field, coordinate.error().what));
+      sites.system_.coordinate_sites.push_back(sites.site_of(**known));
   }
   template <class T>
   void operator()(std::string_view field, const std::optional<T>& value) {
@@ -67,6 +78,9 @@ struct ActionSites::FieldVisitor {
   void operator()(std::string_view field, const TimeFunction& f) {
     finite(field, std::isfinite(at(f, 0).value) && std::isfinite(at(f, 1).value));
   }
+  void operator()(std::string_view field, const Range& range) {
+    finite(field, std::isfinite(range.lower) && std::isfinite(range.upper));
+  }
   void operator()(std::string_view, Axes) {}
 };
 
@@ -77,6 +91,17 @@ Result<void> ActionSites::add_efforts() {
     if (!action) return tl::unexpected(action.error());
     system_.efforts.push_back(*action);
     system_.parameters.efforts.push_back(effort);
+    const std::string complaint = std::visit(
+        [this](auto& kind) -> std::string {
+          if constexpr (requires { kind.settle(1, {}); }) {
+            const KnownCoordinate& on = **coordinate(kind.on.coordinate);
+            return kind.settle(on.nq == 4 ? 3 : on.nq, on.ranges);
+          }
+          return "";
+        },
+        system_.parameters.efforts.back().kind);
+    if (!complaint.empty())
+      return bad_use(fmt::format("{}effort '{}'", scene_.place(effort.line), effort.name), complaint);
   }
   return {};
 }
@@ -155,20 +180,18 @@ Result<Action> ActionSites::resolve(const Thing& thing, const char* what, std::s
   return action;
 }
 
-Result<CoordinateSite> ActionSites::coordinate_site(const std::string& name) const {
+Result<const KnownCoordinate*> ActionSites::coordinate(const std::string& name) const {
   const auto found = coordinates_.find(name);
-  if (found == coordinates_.end()) {
-    std::vector<std::string> names;
-    for (const auto& [known, ignored] : coordinates_) names.push_back(known);
-    return bad_use(name, fmt::format("is on coordinate '{}', which is not in the scene; there are {}", name,
-                                     fmt::join(names, ", ")));
-  }
-  if (found->second.nq != 1)
-    return bad_use(
-        name, fmt::format("is on '{}', a ball; expected a translation's or rotation's coordinate", name));
-  if (found->second.step < 0) return CoordinateSite{-1, -1, found->second.value};
-  const Step& step = system_.steps[found->second.step];
-  return CoordinateSite{step.q, step.u, 0};
+  if (found != coordinates_.end()) return &found->second;
+  std::vector<std::string> names;
+  for (const auto& [known, ignored] : coordinates_) names.push_back(known);
+  return bad_use(name, fmt::format("is on coordinate '{}', which is not in the scene; there are {}", name,
+                                   fmt::join(names, ", ")));
+}
+
+CoordinateSite ActionSites::site_of(const KnownCoordinate& known) const {
+  if (known.step < 0) return {.value = known.value, .turn = known.turn};
+  return {.q = system_.steps[known.step].q, .u = system_.steps[known.step].u};
 }
 
 }  // namespace borelli

@@ -13,8 +13,10 @@ namespace borelli {
 struct KnownCoordinate {
   int step = -1;  ///< -1: locked
   int nq = 0;
-  double value = 0;  ///< of a locked scalar
+  double value = 0;                         ///< of a locked scalar
+  Quaternion turn = identity_quaternion();  ///< of a locked ball
   std::string solid;
+  std::vector<Range> ranges;
 };
 
 /// Lays out the efforts and constraints of a scene whose solids are laid out.
@@ -37,7 +39,8 @@ class ActionSites {
   struct FieldVisitor;
   template <class Thing>
   Result<Action> resolve(const Thing& thing, const char* what, std::set<std::string>& names);
-  Result<CoordinateSite> coordinate_site(const std::string& name) const;
+  Result<const KnownCoordinate*> coordinate(const std::string& name) const;
+  CoordinateSite site_of(const KnownCoordinate& known) const;
 
   const Scene& scene_;
   const std::map<std::string, int>& solids_;

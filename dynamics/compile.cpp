@@ -112,7 +112,9 @@ class Compiler {
       move_on(kind, q, X);
       return {};
     }
-    KnownCoordinate known{.step = -1, .nq = nq, .value = nq == 1 ? q[0] : 0, .solid = solid.name};
+    KnownCoordinate known{
+        .step = -1, .nq = nq, .value = nq == 1 ? q[0] : 0, .solid = solid.name, .ranges = one.ranges};
+    if (nq == 4) known.turn = Eigen::Map<const Quaternion>(q.data());
     const bool locked = std::holds_alternative<Locked>(one.motion);
     if (!locked) known.step = int(system_.steps.size());
     if (const auto [first, is_new] = coordinates_.emplace(name, known); !is_new)

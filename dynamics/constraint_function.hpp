@@ -27,6 +27,7 @@ struct FunctionDerivatives {
 /// point. Not written to scene files.
 struct FunctionConstraint {
   static constexpr std::string_view kind = "function";
+  static constexpr bool is_code = true;
   std::vector<CoordinateName> coordinates;
   std::vector<SolidPoint> points;
   std::function<void(double t, const Eigen::VectorXd& x, FunctionDerivatives& h)> function;

@@ -190,7 +190,7 @@ Result<ForwardDerivatives> forward_derivatives(const System& system, const State
     solve(system, w, out.acceleration_by_efforts, out.multipliers_by_efforts);
     solve(system, w, out.acceleration_by_inertia, out.multipliers_by_inertia);
   } catch (const std::exception& thrown) {
-    return failure(system.scene, fmt::format("a constraint's function threw: {}", thrown.what()));
+    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
   }
   return out;
 }
@@ -219,7 +219,7 @@ Result<InverseDynamics> inverse_dynamics(const System& system, const State& stat
     out.efforts_by_a = w.terms.A.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
     out.efforts = out.efforts_by_a * a + w.terms.B.head(n) - w.terms.Q.head(n);
   } catch (const std::exception& thrown) {
-    return failure(system.scene, fmt::format("a constraint's function threw: {}", thrown.what()));
+    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
   }
   return out;
 }

@@ -6,14 +6,19 @@
 #include <variant>
 
 #include "dynamics/effort_coordinate_spring.hpp"
+#include "dynamics/effort_drag.hpp"
 #include "dynamics/effort_force.hpp"
+#include "dynamics/effort_limit_spring.hpp"
+#include "dynamics/effort_own.hpp"
+#include "dynamics/effort_pd_controller.hpp"
 #include "dynamics/effort_point_spring.hpp"
 #include "dynamics/effort_torque.hpp"
 #include "dynamics/effort_torsion_spring.hpp"
 
 namespace borelli {
 
-using EffortKind = std::variant<Force, Torque, PointSpring, TorsionSpring, CoordinateSpring>;
+using EffortKind = std::variant<Force, Torque, PointSpring, TorsionSpring, CoordinateSpring, LimitSpring,
+                                PdController, Drag, AngularDrag, OwnEffort>;
 
 struct Effort {
   std::string name;  ///< unique among the scene's efforts; errors name it

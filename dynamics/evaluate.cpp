@@ -34,7 +34,7 @@ Result<Evaluation> evaluate(const System& system, const State& state, const Eige
             accelerate(system, system.parameters, state.t, state.q.data(), state.v.data(), {}, w, applied))
       return tl::unexpected(describe(system, fault, state.t));
   } catch (const std::exception& thrown) {
-    return failure(system.scene, fmt::format("a constraint's function threw: {}", thrown.what()));
+    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
   }
   const int n = system.nv;
   Evaluation out;

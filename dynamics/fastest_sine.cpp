@@ -19,6 +19,9 @@ struct Search {
     const double period = 2 * M_PI / std::abs(sine->angular_frequency);
     if (!found || period < found->period) found = FastestSine{name, period};
   }
+  void operator()(std::string_view field, const std::vector<TimeFunction>& functions) {
+    for (const TimeFunction& f : functions) (*this)(field, f);
+  }
   template <class T>
   void operator()(std::string_view, const T&) {}
 };

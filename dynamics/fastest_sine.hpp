@@ -15,7 +15,7 @@ struct FastestSine {
 };
 
 /// The Sine of the shortest period among the functions of time; none: no Sine of any amplitude. What a
-/// user's own function (FunctionConstraint) does in time is not known.
+/// user's own C++ (FunctionConstraint, OwnEffort) does in time is not known.
 std::optional<FastestSine> fastest_sine(const System& system, const Parameters& parameters);
 
 /// The longest step that follows a Sine, in parts of its period. With eight steps to a period classical

@@ -91,9 +91,7 @@ class Structure {
   template <class Kind>
   void join(const Action& action, const Kind& kind) {
     int first = -1;
-    // a function may do with its points in the world what it likes
-    bool tied = std::visit(
-        [](const auto& k) { return std::is_same_v<std::decay_t<decltype(k)>, FunctionConstraint>; }, kind);
+    bool tied = std::visit([]<class K>(const K&) { return LeansOnWorld<K>; }, kind);
     for (int i = action.first_site; i < action.first_site + action.site_count; ++i)
       if (system_.sites[i].body <= 0) tied = true;  // the world, or no reaction given
     for (int i = action.first_site; i < action.first_site + action.site_count; ++i) {

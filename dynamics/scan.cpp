@@ -40,6 +40,19 @@ T SiteReader<T>::rate(int coordinate) const {
   return c.u < 0 ? T(0) : kinematics_.u[c.u];
 }
 
+template <class T>
+QuaternionOf<T> SiteReader<T>::turn(int coordinate) const {
+  const CoordinateSite& c = at_coordinate(coordinate);
+  return c.u < 0 ? QuaternionOf<T>(c.turn.cast<T>())
+                 : QuaternionOf<T>(kinematics_.q.template segment<4>(c.q));
+}
+
+template <class T>
+Vector3<T> SiteReader<T>::turn_rate(int coordinate) const {
+  const CoordinateSite& c = at_coordinate(coordinate);
+  return c.u < 0 ? Vector3<T>(Vector3<T>::Zero()) : Vector3<T>(kinematics_.u.template segment<3>(c.u));
+}
+
 // ---- efforts ----
 
 template <class T>
@@ -65,6 +78,12 @@ void EffortScan<T>::torque(int site, const Vector3<T>& m) {
 template <class T>
 void EffortScan<T>::coordinate(int i, const T& effort) {
   if (const CoordinateSite& c = this->at_coordinate(i); c.u >= 0) sums_.coordinate[c.u] += effort;
+}
+
+template <class T>
+void EffortScan<T>::turning(int i, const Vector3<T>& torque) {
+  if (const CoordinateSite& c = this->at_coordinate(i); c.u >= 0)
+    sums_.coordinate.template segment<3>(c.u) += torque;
 }
 
 template <class T>

@@ -35,8 +35,12 @@ class SiteReader {
   /// The velocity of the point of the solid at a site that is at p_W now.
   Eigen::Vector3<T> velocity(int site, const Eigen::Vector3<T>& p_W) const;
   Eigen::Vector3<T> angular_velocity(int site) const { return kinematics_.bodies[at_site(site).body].w; }
+  /// Of a scalar coordinate. (One that is locked stays where it is.)
   T position(int coordinate) const;
   T rate(int coordinate) const;
+  /// Of a ball: its quaternion, and its angular velocity in its own axes.
+  QuaternionOf<T> turn(int coordinate) const;
+  Eigen::Vector3<T> turn_rate(int coordinate) const;
 
  protected:
   const Site& at_site(int site) const { return system_.sites[action_->first_site + site]; }
@@ -73,6 +77,8 @@ class EffortScan : public SiteReader<T> {
   void force(int site, const Eigen::Vector3<T>& p_W, const Eigen::Vector3<T>& f);
   void torque(int site, const Eigen::Vector3<T>& m);
   void coordinate(int i, const T& effort);
+  /// A torque on a ball coordinate, in its own axes, N m.
+  void turning(int i, const Eigen::Vector3<T>& torque);
   void potential(const T& energy) {
     sums_.potential += energy;
     sums_.group_potential[this->action_->group] += energy;

@@ -97,6 +97,23 @@ Turn read_turn(TomlTable& table) {
   return turn;
 }
 
+std::vector<Range> read_ranges(const TomlTable& table, const toml::node& node, double unit, bool is_ball) {
+  const auto one = [&](const toml::node& pair, std::string_view label) {
+    const std::vector<double> bounds = table.numbers(pair, label, 2);
+    return Range{bounds[0] * unit, bounds[1] * unit};
+  };
+  if (!is_ball) return {one(node, "range")};
+  const toml::array& pairs = table.list(node, "range");
+  if (pairs.size() != 3)
+    table.refuse(node,
+                 fmt::format("range is a list of {}, expected three ranges [[lower, upper], ...], of the "
+                             "components of the ball's rotation vector",
+                             pairs.size()));
+  std::vector<Range> out;
+  for (const toml::node& pair : pairs) out.push_back(one(pair, "a range of the ball"));
+  return out;
+}
+
 TimeFunction read_time_function(const TomlTable& table, const toml::node& node, std::string_view label) {
   if (node.is_number()) return constant(table.number(node, label));
   if (node.is_table()) {
@@ -119,12 +136,17 @@ const toml::node* FieldReader::get(std::string_view key) {
   return key == kind_ ? &table_.require(key) : table_.find(key);
 }
 
-// What rests at an angle may say so in degrees.
+// What rests at an angle or is bound by angles may say so in degrees.
 const toml::node* FieldReader::in_degrees(std::string_view key) {
-  if (key != "rest") return nullptr;
-  const toml::node* node = table_.find("rest_deg");
-  if (node && table_.find("rest")) table_.refuse(*node, "has rest and rest_deg, expected one of them");
+  if (key != "rest" && key != "range") return nullptr;
+  const toml::node* node = table_.find(fmt::format("{}_deg", key));
+  if (node && table_.find(key))
+    table_.refuse(*node, fmt::format("has {0} and {0}_deg, expected one of them", key));
   return node;
+}
+
+void FieldReader::must_be_angle(std::string_view key) {
+  if (mentions_ && !mentions_->coordinates.empty()) mentions_->coordinates.back().in_degrees = key;
 }
 
 std::string FieldReader::solid(const toml::node& node, std::string_view label) {
@@ -160,7 +182,7 @@ void FieldReader::operator()(std::string_view key, double& field) {
   const toml::node* node = in_degrees(key);
   if (!node) return;
   field = degree * table_.number(*node, "rest_deg");
-  if (mentions_ && !mentions_->coordinates.empty()) mentions_->coordinates.back().must_be_angle = true;
+  must_be_angle("rest_deg");
 }
 
 void FieldReader::operator()(std::string_view key, Vector3d& field) {
@@ -194,6 +216,10 @@ void FieldReader::operator()(std::string_view key, CoordinateName& field) {
   field = coordinate(table_.require(key), key);
 }
 
+void FieldReader::operator()(std::string_view key, AnyCoordinate& field) {
+  field = {coordinate(table_.require(key), key).coordinate};
+}
+
 void FieldReader::operator()(std::string_view key, std::vector<CoordinateName>& field) {
   for (const toml::node& node : table_.list(table_.require(key), key)) field.push_back(coordinate(node, key));
   if (field.empty()) table_.refuse(fmt::format("{} is empty", key));
@@ -218,6 +244,32 @@ void FieldReader::operator()(std::string_view key, Axes& field) {
 
 void FieldReader::operator()(std::string_view key, TimeFunction& field) {
   if (const toml::node* node = get(key)) field = read_time_function(table_, *node, key);
+}
+
+// Whether a list holds lists or tables, not numbers.
+static bool is_nested(const toml::node& node) {
+  const toml::array* list = node.as_array();
+  return list && !list->empty() && !list->get(0)->is_number();
+}
+
+// One function, or a list of them: one whose entries are no numbers.
+void FieldReader::operator()(std::string_view key, std::vector<TimeFunction>& field) {
+  const toml::node* node = table_.find(key);
+  if (!node) return;
+  field.clear();
+  if (!is_nested(*node)) {
+    field.push_back(read_time_function(table_, *node, key));
+    return;
+  }
+  for (const toml::node& part : *node->as_array()) field.push_back(read_time_function(table_, part, key));
+}
+
+void FieldReader::operator()(std::string_view key, std::vector<Range>& field) {
+  if (const toml::node* node = table_.find(key)) field = read_ranges(table_, *node, 1, is_nested(*node));
+  if (const toml::node* node = in_degrees(key)) {
+    field = read_ranges(table_, *node, degree, is_nested(*node));
+    must_be_angle(fmt::format("{}_deg", key));
+  }
 }
 
 void FieldReader::operator()(std::string_view key, Pose& field) {

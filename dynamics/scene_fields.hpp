@@ -24,7 +24,7 @@ inline constexpr double degree = std::numbers::pi / 180;
 struct Mention {
   std::string name;
   const toml::node* node = nullptr;
-  bool must_be_angle = false;  ///< a number of it was given in degrees
+  std::string in_degrees = {};  ///< the key of a number of it that was given in degrees
 };
 
 struct Mentions {
@@ -49,6 +49,9 @@ struct Turn {
 /// Reads a table's `quaternion`, `matrix`, or `axis` with `angle` or `angle_deg`; none of them: no turn.
 Turn read_turn(TomlTable& table);
 
+/// [lower, upper] times `unit`, or of a ball a list of three such.
+std::vector<Range> read_ranges(const TomlTable& table, const toml::node& node, double unit, bool is_ball);
+
 /// A number (constant), a list of polynomial coefficients, or a table with a kind and its fields.
 TimeFunction read_time_function(const TomlTable& table, const toml::node& node, std::string_view label);
 
@@ -67,16 +70,20 @@ class FieldReader {
   void operator()(std::string_view key, SolidPoint& field);
   void operator()(std::string_view key, SolidName& field);
   void operator()(std::string_view key, CoordinateName& field);
+  void operator()(std::string_view key, AnyCoordinate& field);
   void operator()(std::string_view key, std::vector<CoordinateName>& field);
   void operator()(std::string_view key, std::optional<SolidPoint>& field);
   void operator()(std::string_view key, std::optional<SolidName>& field);
   void operator()(std::string_view key, Axes& field);
   void operator()(std::string_view key, TimeFunction& field);
+  void operator()(std::string_view key, std::vector<TimeFunction>& field);
+  void operator()(std::string_view key, std::vector<Range>& field);
   void operator()(std::string_view key, Pose& field);
 
  private:
   const toml::node* get(std::string_view key);
   const toml::node* in_degrees(std::string_view key);
+  void must_be_angle(std::string_view key);
   std::string solid(const toml::node& node, std::string_view label);
   CoordinateName coordinate(const toml::node& node, std::string_view label);
   SolidPoint point(const toml::node& node, std::string_view label);
@@ -85,10 +92,6 @@ class FieldReader {
   std::string_view kind_;
   Mentions* mentions_;
 };
-
-/// Kinds that a file can hold.
-template <class T>
-concept InFiles = !std::is_same_v<T, FunctionConstraint>;
 
 /// The alternative of a variant that `kind` names, with its fields; finishes the table.
 template <class Variant, std::size_t i = 0>
@@ -99,7 +102,7 @@ Variant read_kind(TomlTable& table, const std::string& kind, Mentions* mentions,
                  fmt::format("no kind is named \"{}\"; known: {}", kind, fmt::join(known, ", ")));
   } else {
     using T = std::variant_alternative_t<i, Variant>;
-    if constexpr (InFiles<T>) {
+    if constexpr (!IsCode<T>) {
       if (kind == T::kind) {
         T value;
         T::fields(value, FieldReader(table, T::kind, mentions));

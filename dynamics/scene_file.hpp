@@ -24,7 +24,7 @@ Result<Scene> parse_scene(std::string_view text, const std::string& file);
 Result<Scene> read_scene(const std::filesystem::path& path);
 
 /// The scene's text; parse_scene gives every number of it back exactly, in the same order. Fails on a
-/// FunctionConstraint, which is C++ and has no place in a file.
+/// what is C++ (FunctionConstraint, OwnEffort) and has no place in a file.
 Result<std::string> write_scene(const Scene& scene);
 
 }  // namespace borelli

@@ -314,21 +314,21 @@ class SceneReader {
   }
 
   void check_names() const {
-    for (const auto& [name, node, angle] : parents_)
+    for (const auto& [name, node, key] : parents_)
       if (name != world_name && !solids_.has(name))
         root_.refuse(*node, fmt::format("no solid is named '{}', expected 'world' or one of: {}", name,
                                         solids_.list()));
     check_circles(root_, scene_, solid_nodes_);
-    for (const auto& [name, node, angle] : mentions_.solids)
+    for (const auto& [name, node, key] : mentions_.solids)
       if (name != world_name && !solids_.has(name))
         root_.refuse(*node, fmt::format("no solid is named '{}', expected 'world' or one of: {}", name,
                                         solids_.list()));
-    for (const auto& [name, node, must_be_angle] : mentions_.coordinates) {
+    for (const auto& [name, node, in_degrees] : mentions_.coordinates) {
       if (!coordinates_.has(name))
         root_.refuse(*node, fmt::format("no coordinate is named '{}', expected one of: {}", name,
                                         coordinates_.list()));
-      if (must_be_angle && !is_angle_.at(name))
-        root_.refuse(*node, fmt::format("rest_deg needs a rotation, but '{}' is a translation", name));
+      if (!in_degrees.empty() && !is_angle_.at(name))
+        root_.refuse(*node, fmt::format("{} needs a rotation, but '{}' is a translation", in_degrees, name));
     }
   }
 

@@ -77,24 +77,11 @@ Motion read_motion(TomlTable& table, bool is_ball) {
   return out;
 }
 
-// `range` or `range_deg`: [lower, upper], or of a ball a list of three such. None: empty.
+// `range` or `range_deg`; none: empty.
 std::vector<Range> read_ranges(TomlTable& table, bool is_ball, bool may_be_degrees) {
   const auto [node, unit] = find_in_units(table, "range", may_be_degrees);
   if (!node) return {};
-  const auto one = [&](const toml::node& pair, std::string_view label) {
-    const std::vector<double> bounds = table.numbers(pair, label, 2);
-    return Range{bounds[0] * unit, bounds[1] * unit};
-  };
-  if (!is_ball) return {one(*node, "range")};
-  const toml::array& pairs = table.list(*node, "range");
-  if (pairs.size() != 3)
-    table.refuse(*node,
-                 fmt::format("range is a list of {}, expected three ranges [[lower, upper], ...], of the "
-                             "components of the ball's rotation vector",
-                             pairs.size()));
-  std::vector<Range> out;
-  for (const toml::node& pair : pairs) out.push_back(one(pair, "a range of the ball"));
-  return out;
+  return borelli::read_ranges(table, *node, unit, is_ball);
 }
 
 }  // namespace

@@ -90,6 +90,12 @@ void add_turn(Entries& entries, const Matrix3d& R) {
   if (R != Matrix3d::Identity()) entries.emplace_back("matrix", text_of(R));
 }
 
+std::string ranges_of(const std::vector<Range>& ranges) {
+  std::vector<std::string> texts;
+  for (const Range& r : ranges) texts.push_back(text_of(std::vector{r.lower, r.upper}));
+  return texts.size() == 1 ? texts[0] : fmt::format("[{}]", fmt::join(texts, ", "));
+}
+
 // ---- fields of efforts, constraints, functions of time ----
 
 struct FieldWriter {
@@ -113,10 +119,18 @@ struct FieldWriter {
     for (const CoordinateName& c : field) texts.push_back(text_of(c.coordinate));
     add(key, fmt::format("[{}]", fmt::join(texts, ", ")));
   }
-  void operator()(std::string_view key, const std::vector<SolidPoint>& field) {
+  void operator()(std::string_view key, const AnyCoordinate& field) { add(key, text_of(field.coordinate)); }
+  void operator()(std::string_view key, const std::vector<Range>& field) {
+    if (!field.empty()) add(key, ranges_of(field));
+  }
+  // several functions: each a list or a table, so that they are told from one polynomial's coefficients
+  void operator()(std::string_view key, const std::vector<TimeFunction>& field) {
     std::vector<std::string> texts;
-    for (const SolidPoint& p : field) texts.push_back(point(p));
-    add(key, fmt::format("[{}]", fmt::join(texts, ", ")));
+    for (const TimeFunction& f : field) {
+      const auto* p = std::get_if<Polynomial>(&f);
+      texts.push_back(p && field.size() > 1 ? text_of(p->coefficients) : time_function(f));
+    }
+    if (!texts.empty()) add(key, texts.size() == 1 ? texts[0] : fmt::format("[{}]", fmt::join(texts, ", ")));
   }
   void operator()(std::string_view key, const std::optional<SolidPoint>& field) {
     if (field) add(key, point(*field));
@@ -190,11 +204,7 @@ std::string switch_of(const Switch& s) {
   if (!s.coordinate.empty()) out.emplace_back("name", text_of(s.coordinate));
   if (!s.q.empty()) out.emplace_back("value", values(s.q));
   if (!s.v.empty()) out.emplace_back("velocity", values(s.v));
-  if (!s.ranges.empty()) {
-    std::vector<std::string> ranges;
-    for (const Range& r : s.ranges) ranges.push_back(text_of(std::vector{r.lower, r.upper}));
-    out.emplace_back("range", ranges.size() == 1 ? ranges[0] : fmt::format("[{}]", fmt::join(ranges, ", ")));
-  }
+  if (!s.ranges.empty()) out.emplace_back("range", ranges_of(s.ranges));
   if (s.armature != 0) out.emplace_back("armature", text_of(s.armature));
   if (std::holds_alternative<Locked>(s.motion)) out.emplace_back("locked", "true");
   if (const auto* driven = std::get_if<Driven>(&s.motion)) {
@@ -303,12 +313,21 @@ Entries simulation_of(const SimulationSettings& s) {
   return out;
 }
 
+// Of an effort or a constraint; fails where its kind is C++.
 template <class Action>
-std::string action_of(const std::string& header, const Action& action) {
-  const Entries fields = std::visit([](const auto& kind) { return entries_of(kind); }, action.kind);
-  Entries out{{"name", text_of(action.name)}};
-  out.insert(out.end(), fields.begin(), fields.end());
-  return lines_of(header, out);
+Result<std::string> action_of(const std::string& what, const Action& action) {
+  return std::visit(
+      [&]<class Kind>(const Kind& kind) -> Result<std::string> {
+        if constexpr (IsCode<Kind>) {
+          return bad_use(fmt::format("{} '{}'", what, action.name),
+                         fmt::format("is C++, which a scene file cannot hold; use another kind of {}", what));
+        } else {
+          Entries out{{"name", text_of(action.name)}};
+          for (auto& entry : entries_of(kind)) out.push_back(std::move(entry));
+          return lines_of(fmt::format("[[{}]]", what), out);
+        }
+      },
+      action.kind);
 }
 
 }  // namespace
@@ -320,13 +339,19 @@ Result<std::string> write_scene(const Scene& scene) {
   out += "gravity = " + text_of(scene.gravity) + "\n";
   out += lines_of("[simulation]", simulation_of(scene.simulation));
   for (const Solid& solid : scene.solids) out += solid_of(solid);
-  for (const Effort& effort : scene.efforts) out += action_of("[[effort]]", effort);
-  for (const Constraint& constraint : scene.constraints) {
-    if (std::holds_alternative<FunctionConstraint>(constraint.kind))
-      return bad_use("constraint '" + constraint.name + "'",
-                     "is a C++ function, which a scene file cannot hold; use another kind of constraint");
-    out += action_of("[[constraint]]", constraint);
-  }
+  Result<void> fine;
+  const auto add_all = [&](const std::string& what, const auto& actions) {
+    for (const auto& action : actions) {
+      const auto text = action_of(what, action);
+      if (text)
+        out += *text;
+      else if (fine)
+        fine = tl::unexpected(text.error());
+    }
+  };
+  add_all("effort", scene.efforts);
+  add_all("constraint", scene.constraints);
+  if (!fine) return tl::unexpected(fine.error());
   return out;
 }
 

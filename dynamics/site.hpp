@@ -25,6 +25,23 @@ struct CoordinateName {
   std::string coordinate;
 };
 
+/// A coordinate of any kind, by name: a scalar or a ball.
+struct AnyCoordinate {
+  std::string coordinate;
+};
+
+/// Kinds of efforts and constraints that are a user's C++: no file can hold them.
+template <class Kind>
+concept IsCode = requires {
+  Kind::is_code;
+};
+
+/// Kinds that may push against the world though they name no place there.
+template <class Kind>
+concept LeansOnWorld = IsCode<Kind> || requires {
+  Kind::leans_on_world;
+};
+
 /// Whose axes a vector's components are along.
 enum class Axes { world, solid };
 

@@ -76,10 +76,11 @@ struct Site {
       solid = -1;  ///< -1, -1: an optional site that is not given; solid -1 of body 0: the world itself
 };
 
-/// A scalar coordinate of an effort or constraint.
+/// A coordinate of an effort or constraint.
 struct CoordinateSite {
-  int q = -1, u = -1;  ///< in the extended arrays; -1: locked
-  double value = 0;    ///< where it is locked
+  int q = -1, u = -1;                       ///< where it begins in the extended arrays; -1: locked
+  double value = 0;                         ///< where a scalar is locked
+  Quaternion turn = identity_quaternion();  ///< where a ball is locked
 };
 
 /// The sites of one effort or constraint, in the order of its fields: ranges of System::sites and

@@ -201,6 +201,37 @@ TEST(Derivatives, HoldForAUsersFunction) {
   compare_forward(system, state, "a function");
 }
 
+/// A user's law: a spring in the square of the distance of two points, with a coordinate's rate as a damper.
+struct OwnSpring {
+  template <class T>
+  void apply(EffortScan<T>& scan) const {
+    const auto a = scan.point(0, {0.1, 0.2, 0.3}), b = scan.point(1, {0, 0.2, 0});
+    const Eigen::Vector3<T> r = b.p - a.p;
+    const Eigen::Vector3<T> f = r.squaredNorm() * r;
+    scan.force(0, a.p, f);
+    scan.force(1, b.p, -f);
+    scan.coordinate(0, -scan.rate(0) * abs(scan.rate(0)));
+  }
+  static double abs(double x) { return std::abs(x); }
+  static DualNumber abs(const DualNumber& x) { return borelli::abs(x); }
+};
+
+TEST(Derivatives, HoldForEveryEffort) {
+  Scene scene = random_tree(4, {.balls = true});
+  scene.efforts = {{"stop", LimitSpring{{"c20"}, 30, 0.3, {{-0.01, 0.01}}}},
+                   {"stops", LimitSpring{{"c51"}, 20, 0.3, {{-0.1, 0.1}, {-0.1, 0.2}, {-0.05, 0.05}}}},
+                   {"scalar", PdController{{"c40"}, 30, 2, {Sine{}}}},
+                   {"ball", PdController{{"c11"}, 10, 2, {Sine{}, constant(0.1), Polynomial{{0.1, 0.5}}}}},
+                   {"air", Drag{{"s3", {0.1, 0, 0.2}}, 0.3, 0.4}},
+                   {"oil", AngularDrag{{"s4"}, 0.3, 0.4}},
+                   {"own", OwnEffort({{"s2"}, {"s5"}}, {{"c01"}}, OwnSpring{})}};
+  const System system = compiled(scene);
+  State state = Random(4).state(system);
+  state.t = 0.7;
+  ASSERT_TRUE(well_conditioned(system, state));
+  compare_forward(system, state, "efforts");
+}
+
 // The formula of implicit functions against dual numbers sent through the recursion of articulated bodies.
 TEST(Derivatives, AreThoseOfTheArticulatedBodies) {
   const System system = compiled(random_tree(2, {.balls = true, .drives = true}));

@@ -92,6 +92,7 @@ struct Compare {
   }
   void operator()(const SolidName& a, const SolidName& b) { (*this)(a.solid, b.solid); }
   void operator()(const CoordinateName& a, const CoordinateName& b) { (*this)(a.coordinate, b.coordinate); }
+  void operator()(const AnyCoordinate& a, const AnyCoordinate& b) { (*this)(a.coordinate, b.coordinate); }
   void operator()(const Range& a, const Range& b) { (*this)(a.lower, b.lower), (*this)(a.upper, b.upper); }
   void operator()(const Switch& a, const Switch& b) {
     (*this)(a.kind, b.kind), (*this)(a.coordinate, b.coordinate), (*this)(a.motion, b.motion);
@@ -209,13 +210,22 @@ Scene varied(unsigned seed) {
                    {{mesh}, 1000, {}}};
   scene.solids = {first, second};
   const SolidPoint a{"first", vector()}, b{"second", vector()}, w{"world", vector()};
-  scene.efforts = {{"push", Force{a, vector(), Axes::solid, wave, b}},
-                   {"pull", Force{b, vector(), Axes::world, constant(1), {}}},
-                   {"none", Force{SolidPoint{}, Vector3d::Zero(), Axes::world, constant(1), {}}},
-                   {"twist", Torque{{"first"}, vector(), Axes::world, ramp, SolidName{"second"}}},
-                   {"band", PointSpring{a, w, positive(), positive(), positive()}},
-                   {"coil", TorsionSpring{{"first"}, {"world"}, positive(), positive(), vector()}},
-                   {"stop", CoordinateSpring{{"a"}, positive(), positive(), number()}}};
+  scene.efforts = {
+      {"push", Force{a, vector(), Axes::solid, wave, b}},
+      {"pull", Force{b, vector(), Axes::world, constant(1), {}}},
+      {"none", Force{SolidPoint{}, Vector3d::Zero(), Axes::world, constant(1), {}}},
+      {"twist", Torque{{"first"}, vector(), Axes::world, ramp, SolidName{"second"}}},
+      {"band", PointSpring{a, w, positive(), positive(), positive()}},
+      {"coil", TorsionSpring{{"first"}, {"world"}, positive(), positive(), vector()}},
+      {"stop", CoordinateSpring{{"a"}, positive(), positive(), number()}},
+      {"bumper", LimitSpring{{"a"}, positive(), positive(), {{-0.5, positive()}}}},
+      {"own bumper", LimitSpring{{"a"}, positive(), 0, {}}},
+      {"socket", LimitSpring{{"d"}, positive(), positive(), {{-1, 1. / 3}, {0, positive()}, {-1, 0}}}},
+      {"servo", PdController{{"a"}, positive(), positive(), {wave}}},
+      {"gimbal", PdController{{"d"}, positive(), positive(), {constant(number()), ramp, wave}}},
+      {"rest", PdController{{"a"}, positive(), 0, {constant(0)}}},
+      {"air", Drag{a, positive(), positive()}},
+      {"oil", AngularDrag{{"second"}, positive(), positive()}}};
   scene.constraints = {
       {"pin", PointOnPoint{a, b}},
       {"table", PointOnPlane{a, w, Vector3d(1, 2, 3), wave}},

@@ -1,0 +1,95 @@
+// A coordinate's stops as stiff springs with losses: joint limits without events.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dynamics/rotation_vector.hpp"
+#include "dynamics/site.hpp"
+#include "dynamics/switch.hpp"
+
+namespace borelli {
+
+template <class T>
+class EffortScan;
+
+/// Beyond a bound by x, going further at the rate dx/dt, the coordinate is pushed back with
+/// stiffness x max(0, 1 + dissipation dx/dt) (N or N m): it begins at zero and never pulls (Hunt, Crossley,
+/// Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42, 1975, with exponent
+/// 1). What meets a bound at the speed v leaves it at v (1 - 2/3 dissipation v + ...). The spring's part has
+/// the potential stiffness x^2 / 2.
+///
+/// Of a ball each component of its rotation vector theta has its bounds (see Switch::ranges); the efforts on
+/// the components become a torque by the transpose of the map from angular velocity to dtheta/dt. Half a
+/// turn, where theta jumps, must lie beyond the bounds.
+struct LimitSpring {
+  static constexpr std::string_view kind = "limit_spring";
+  AnyCoordinate on;
+  double stiffness = 0;      ///< N/m or N m/rad
+  double dissipation = 0;    ///< s/m or s/rad
+  std::vector<Range> range;  ///< one, or a ball's three; none: the coordinate's own (compile() fills them in)
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("on", self.on);
+    visit("stiffness", self.stiffness);
+    visit("dissipation", self.dissipation);
+    visit("range", self.range);
+  }
+
+  std::string complaint() const {
+    if (!(stiffness > 0)) return "its stiffness must be positive";
+    if (!(dissipation >= 0)) return "its dissipation must not be negative";
+    for (const Range& r : range)
+      if (!(r.lower <= r.upper)) return "its range must have the smaller bound first";
+    return "";
+  }
+
+  /// Takes what is known of its coordinate: the number of its velocities and its ranges. Answers a complaint.
+  std::string settle(int components, const std::vector<Range>& own) {
+    if (range.empty()) range = own;
+    if (range.empty()) return "has no range, and its coordinate has none; give one of them a range";
+    if (int(range.size()) != components)
+      return components == 1 ? "has three ranges, but its coordinate is no ball"
+                             : "has one range, but a ball needs three, of its rotation vector's components";
+    return "";
+  }
+
+  template <class T>
+  void apply(EffortScan<T>& scan) const {
+    enum { on_coordinate };
+    if (range.size() == 1) {
+      scan.coordinate(on_coordinate,
+                      push(scan, range[0], scan.position(on_coordinate), scan.rate(on_coordinate)));
+      return;
+    }
+    const Eigen::Vector3<T> theta = logarithm(scan.turn(on_coordinate));
+    const Eigen::Vector3<T> rate = rotation_vector_rate(theta, scan.turn_rate(on_coordinate));
+    Eigen::Vector3<T> effort;
+    for (int i = 0; i < 3; ++i) effort[i] = push(scan, range[i], theta[i], rate[i]);
+    // the map's transpose is the map at -theta
+    scan.turning(on_coordinate, rotation_vector_rate(Eigen::Vector3<T>(-theta), effort));
+  }
+
+ private:
+  template <class T>
+  T push(EffortScan<T>& scan, const Range& bounds, const T& x, const T& rate) const {
+    const T zero(0);
+    const T beyond = either(
+        x > bounds.upper, [&] { return T(x - bounds.upper); },
+        [&] {
+          return either(
+              x < bounds.lower, [&] { return T(x - bounds.lower); }, [&] { return zero; });
+        });
+    const T outwards = either(
+        beyond < 0, [&] { return T(-rate); }, [&] { return rate; });
+    const T loss = either(
+        dissipation * outwards < -1, [] { return T(-1); }, [&] { return T(dissipation * outwards); });
+    scan.potential(0.5 * stiffness * beyond * beyond);
+    scan.power(-stiffness * beyond * rate * loss);
+    return -stiffness * beyond * (1 + loss);
+  }
+};
+
+}  // namespace borelli
