@@ -50,20 +50,21 @@ Result<Trajectory> run_to_accuracy(const System& system, const SimulationSetting
   chosen.tolerance = std::max(0.1 * settings.accuracy, 10 * least_explicit);
   std::string why =
       settings.accuracy >= 1e-4 ? "cheapest at such an accuracy" : "cheapest at a high accuracy";
-  // which keeps no constraints by projection; explicit steps go on there, and the certificate notes it
-  const bool may_switch = system.rows == 0 || settings.constraints == ConstraintTreatment::baumgarte;
+  // a method of several steps bears no projection between them
+  const char* const implicit =
+      system.rows > 0 && settings.constraints == ConstraintTreatment::projection ? "arkode" : "cvode";
   bool stiff = false;
   std::optional<Trajectory> before;
   double tolerance_before = 0;
   for (;;) {
-    auto now = run(chosen, may_switch && !stiff);
+    auto now = run(chosen, !stiff);
     if (!now) return now;
     Certificate& c = now->certificate;
     if (stopped()) return now;
-    if (may_switch && !stiff && std::isfinite(c.stiff_from)) {
+    if (!stiff && std::isfinite(c.stiff_from)) {
       stiff = true;
       why = fmt::format("{} found the scene stiff at t = {:.6g} s", chosen.method, c.stiff_from);
-      chosen.method = "cvode";
+      chosen.method = implicit;
       chosen.tolerance = std::max(0.1 * settings.accuracy, 10 * least_implicit);
       before.reset();
       continue;

@@ -23,9 +23,9 @@ using RunOnce = std::function<Result<Trajectory>(const SimulationSettings&, bool
 /// output_interval = 0.
 double largest_difference(const System& system, const Trajectory& a, const Trajectory& b);
 
-/// Runs to settings.accuracy (> 0): by dop853, or dopri5 from 1e-4 up; by cvode where these find the scene
-/// stiff, unless constraints are projected, which it cannot: explicit steps go on then. The certificate says
-/// what was chosen and why, and distrusts a run whose accuracy could not be shown (a chaotic motion over a
+/// Runs to settings.accuracy (> 0): by dop853, or dopri5 from 1e-4 up; where these find the scene stiff by
+/// cvode, or by arkode where constraints are projected. The certificate says what was chosen and why, and
+/// distrusts a run whose accuracy could not be shown (a chaotic motion over a
 /// long time). `stopped` tells whether the user has ended the last run.
 Result<Trajectory> run_to_accuracy(const System& system, const SimulationSettings& settings,
                                    const RunOnce& run, const std::function<bool()>& stopped);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "dynamics/settling.hpp"
+#include "dynamics/slope_jacobian.hpp"
 
 namespace borelli {
 
@@ -63,21 +64,12 @@ GaussLegendre::Outcome GaussLegendre::iterate(Flow& flow, double t, double h, co
   }
 }
 
-/// The matrix 1 - h A x J of the stages' equations, J by differences at y. Only positions and velocities
-/// enter: what is integrated beside them (work) has no effect on anything.
+/// The matrix 1 - h A x J of the stages' equations.
 bool GaussLegendre::factor(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                            const Eigen::VectorXd& dy) {
-  const Eigen::Index n = flow.positions() > 0 ? 2 * flow.positions() : y.size();
+  const Eigen::Index n = acting_components(flow);
   jacobian_.resize(n, n);
-  stage_ = y;
-  changed_.resize(y.size());
-  for (Eigen::Index k = 0; k < n; ++k) {
-    const double by = 1e-7 * flow.error_scale()[k];
-    stage_[k] = y[k] + by;
-    if (!flow.derivative(t, stage_, changed_)) return false;
-    jacobian_.col(k) = (changed_.head(n) - dy.head(n)) / (stage_[k] - y[k]);
-    stage_[k] = y[k];
-  }
+  if (!slope_jacobian(flow, t, y, dy, stage_, changed_, jacobian_)) return false;
   matrix_.setIdentity(stages_ * n, stages_ * n);
   for (int i = 0; i < stages_; ++i)
     for (int j = 0; j < stages_; ++j) matrix_.block(i * n, j * n, n, n) -= h * coupling_(i, j) * jacobian_;
@@ -89,7 +81,7 @@ bool GaussLegendre::factor(Flow& flow, double t, double h, const Eigen::VectorXd
 GaussLegendre::Outcome GaussLegendre::solve_by_newton(Flow& flow, double t, double h,
                                                       const Eigen::VectorXd& y, const Eigen::VectorXd& dy) {
   const Eigen::VectorXd& scale = flow.error_scale();
-  const Eigen::Index n = flow.positions() > 0 ? 2 * flow.positions() : y.size();
+  const Eigen::Index n = acting_components(flow);
   bool fresh = false;
   // the same length to rounding: a whole number of steps is fitted between outputs
   if (std::abs(factored_step_ - h) > 1e-6 * h) {

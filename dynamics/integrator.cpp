@@ -61,6 +61,7 @@ constexpr Method methods[] = {
     {"gauss4", gauss<2>},
     {"gauss6", gauss<3>},
     {"cvode", with_tolerance<CvodeBdf>},
+    {"arkode", with_tolerance<ArkodeDirk>},
 };
 
 }  // namespace

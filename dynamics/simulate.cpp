@@ -206,7 +206,7 @@ class Run {
       certifier_->find_stiff(state_.t);
       certifier_->note(
           fmt::format("stability bounds the steps of {} rather than accuracy, from t = {:.6g} s on: the "
-                      "scene is stiff; an implicit method (cvode, gauss4) may take longer steps",
+                      "scene is stiff; an implicit method (cvode, arkode, gauss4) may take longer steps",
                       settings_.method, state_.t));
       stopped_ = leave_if_stiff_;
     }

@@ -1,13 +1,17 @@
 #include "dynamics/sundials_integrator.hpp"
 
+#include <arkode/arkode_arkstep.h>
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
 #include <sundials/sundials_context.h>
 #include <sunlinsol/sunlinsol_dense.h>
 #include <sunmatrix/sunmatrix_dense.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "dynamics/slope_jacobian.hpp"
 
 namespace borelli {
 
@@ -39,7 +43,7 @@ struct Base {
   SUNLinearSolver solver = nullptr;
   Flow* flow = nullptr;
   double tolerance = 0;
-  Eigen::VectorXd state, slope;
+  Eigen::VectorXd state, slope, start_slope, moved;
 
   Base(Flow& of, double wanted) : flow(&of), tolerance(wanted), state(of.size()), slope(of.size()) {
     SUNContext_Create(nullptr, &context);
@@ -73,6 +77,18 @@ struct Base {
     for (Eigen::Index i = 0; i < scale.size(); ++i)  // one that is not controlled still needs a weight
       w[i] = std::isfinite(scale[i]) ? root / (self.tolerance * scale[i]) : 1e-20;
     return 0;
+  }
+  static int jacobian(double t, N_Vector y, N_Vector dy, SUNMatrix J, void* user, N_Vector, N_Vector,
+                      N_Vector) {
+    Base& self = *static_cast<Base*>(user);
+    const Eigen::Index size = self.state.size();
+    Eigen::Map<Eigen::MatrixXd> matrix(SUNDenseMatrix_Data(J), size, size);
+    matrix.setZero();
+    auto acting = matrix.leftCols(acting_components(*self.flow));
+    self.state = numbers(y);
+    self.start_slope = numbers(dy);
+    return slope_jacobian(*self.flow, t, self.state, self.start_slope, self.moved, self.slope, acting) ? 0
+                                                                                                       : 1;
   }
   static void quiet(int, const char*, const char*, char*, void*) {}  // errors are told by their codes
 };
@@ -137,6 +153,81 @@ bool CvodeBdf::prepare_dense(Flow&, double, double, const Eigen::VectorXd&, cons
 void CvodeBdf::interpolate(double theta, Eigen::VectorXd& y) const {
   CVodeGetDky(memory_->cvode, from_ + theta * made_, 0, memory_->between);
   y = numbers(memory_->between);
+}
+
+// ---- ARKODE ----
+
+struct ArkodeDirk::Memory : Base {
+  void* arkode = nullptr;
+  double start = 0;                              ///< s, of the step
+  const Eigen::VectorXd *from = nullptr, *rate;  ///< the state there and the slope, which is known
+  long rejected = 0;
+  Memory(Flow& of, double wanted, double t, const Eigen::VectorXd& y0) : Base(of, wanted) {
+    numbers(y) = y0;
+    arkode = ARKStepCreate(nullptr, slope_at, t, y, context);
+    ARKStepSetErrHandlerFn(arkode, quiet, nullptr);
+    ARKStepSetUserData(arkode, static_cast<Base*>(this));
+    ARKStepWFtolerances(arkode, weights);
+    ARKStepSetLinearSolver(arkode, solver, matrix);
+    ARKStepSetJacFn(arkode, jacobian);
+    ARKStepSetTableNum(arkode, ARKODE_ESDIRK437L2SA_7_3_4, ARKODE_ERK_NONE);
+    ARKStepSetMaxErrTestFails(arkode, most_rejections);
+    // stages are solved to a hundredth of the tolerance, and to 1e-9 of their scale at least
+    ARKStepSetNonlinConvCoef(arkode, std::min(0.01, 1e-9 / wanted));
+    ARKStepSetMaxNonlinIters(arkode, 8);
+    // slopes of stages from their states: evaluated, they would have the errors of these times stiff rates
+    ARKStepSetDeduceImplicitRhs(arkode, SUNTRUE);
+  }
+  ~Memory() { ARKStepFree(&arkode); }
+  static int slope_at(double t, N_Vector y, N_Vector dy, void* user) {
+    const Memory& self = static_cast<Memory&>(*static_cast<Base*>(user));
+    if (t != self.start || numbers(y) != *self.from) return rhs(t, y, dy, user);
+    numbers(dy) = *self.rate;
+    return 0;
+  }
+};
+
+ArkodeDirk::ArkodeDirk(double tolerance) : tolerance_(tolerance) {}
+ArkodeDirk::~ArkodeDirk() = default;
+
+int ArkodeDirk::evolve(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                       int how, Eigen::VectorXd& out, double& reached) {
+  if (!memory_) memory_ = std::make_unique<Memory>(flow, tolerance_, t, y);
+  Memory& m = *memory_;
+  m.flow = &flow;
+  m.start = t;
+  m.from = &y;
+  m.rate = &dy;
+  numbers(m.y) = y;
+  ARKStepReset(m.arkode, t, m.y);
+  ARKStepSetInitStep(m.arkode, h);
+  // one step ends at t + h by its length; at a stop time it would leave no proposal for the next
+  if (how == ARK_NORMAL) ARKStepSetStopTime(m.arkode, t + h);
+  reached = t;
+  const int code = ARKStepEvolve(m.arkode, t + h, m.y, &reached, how);
+  out = numbers(m.y);
+  if (code < 0) memory_.reset();
+  return code;
+}
+
+Attempt ArkodeDirk::attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                            const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+  double reached = t;
+  const int code = evolve(flow, t, h, y, dy, ARK_ONE_STEP, out, reached);
+  if (code < 0) return failed(code == ARK_ERR_FAILURE);
+  Attempt attempt{.made = reached - t};
+  ARKStepGetCurrentStep(memory_->arkode, &attempt.next_step);
+  long rejected = 0;
+  ARKStepGetNumErrTestFails(memory_->arkode, &rejected);
+  attempt.rejected = int(rejected - memory_->rejected);
+  memory_->rejected = rejected;
+  return attempt;
+}
+
+bool ArkodeDirk::shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                           const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+  double reached = t;
+  return evolve(flow, t, h, y, dy, ARK_NORMAL, out, reached) >= 0;
 }
 
 }  // namespace borelli

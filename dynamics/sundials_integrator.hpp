@@ -1,6 +1,7 @@
-// A method for stiff scenes from SUNDIALS (Hindmarsh et al., ACM TOMS 31, 2005): CVODE's backward
-// differentiation formulas of order 1 to 5. It chooses order and steps itself, with dense linear algebra and
-// derivatives by differences.
+// Methods for stiff scenes from SUNDIALS, with dense linear algebra and derivatives by differences: CVODE's
+// backward differentiation formulas of order 1 to 5 (Hindmarsh et al., ACM TOMS 31, 2005), and a diagonally
+// implicit Runge-Kutta method by ARKODE (Reynolds et al., ACM TOMS 49, 2023). Both choose their steps, and
+// CVODE its order, themselves.
 #pragma once
 
 #include <memory>
@@ -31,6 +32,30 @@ class CvodeBdf : public Integrator {
   std::unique_ptr<Memory> memory_;
   double tolerance_;
   double from_ = 0, made_ = 0;  ///< the last step
+};
+
+/// ESDIRK4(3)7L[2]SA: order 4, L-stable, stiffly accurate, stages of order 2 (Kennedy and Carpenter, NASA
+/// TM-2016-219173, and Appl. Numer. Math. 146, 2019). Each step stands for itself, so that projection may
+/// come between; its matrix of derivatives is made anew for each.
+class ArkodeDirk : public Integrator {
+ public:
+  explicit ArkodeDirk(double tolerance);
+  ~ArkodeDirk() override;
+  int order() const override { return 4; }
+  bool adaptive() const override { return true; }
+  Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                  Eigen::VectorXd& out) override;
+  /// None: a cubic's slopes at the ends are, of stiff components, their errors times their rates.
+  int dense_order() const override { return 0; }
+  bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                 Eigen::VectorXd& out) override;
+
+ private:
+  struct Memory;
+  int evolve(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int how,
+             Eigen::VectorXd& out, double& reached);
+  std::unique_ptr<Memory> memory_;
+  double tolerance_;
 };
 
 }  // namespace borelli

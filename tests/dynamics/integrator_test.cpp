@@ -10,8 +10,8 @@ TEST(Integrator, EveryNameMakesItsMethod) {
   for (const std::string& name : integrator_names()) {
     const auto method = make_integrator(name, 1e-6);
     ASSERT_TRUE(method) << name;
-    const bool adaptive =
-        name == "rk4_adaptive" || name == "dopri5" || name == "dop853" || name == "gbs" || name == "cvode";
+    const bool adaptive = name == "rk4_adaptive" || name == "dopri5" || name == "dop853" || name == "gbs" ||
+                          name == "cvode" || name == "arkode";
     EXPECT_EQ((*method)->adaptive(), adaptive) << name;
   }
 }
@@ -19,9 +19,10 @@ TEST(Integrator, EveryNameMakesItsMethod) {
 TEST(Integrator, AnUnknownNameIsRefusedWithTheKnownOnes) {
   const auto method = make_integrator("rk5", 1e-6);
   ASSERT_FALSE(method);
-  EXPECT_EQ(method.error().message(),
-            "method 'rk5': is not known; there are euler, rk2, rk4, rk4_adaptive, "
-            "dopri5, dop853, gbs, semi_implicit_euler, verlet, implicit_midpoint, gauss4, gauss6, cvode");
+  EXPECT_EQ(
+      method.error().message(),
+      "method 'rk5': is not known; there are euler, rk2, rk4, rk4_adaptive, "
+      "dopri5, dop853, gbs, semi_implicit_euler, verlet, implicit_midpoint, gauss4, gauss6, cvode, arkode");
   EXPECT_EQ(method.error().kind, Error::Kind::use);
 }
 
