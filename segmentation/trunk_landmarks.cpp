@@ -220,9 +220,9 @@ void find_neck(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
   }
   if (const auto rib = first_rib(a, trunk, z)) {
     // the first rib's neck stands beside the upper half of the first thoracic vertebra
-    z = *rib + 4 * trunk.scale;
-    neck.deviation = 6, neck.source = "bone: above the first rib";
-    if (const auto disc = disc_within(a, trunk, *rib - 2, *rib + 14 * trunk.scale)) {
+    z = *rib + 7 * trunk.scale;
+    neck.deviation = 5, neck.source = "bone: above the first rib";
+    if (const auto disc = disc_near(a, trunk, z, neck.deviation)) {
       z = *disc;
       neck.deviation = 2.5, neck.source = "bone: disc above the first rib";
     }

@@ -127,26 +127,36 @@ std::optional<double> first_rib(const Anatomy& a, const Trunk& trunk, double nea
   constexpr double no_more = 24;  // above the first rib follows as much without one
   const double s = trunk.scale;
   std::optional<double> top;
+  double before = 0;  // bone in the slice below
   for (double z = near - 110 * s; z < near + 75 * s; z += a.step()) {
     if (!trunk.spine_holds(z)) continue;
-    if (bone_beside(a, trunk, z) >= rib * s * s)
-      top = z + 0.5 * a.step();
+    const double here = bone_beside(a, trunk, z) / (rib * s * s);
+    // where it falls through the limit, between the slices' middles
+    if (here >= 1)
+      top = z;
+    else if (before >= 1)
+      top = z - a.step() * (1 - here) / (before - here);
     else if (top && z - *top > no_more * s)
       break;
+    before = here;
   }
   // a chest cut by the scan's top shows no first rib
   if (top && !trunk.spine_holds(*top + no_more * s)) return std::nullopt;
   return top;
 }
 
-std::optional<double> disc_within(const Anatomy& a, const Trunk& trunk, double low, double high) {
-  // a disc is some five millimetres thick: slices as thick as that show chance dips
-  if (a.source->grid.spacing().maxCoeff() > 4.5 * trunk.scale) return std::nullopt;
-  std::vector<double> level;
+std::optional<double> disc_near(const Anatomy& a, const Trunk& trunk, double level, double spread) {
+  const double s = trunk.scale;
+  // fewer than three slices to a vertebra show chance dips
+  constexpr double vertebra = 18;
+  if (a.source->grid.spacing().maxCoeff() > vertebra * s / 3) return std::nullopt;
+  const double reach = 0.5 * vertebra * s;  // farther off the next disc is nearer
   const Eigen::Matrix3d to_index = a.source->grid.axes.inverse();
-  const Vector3d lower = vertebral_body(a, trunk, low, true), upper = vertebral_body(a, trunk, high, true);
+  const Vector3d lower = vertebral_body(a, trunk, level - reach, true),
+                 upper = vertebral_body(a, trunk, level + reach, true);
+  // mean CT number across the bodies' middle
   const auto at = [&](double z) {
-    const Vector3d centre = lower + (z - low) / (high - low) * (upper - lower);
+    const Vector3d centre = lower + (z - lower[2]) / (upper[2] - lower[2]) * (upper - lower);
     double sum = 0;
     int count = 0;
     for (double x = -6; x <= 6; x += 2)
@@ -159,19 +169,35 @@ std::optional<double> disc_within(const Anatomy& a, const Trunk& trunk, double l
       }
     return count ? sum / count : 0;
   };
-  for (double z = low - 8; z <= high + 8; z += 1) level.push_back(at(z));
-  // a disc is softer than the bodies on both its sides
-  const auto first = level.begin() + 8, last = level.end() - 8;
-  const auto least = std::min_element(first, last);
-  const double peak =
-      std::min(*std::max_element(level.begin(), least + 1), *std::max_element(least, level.end()));
-  if (peak - *least < std::max(60.0, 0.25 * peak)) return std::nullopt;
-  // middle of the stretch below half way up to them
-  const double half = 0.5 * (*least + peak);
-  auto from = least, to = least;
-  while (from != level.begin() && *(from - 1) < half) --from;
-  while (to + 1 != level.end() && *(to + 1) < half) ++to;
-  return low - 8 + 0.5 * static_cast<double>((from - level.begin()) + (to - level.begin()));
+  const double body = 0.65 * vertebra * s;  // from a disc the bodies beside it stand within this
+  const double from = level - reach - body;
+  std::vector<double> profile;
+  for (double z = from; z <= level + reach + body; z += 1) profile.push_back(at(z));
+  const auto beside = std::lround(body), count = static_cast<std::int64_t>(profile.size());
+  const auto value = [&](std::int64_t n) { return profile[static_cast<std::size_t>(n)]; };
+  std::optional<double> best;
+  double most = 0;
+  for (auto n = beside; n < count - beside; ++n) {
+    if (value(n) > value(n - 1) || value(n) > value(n + 1)) continue;
+    // a disc is softer than the bodies on both its sides
+    const auto here = profile.begin() + n;
+    const double peak =
+        std::min(*std::max_element(here - beside, here), *std::max_element(here, here + beside + 1));
+    if (peak - value(n) < std::max(60.0, 0.25 * peak)) continue;
+    // middle of the stretch below half way up to them, its ends between samples
+    const double half = 0.5 * (value(n) + peak);
+    const auto end = [&](std::int64_t step) {
+      auto q = n;
+      while (value(q) < half) q += step;
+      const double t = (half - value(q - step)) / (value(q) - value(q - step));
+      return static_cast<double>(q) - static_cast<double>(step) * (1 - t);
+    };
+    const double z = from + 0.5 * (end(-1) + end(1));
+    // deep and where it is expected
+    const double score = (peak - value(n)) / peak * std::exp(-0.5 * std::pow((z - level) / spread, 2));
+    if (score > most) most = score, best = z;
+  }
+  return best;
 }
 
 std::optional<Vector3d> spinous_tip(const Anatomy& a, const Vector3d& disc, double scale) {

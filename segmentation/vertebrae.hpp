@@ -18,8 +18,10 @@ Eigen::Vector3d vertebral_body(const Anatomy& anatomy, const Trunk& trunk, doubl
 /// above `near`. Nothing where a chest is cut by the scan's top.
 std::optional<double> first_rib(const Anatomy& anatomy, const Trunk& trunk, double near);
 
-/// Middle of the disc within a stretch of the column, mm; nothing where the scan does not resolve one.
-std::optional<double> disc_within(const Anatomy& anatomy, const Trunk& trunk, double low, double high);
+/// Middle (mm, patient z, between samples) of the disc that is deepest and nearest to where one is expected:
+/// about `level`, with a standard deviation of `spread` mm, less than half a vertebra off. Nothing where the
+/// scan does not resolve one.
+std::optional<double> disc_near(const Anatomy& anatomy, const Trunk& trunk, double level, double spread);
 
 /// The hindmost bone behind the disc between C7 and T1, where the spinous process of C7 ends (those of C6 and
 /// T1 end a vertebra's height above and below). `scale`: the body's size, see Trunk.
