@@ -75,27 +75,8 @@ void improve(Hinge& hinge, const std::vector<Vector3d>& points) {
   hinge.radius += step[4];
 }
 
-}  // namespace
-
-std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const Vector3d& axis, double reach,
-                               double least, double most, double search) {
-  // slices nearly as thick as the smallest radius show steps where a cylinder is
-  if (view.coarsest > 0.9 * least) return std::nullopt;
-
-  // the place where most rays agree on one radius, first coarsely
-  Hinge hinge{near, axis.normalized(), 0, 0, 0};
-  const Vector3d u = hinge.axis.unitOrthogonal(), v = hinge.axis.cross(u);
-  int most_agree = 0;
-  for (double a = -search; a <= search; a += 3)
-    for (double b = -search; b <= search; b += 3) {
-      if (std::hypot(a, b) > search + 0.1) continue;
-      const Vector3d point = near + a * u + b * v;
-      const auto [radius, count] =
-          commonest(edges_of(view, rays_about(point, hinge.axis, reach, 5, 24), least, most), least, most);
-      if (count > most_agree) most_agree = count, hinge.point = point, hinge.radius = radius;
-    }
-  if (most_agree < 5 * 24 / 5) return std::nullopt;
-
+// the cylinder that the rays' edges about a place agree on, drawn tighter round by round
+std::optional<Hinge> refined(const CloseUp& view, Hinge hinge, double reach, double least, double most) {
   const double tight = std::max(1.5, view.blur);
   for (int round = 0; round < 8; ++round) {
     const double tolerance = round < 3 ? 2 * tight : tight;
@@ -116,12 +97,56 @@ std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const 
     if (hinge.score < 0.25) return std::nullopt;
     hinge.deviation = std::sqrt(sum / static_cast<double>(points.size()));
     if (round < 7) improve(hinge, points);
-    if ((hinge.point - near).norm() > search + 8 || hinge.radius < least || hinge.radius > most ||
-        std::abs(hinge.axis.dot(axis.normalized())) < 0.96)
-      return std::nullopt;
+    if (hinge.radius < least || hinge.radius > most) return std::nullopt;
   }
-  hinge.point += (near - hinge.point).dot(hinge.axis) * hinge.axis;
   return hinge;
+}
+
+}  // namespace
+
+std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const Vector3d& axis, double reach,
+                               double least, double most, double search) {
+  // slices nearly as thick as the smallest radius show steps where a cylinder is
+  if (view.coarsest > 0.9 * least) return std::nullopt;
+
+  // places where most rays agree on one radius, first coarsely
+  struct Start {
+    Hinge hinge;
+    int count;
+  };
+  constexpr int stations = 5, spokes = 24;
+  const Vector3d along = axis.normalized(), u = along.unitOrthogonal(), v = along.cross(u);
+  std::vector<Start> starts;
+  for (double a = -search; a <= search; a += 3)
+    for (double b = -search; b <= search; b += 3) {
+      if (std::hypot(a, b) > search + 0.1) continue;
+      const Vector3d point = near + a * u + b * v;
+      const auto [radius, count] = commonest(
+          edges_of(view, rays_about(point, along, reach, stations, spokes), least, most), least, most);
+      if (count >= stations * spokes / 5) starts.push_back({{point, along, radius, 0, 0}, count});
+    }
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.count > b.count; });
+
+  // shafts and the next bone's end are round too, and few rays may tell them from the joint: of the best
+  // places the one whose cylinder most of many rays agree on
+  constexpr std::size_t most_tries = 6;
+  constexpr double apart = 7;
+  std::vector<Vector3d> tried;
+  std::optional<Hinge> best;
+  for (const Start& start : starts) {
+    if (tried.size() == most_tries) break;
+    if (std::any_of(tried.begin(), tried.end(),
+                    [&](const Vector3d& other) { return (other - start.hinge.point).norm() < apart; }))
+      continue;
+    tried.push_back(start.hinge.point);
+    const auto hinge = refined(view, start.hinge, reach, least, most);
+    if (!hinge || (hinge->point - near).norm() > search + 8 || std::abs(hinge->axis.dot(along)) < 0.96)
+      continue;
+    if (!best || hinge->score > best->score) best = hinge;
+  }
+  if (best) best->point += (near - best->point).dot(best->axis) * best->axis;
+  return best;
 }
 
 }  // namespace borelli

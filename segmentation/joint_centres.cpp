@@ -390,12 +390,15 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
   if (way.length() < from + 60) return joints;
   const double thin = middling_section(way, joints.middle + 60 * scale, from);
   // the radius's broad end, then the line of the joint; a slender one is but the widest place thereabouts
-  const double last = std::min(to, way.length() - 20);
+  double last = std::min(to, way.length() - 20), waist = 0;
+  // past the forearm's bones, whose section falls there to half, a hand's knuckles may be as broad
+  for (double s = from; s < last; s += LimbWay::spacing)
+    if (section(way, s) < 0.5 * thin) waist = narrowest(way, s, s + 15 * scale), last = s;
   double broad = 0;
   for (double s = from; s <= last && broad == 0; s += LimbWay::spacing)
     if (smooth_section(way, s) >= 1.25 * thin) broad = widest(way, s, s + 24 * scale);
   if (broad == 0) broad = widest(way, std::min(joints.middle + 200 * scale, last), last);
-  joints.end = gap_near(way, broad, 24 * scale).value_or(broad + 9 * scale);
+  joints.end = gap_near(way, broad, 24 * scale).value_or(waist > 0 ? waist : broad + 9 * scale);
   return joints;
 }
 

@@ -175,10 +175,13 @@ std::optional<double> disc_near(const Anatomy& a, const Trunk& trunk, double lev
   for (double z = from; z <= level + reach + body; z += 1) profile.push_back(at(z));
   const auto beside = std::lround(body), count = static_cast<std::int64_t>(profile.size());
   const auto value = [&](std::int64_t n) { return profile[static_cast<std::size_t>(n)]; };
+  // some disc is in so long a stretch, and the others are nearly as soft; between endplates spongiosa is not
+  const double softest = *std::min_element(profile.begin(), profile.end());
+  const double soft = softest + 0.4 * (median(profile) - softest);
   std::optional<double> best;
   double most = 0;
   for (auto n = beside; n < count - beside; ++n) {
-    if (value(n) > value(n - 1) || value(n) > value(n + 1)) continue;
+    if (value(n) > soft || value(n) > value(n - 1) || value(n) > value(n + 1)) continue;
     // a disc is softer than the bodies on both its sides
     const auto here = profile.begin() + n;
     const double peak =
