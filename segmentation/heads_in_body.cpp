@@ -97,20 +97,37 @@ bool HeadsInBody::near_hips(const Vector3d& left, const Vector3d& right) const {
          lung_between(-1e9, middle[2] + hand) < most_lung;
 }
 
-bool HeadsInBody::are_hips(const FoundSphere& left, const FoundSphere& right) const {
+bool HeadsInBody::vertebra_between(const FoundSphere& left, const FoundSphere& right) const {
   const Vector3d half(25, 100, 15);
-  const double vertebra =
-      shares(anatomy_, 0.5 * (left.centre + right.centre), half).bone * 4 * half[0] * half[1];
+  const double bone = shares(anatomy_, 0.5 * (left.centre + right.centre), half).bone * 4 * half[0] * half[1];
   constexpr double most_bone = 1200;  // mm^2; a sacrum has some 1900, coccyx and symphysis some 500
-  return vertebra < most_bone && on_femur(left, left_side) && on_femur(right, right_side);
+  return bone >= most_bone;
+}
+
+bool HeadsInBody::are_hips(const FoundSphere& left, const FoundSphere& right) const {
+  return !vertebra_between(left, right) && on_femur(left, left_side) && on_femur(right, right_side);
+}
+
+bool HeadsInBody::may_be_hips(const FoundSphere& left, const FoundSphere& right) const {
+  const auto fine = [&](const FoundSphere& ball, int side) {
+    return cuts(ball) ? below(ball) > 0 : on_femur(ball, side);
+  };
+  return !vertebra_between(left, right) && fine(left, left_side) && fine(right, right_side);
+}
+
+double HeadsInBody::below(const FoundSphere& ball) const { return ball.centre[2] - low_ - anatomy_.step(); }
+
+bool HeadsInBody::cuts(const FoundSphere& ball, double off) const {
+  constexpr double near = 29;
+  return below(ball) - off < std::max(near, ball.radius + 2);
 }
 
 bool HeadsInBody::on_femur(const FoundSphere& ball, int side) const {
   const Anatomy& a = anatomy_;
-  constexpr double far = 120, near = 29, detour = 1.3;  // mm
+  constexpr double far = 120, detour = 1.3;  // mm
   const double outwards = side_sign(side);
-  const double reach = std::min(far, ball.centre[2] - low_ - a.step());
-  if (reach < std::max(near, ball.radius + 2)) return false;
+  if (cuts(ball)) return false;
+  const double reach = std::min(far, below(ball));
   // the bone about the ball on a grid of its own
   const auto half = static_cast<std::int64_t>(std::ceil(far / a.step())) + 2;
   const Vector3d index = a.grid().index(ball.centre).array().round();

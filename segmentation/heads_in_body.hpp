@@ -20,6 +20,11 @@ class HeadsInBody {
   /// Balls as measured against what femoral heads stand in: no vertebra but coccyx and
   /// symphysis at most between them, and a femur below each (see on_femur).
   bool are_hips(const FoundSphere& left, const FoundSphere& right) const;
+  /// The same where heads may be cut by the scan's lower end, from which no femur need lead on.
+  bool may_be_hips(const FoundSphere& left, const FoundSphere& right) const;
+  /// Whether the scan ends within a head, or so close below it that no femur can be followed; or would, were
+  /// the head lower by `off` mm.
+  bool cuts(const FoundSphere& ball, double off = 0) const;
   /// Between and below shoulders lie the tops of the lungs, which narrow upwards there and end soon above;
   /// what roofs the heads must be in view. Legs have no lungs, and ribs no lung that ends.
   bool at_shoulders(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
@@ -34,6 +39,8 @@ class HeadsInBody {
   std::vector<double> lung_;   // ml within each slice of the work grid
   double low_ = 0, high_ = 0;  // lowest and highest level with body in view
 
+  bool vertebra_between(const FoundSphere& left, const FoundSphere& right) const;
+  double below(const FoundSphere& ball) const;  // mm in view below a centre
   double lung_between(double low, double high) const;
 };
 

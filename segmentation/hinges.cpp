@@ -76,36 +76,48 @@ void improve(Hinge& hinge, const std::vector<Vector3d>& points) {
 }
 
 // the cylinder that the rays' edges about a place agree on, drawn tighter round by round
-std::optional<Hinge> refined(const CloseUp& view, Hinge hinge, double reach, double least, double most) {
+struct Agreed {
+  Hinge hinge;
+  double facing;  // share of the rays to the joint's side that agree
+};
+std::optional<Agreed> refined(const CloseUp& view, Hinge hinge, const Vector3d& facing, double reach,
+                              double least, double most) {
+  double share = 0;
   const double tight = std::max(1.5, view.blur);
   for (int round = 0; round < 8; ++round) {
     const double tolerance = round < 3 ? 2 * tight : tight;
     const Rays rays = rays_about(hinge.point, hinge.axis, reach, 9, 48);
     std::vector<Vector3d> points;
     double sum = 0;
+    int face = 0, agree = 0;  // rays to the joint's side
     for (std::size_t n = 0; n < rays.from.size(); ++n) {
+      const bool faces = rays.direction[n].dot(facing) > 0.5;
+      face += faces;
       double nearest = tolerance, at = -1;
       for (const double r :
            falls_along(view, rays.from[n], rays.direction[n], std::max(least, hinge.radius - 2 * tolerance),
                        hinge.radius + 2 * tolerance))
         if (std::abs(r - hinge.radius) < nearest) nearest = std::abs(r - hinge.radius), at = r;
       if (at < 0) continue;
+      agree += faces;
       points.push_back(rays.from[n] + at * rays.direction[n]);
       sum += nearest * nearest;
     }
     hinge.score = static_cast<double>(points.size()) / static_cast<double>(rays.from.size());
+    share = face > 0 ? static_cast<double>(agree) / face : 1;
     if (hinge.score < 0.25) return std::nullopt;
     hinge.deviation = std::sqrt(sum / static_cast<double>(points.size()));
     if (round < 7) improve(hinge, points);
     if (hinge.radius < least || hinge.radius > most) return std::nullopt;
   }
-  return hinge;
+  return Agreed{hinge, share};
 }
 
 }  // namespace
 
-std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const Vector3d& axis, double reach,
-                               double least, double most, double search) {
+std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const Vector3d& axis,
+                               const Vector3d& facing, double reach, double least, double most,
+                               double search) {
   // slices nearly as thick as the smallest radius show steps where a cylinder is
   if (view.coarsest > 0.9 * least) return std::nullopt;
 
@@ -128,22 +140,25 @@ std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const 
   std::stable_sort(starts.begin(), starts.end(),
                    [](const Start& a, const Start& b) { return a.count > b.count; });
 
-  // shafts and the next bone's end are round too, and few rays may tell them from the joint: of the best
-  // places the one whose cylinder most of many rays agree on
-  constexpr std::size_t most_tries = 6;
-  constexpr double apart = 7;
+  // the place most rays chose, unless another's cylinder is clearly better
+  const std::size_t most_tries = facing.isZero() ? 1 : 6;
+  constexpr double apart = 7, clearly = 1.3;
   std::vector<Vector3d> tried;
   std::optional<Hinge> best;
+  double most_agree = 0;
   for (const Start& start : starts) {
     if (tried.size() == most_tries) break;
     if (std::any_of(tried.begin(), tried.end(),
                     [&](const Vector3d& other) { return (other - start.hinge.point).norm() < apart; }))
       continue;
     tried.push_back(start.hinge.point);
-    const auto hinge = refined(view, start.hinge, reach, least, most);
-    if (!hinge || (hinge->point - near).norm() > search + 8 || std::abs(hinge->axis.dot(along)) < 0.96)
-      continue;
-    if (!best || hinge->score > best->score) best = hinge;
+    const auto found = refined(view, start.hinge, facing, reach, least, most);
+    if (!found) continue;
+    const Hinge& hinge = found->hinge;
+    if ((hinge.point - near).norm() > search + 8 || std::abs(hinge.axis.dot(along)) < 0.96) continue;
+    const double off = (hinge.point - near - (hinge.point - near).dot(along) * along).norm();
+    const double agree = hinge.score * found->facing * std::exp(-0.5 * std::pow(off / search, 2));
+    if (agree > clearly * most_agree) most_agree = agree, best = hinge;
   }
   if (best) best->point += (near - best->point).dot(best->axis) * best->axis;
   return best;

@@ -20,9 +20,13 @@ struct Hinge {
 
 /// The cylinder that most bone edges agree on: rays leave points of the axis, up to `reach` mm to both sides,
 /// square to it; edges lie within `least` to `most` mm. Its place is looked for within `search` mm of `near`;
-/// its axis may turn some 15 degrees from `axis`. Nothing where less than a quarter of the rays agree, or
-/// where the scan's slices are too thick to show such a cylinder (over 0.9 of `least`).
+/// its axis may turn some 15 degrees from `axis`. Shafts and the other bone's end are round as well, so
+/// several places are tried: the one that most rays choose counts, unless far more edges agree on another's
+/// cylinder to the side that the joint's surface faces (unit `facing`; to the other side a shaft goes on) and
+/// it lies near. With a `facing` of zero no other place is tried. Nothing where less than a quarter of the
+/// rays agree, or where the scan's slices are too thick to show such a cylinder (over 0.9 of `least`).
 std::optional<Hinge> fit_hinge(const CloseUp& view, const Eigen::Vector3d& near, const Eigen::Vector3d& axis,
-                               double reach, double least, double most, double search);
+                               const Eigen::Vector3d& facing, double reach, double least, double most,
+                               double search);
 
 }  // namespace borelli

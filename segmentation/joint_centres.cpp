@@ -155,6 +155,7 @@ struct Cylinder {
   double reach, least, most, search;  // see fit_hinge; mm
   double inner, outer;                // where the bone's sides are looked for along the axis
   double agree;                       // share of the rays that must agree on the cylinder
+  double faces;  // 1: the joint's surface looks down the limb; 0: bone goes on to all sides of it
   double above;  // the bone's section this far up the limb stands over the joint and is widest along its axis
 };
 
@@ -174,7 +175,8 @@ JointEnd joint_end(const Anatomy& a, const Limbs& limbs, Limb limb, int side, co
   const Vector3d near = s.centre + shape.above * along;
   JointEnd end{near, near, near, 0, 6, false};
   const CloseUp view = close_up(*a.source, near, shape.outer + shape.search + 8);
-  const auto hinge = fit_hinge(view, near, axis, shape.reach, shape.least, shape.most, shape.search);
+  const auto hinge =
+      fit_hinge(view, near, axis, shape.faces * along, shape.reach, shape.least, shape.most, shape.search);
   if (hinge && hinge->score >= shape.agree) {
     axis = hinge->axis;
     end = {hinge->point, hinge->point, hinge->point, hinge->radius, std::max(1.5, 2 * hinge->deviation),
@@ -274,8 +276,12 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const std::string at = side_suffix(side);
   const double scale = trunk.scale;
   const Vector3d left = body_left(trunk);
-  marks["hip" + at] = found(trunk.hip[n]->centre, std::max(1.5, 2 * trunk.hip[n]->deviation),
-                            "bone: sphere on the femoral head", trunk.hip[n]->radius);
+  const FoundSphere& head = *trunk.hip[n];
+  // without its lower part a head is hardly told from its socket: some half a radius off
+  marks["hip" + at] = found(head.centre, std::max(head.cut ? head.radius / 2 : 1.5, 2 * head.deviation),
+                            head.cut ? "bone: sphere on a femoral head that the scan's end cuts"
+                                     : "bone: sphere on the femoral head",
+                            head.radius);
 
   const JointsAlongWay joints = leg_joints(way, scale);
   if (joints.middle == 0) return;
@@ -285,7 +291,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const Vector3d down = (knee_line - trunk.hip[n]->centre).normalized();
   const Section end = section_of(a, limbs, limb, knee_line, down, 9, 65);
   const JointEnd k = joint_end(a, limbs, limb, side, end.centre - condyle * scale * down, down, left,
-                               {33 * scale, 15 * scale, 30 * scale, 15, 25 * scale, 58 * scale, 0.35, 0});
+                               {33 * scale, 15 * scale, 30 * scale, 15, 25 * scale, 58 * scale, 0.35, 1, 0});
   marks["knee" + at] =
       found(k.centre, k.deviation,
             k.measured ? "bone: cylinder on the femoral condyles" : "bone: middle of the femoral condyles",
@@ -298,7 +304,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const Vector3d along = (flare - k.centre).normalized();
   const JointEnd m =
       joint_end(a, limbs, limb, side, flare + flare_to_ankle * scale * along, along, left,
-                {13 * scale, 9 * scale, 24 * scale, 15, 20 * scale, 48 * scale, 0.5, 18 * scale});
+                {13 * scale, 9 * scale, 24 * scale, 15, 20 * scale, 48 * scale, 0.5, 0, 18 * scale});
   marks["ankle" + at] =
       found(m.centre, m.measured ? m.deviation : 8,
             m.measured ? "bone: cylinder on the talar dome" : "bone: middle of the malleoli", m.radius);
@@ -330,7 +336,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const Section end = section_of(a, limbs, limb, elbow_line, down, 6, 45);
   const JointEnd e =
       joint_end(a, limbs, limb, side, end.centre - trochlea * scale * down, down, left,
-                {22 * scale, 6 * scale, 16 * scale, 24, 15 * scale, 45 * scale, 0.5, 22 * scale});
+                {22 * scale, 6 * scale, 16 * scale, 24, 15 * scale, 45 * scale, 0.5, 1, 22 * scale});
   marks["elbow" + at] = found(
       e.centre, e.deviation,
       e.measured ? "bone: cylinder on the trochlea and capitulum" : "bone: middle of the humeral epicondyles",

@@ -17,6 +17,7 @@ struct FoundSphere {
   double score =
       0;  ///< share of the directions in which the bone's surface agrees, less where it ends before
   double deviation = 0;  ///< rms distance of the agreeing surface points from the ball, mm
+  bool cut = false;      ///< the scan's end cuts the head or all that bears it out
 };
 
 /// Where bone surfaces curve about a point at a distance of `least` to `most` mm: each surface voxel votes

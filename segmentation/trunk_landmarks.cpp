@@ -82,6 +82,28 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, double
   return Sternum{*front[best_high], *front[best_low]};
 }
 
+// Lower end of the sternum's bone near `tip`, from the area of its sections in the scan itself: the end
+// tapers and is too slender for voxels' edges. The last of it that counts is some 2 mm across.
+std::optional<double> sternum_end(const Anatomy& a, const Vector3d& tip) {
+  constexpr double soft = 120, bone = 320, up = 8, down = 12, step = 0.5;  // CT numbers; mm
+  constexpr double least = 3;                                              // mm^2
+  const CloseUp view = close_up(*a.source, tip, 30);
+  const auto area = [&](double dz) {
+    double sum = 0;
+    for (double x = -6; x <= 6; x += 1)
+      for (double y = -3; y <= 7; y += 1)
+        sum += std::clamp((view.at(tip + Vector3d(x, y, dz)) - soft) / (bone - soft), 0.0, 1.0);
+    return sum;
+  };
+  double before = area(up);
+  for (double dz = up; dz >= -down && before >= least; dz -= step) {
+    const double here = area(dz);
+    if (here < least) return tip[2] + dz + step * (least - here) / (before - here);
+    before = here;
+  }
+  return std::nullopt;
+}
+
 // the navel: where the midline skin lies deepest behind the skin around it
 std::optional<Vector3d> find_navel(const Anatomy& a, const Trunk& trunk, double from, double to) {
   const auto& g = a.grid();
@@ -262,16 +284,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, Landmarks& marks
   double xiphion = bottom + length * (omphalion_to_hip + xiphion_to_omphalion) / neck_to_hip;
   if (const auto sternum = find_sternum(a, trunk, bottom + 0.45 * length, bottom + 1.0 * length)) {
     Vector3d tip = sternum->tip - Vector3d(0, 0, 0.5 * a.step());
-    const CloseUp view = close_up(*a.source, tip, 30);
-    // the tip is slender: the lowest edge on lines about it
-    double lowest = 1e9;
-    for (double x = -4; x <= 4; x += 2)
-      for (double y = -2; y <= 6; y += 2) {
-        const Vector3d from = tip + Vector3d(x, y, 9);
-        const auto ends = falls_along(view, from, -Vector3d::UnitZ(), 3, 16);
-        if (!ends.empty()) lowest = std::min(lowest, from[2] - ends.back());
-      }
-    if (lowest < 1e8) tip[2] = lowest;
+    if (const auto end = sternum_end(a, tip)) tip[2] = *end;
     xiphion = tip[2];
     marks["xiphion"] = {tip, 4, 0, "bone: lower end of the sternum"};
     if (has_neck)

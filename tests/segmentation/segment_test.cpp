@@ -165,6 +165,52 @@ TEST(Segment, SmallLightWomanOnACoarseNoisyGrid) {
   expect_promise(body, scan, found_in(scan.grey, 4));
 }
 
+// The slightest body's discs, wrists and xiphoid are thinner than such a grid's voxels, and its knee was once
+// taken to be the tibia's upper end, 39 mm off.
+TEST(Segment, SlightestBodyOnACoarseNoisyGrid) {
+  for (const Sex sex : {Sex::male, Sex::female}) {
+    PhantomOptions options;
+    options.sex = sex;
+    options.stature_m = 1.50;
+    options.mass_kg = 45;
+    const Phantom body = phantom(options);
+    GridOptions coarse;
+    coarse.spacing = Vector3d::Constant(4);
+    const Scan scan = voxelise(body, phantom_grid(body, coarse), {.noise_hu = 20});
+    SCOPED_TRACE(sex == Sex::male ? "male" : "female");
+    expect_promise(body, scan, found_in(scan.grey));
+  }
+}
+
+TEST(Segment, NeckOnSlicesThickerThanItsDisc) {
+  const Phantom body = phantom();
+  GridOptions thick;
+  thick.spacing = {2, 2, 5};
+  const Scan scan = voxelise(body, phantom_grid(body, thick));
+  const Segmentation found = found_in(scan.grey);
+  expect_promise(body, scan, found);
+  EXPECT_LT((found.landmarks.at("cervicale").point - body.landmarks.at("cervicale").point).norm(), 4);
+}
+
+// The last guard: a knee given by hand far too high leaves a thigh that no body has.
+TEST(Segment, PartThatNoBodyHasIsNotCalledWhole) {
+  const Phantom body = phantom();
+  GridOptions coarse;
+  coarse.spacing = Vector3d::Constant(4);
+  const Scan scan = voxelise(body, phantom_grid(body, coarse));
+  SegmentOptions options;
+  options.step = 4;
+  const Vector3d hip = body.landmarks.at("hip_left").point, knee = body.landmarks.at("knee_left").point;
+  options.given["knee_left"] = {hip + 0.1 * (knee - hip), 1, 0, "given"};
+  const auto found = segment(scan.grey, options);
+  ASSERT_TRUE(found) << found.error().message();
+  const PartFinding& thigh = found->part[static_cast<std::size_t>(part_label("thigh_left"))];
+  EXPECT_EQ(thigh.coverage, Coverage::cut);
+  EXPECT_LE(thigh.confidence, 0.1);
+  EXPECT_TRUE(thigh.note.starts_with("too small beside the other whole parts")) << thigh.note;
+  EXPECT_EQ(found->part[static_cast<std::size_t>(part_label("thigh_right"))].coverage, Coverage::whole);
+}
+
 // A finger's tip is looked for in the hand alone: here the hand of a body at ease hangs beside the thigh, and
 // a plate of flesh between the two joins them.
 TEST(Segment, HandGrownOntoTheThighEndsAtItsOwnFinger) {
@@ -283,6 +329,31 @@ TEST(Segment, IcrpMaleHasAllPartsWithTheirOwnBones) {
       ++count;
     }
     EXPECT_GT(own / count, bones.least) << bones.part;
+  }
+}
+
+// The scan's end 20 mm below the femoral heads' centres cuts them: the sockets' inner balls, 14 to 25 mm off,
+// must not pass for whole heads.
+TEST(Segment, IcrpMaleCutThroughItsFemoralHeadsSaysSo) {
+  if (!std::filesystem::exists(icrp + "AM_hu.nii.gz"))
+    GTEST_SKIP() << "the ICRP male is not beside the checkout";
+  const auto scan = read_volume(icrp + "AM_hu.nii.gz");
+  ASSERT_TRUE(scan) << scan.error().message();
+  const Segmentation all = found_in(scan->volume);
+  GreyVolume cut = scan->volume;
+  const auto slice = static_cast<std::size_t>(cut.grid.size[0] * cut.grid.size[1]);
+  const std::int64_t low = 113, high = 155;
+  cut.voxels.assign(&scan->volume.voxels[slice * static_cast<std::size_t>(low)],
+                    &scan->volume.voxels[slice * static_cast<std::size_t>(high)]);
+  cut.grid.origin = scan->volume.grid.point(Vector3d(0, 0, static_cast<double>(low)));
+  cut.grid.size[2] = high - low;
+  const Segmentation found = found_in(cut);
+  for (const char* name : {"hip_left", "hip_right"}) {
+    const Landmark& hip = found.landmarks.at(name);
+    EXPECT_NE(hip.source.find("cuts"), std::string::npos) << hip.source;
+    const double off = (hip.point - all.landmarks.at(name).point).norm();
+    EXPECT_LT(off, 12) << name;
+    EXPECT_LT(off, 2 * hip.deviation) << name;
   }
 }
 
