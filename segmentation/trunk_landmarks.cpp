@@ -83,10 +83,10 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, double
 }
 
 // Lower end of the sternum's bone near `tip`, from the area of its sections in the scan itself: the end
-// tapers and is too slender for voxels' edges. The last of it that counts is some 2 mm across.
-std::optional<double> sternum_end(const Anatomy& a, const Vector3d& tip) {
+// tapers and is too slender for voxels' edges. The last of it that counts is some 2.5 mm across in an adult.
+std::optional<double> sternum_end(const Anatomy& a, const Vector3d& tip, double scale) {
   constexpr double soft = 120, bone = 320, up = 8, down = 12, step = 0.5;  // CT numbers; mm
-  constexpr double least = 3;                                              // mm^2
+  const double least = 5 * scale * scale;                                  // mm^2
   const CloseUp view = close_up(*a.source, tip, 30);
   const auto area = [&](double dz) {
     double sum = 0;
@@ -284,7 +284,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, Landmarks& marks
   double xiphion = bottom + length * (omphalion_to_hip + xiphion_to_omphalion) / neck_to_hip;
   if (const auto sternum = find_sternum(a, trunk, bottom + 0.45 * length, bottom + 1.0 * length)) {
     Vector3d tip = sternum->tip - Vector3d(0, 0, 0.5 * a.step());
-    if (const auto end = sternum_end(a, tip)) tip[2] = *end;
+    if (const auto end = sternum_end(a, tip, trunk.scale)) tip[2] = *end;
     xiphion = tip[2];
     marks["xiphion"] = {tip, 4, 0, "bone: lower end of the sternum"};
     if (has_neck)
