@@ -9,8 +9,6 @@
 #include <set>
 #include <sstream>
 
-#include "pipeline/palette.hpp"
-
 namespace borelli {
 
 namespace {
@@ -127,12 +125,12 @@ int put_triangles(Buffer& buffer, const Mesh& mesh) {
 }
 
 /// The part's mesh and material; answers the mesh's index.
-int add_mesh(tinygltf::Model& model, Buffer& buffer, const Mesh& mesh, const Pose& X_SW) {
+int add_mesh(tinygltf::Model& model, Buffer& buffer, const Mesh& mesh, const Pose& X_SW,
+             const Colour& colour) {
   const auto linear = [](std::uint8_t srgb) {  // glTF's factors are linear; IEC 61966-2-1
     const double c = srgb / 255.0;
     return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
   };
-  const Colour colour = part_colour(mesh.name);
   tinygltf::Material material;
   material.name = mesh.name;
   material.pbrMetallicRoughness.baseColorFactor = {linear(colour.red), linear(colour.green),
@@ -259,7 +257,9 @@ Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_s
 
     tinygltf::Node node;
     node.name = mesh.name;
-    node.mesh = add_mesh(model, buffer, mesh, X_WS.inverse());
+    const auto colour = settings.colours.find(mesh.name);
+    node.mesh = add_mesh(model, buffer, mesh, X_WS.inverse(),
+                         colour != settings.colours.end() ? colour->second : part_colour(mesh.name));
     place(node, track);
     const int index = static_cast<int>(model.nodes.size());
     if (has_solid && kept.size() > 1) {

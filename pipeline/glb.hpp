@@ -13,6 +13,7 @@
 #include "dynamics/trajectory.hpp"
 #include "error/error.hpp"
 #include "pipeline/mesh.hpp"
+#include "pipeline/palette.hpp"
 
 namespace borelli {
 
@@ -25,6 +26,8 @@ struct GlbSettings {
   /// the last stay). A viewer interpolates between samples and is then off by at most a h^2 / 8: at 60 Hz
   /// 0.34 mm in free fall, 0.2 degrees at 100 rad/s^2.
   double samples_per_second = 60;
+  /// Of meshes by name; those that are not here have their body part's, or grey.
+  std::map<std::string, Colour, std::less<>> colours;
 };
 
 /// The file's bytes. A part without a solid (no pose at the scan, or absent from the trajectory) rests where

@@ -7,7 +7,9 @@
 // any two.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <string_view>
 
@@ -48,6 +50,17 @@ inline constexpr std::array<Colour, parts.size()> part_colours{{
 /// Colour of a part by its name ("thigh_left"); grey for a name that is no body part.
 constexpr Colour part_colour(std::string_view name) {
   return part_colours[static_cast<std::size_t>(part_label(name))];
+}
+
+/// For names that are no body part, the n-th: hues a golden angle apart, so that neighbours in a list differ
+/// most.
+inline Colour other_colour(std::size_t n) {
+  const double hue = std::fmod(static_cast<double>(n) * 0.618034, 1.0);
+  const auto channel = [&](double shift) {
+    const double x = std::abs(std::fmod(hue + shift, 1.0) * 6 - 3) - 1;
+    return static_cast<std::uint8_t>(255 * (0.35 + 0.55 * std::clamp(x, 0.0, 1.0)));
+  };
+  return {channel(0), channel(2.0 / 3), channel(1.0 / 3)};
 }
 
 }  // namespace borelli

@@ -50,16 +50,6 @@ Bounds bounds_of(const std::vector<Mesh>& meshes) {
   return bounds;
 }
 
-// names that are no body part: hues a golden angle apart, so that neighbours in the list differ most
-Colour other_colour(std::size_t n) {
-  const double hue = std::fmod(static_cast<double>(n) * 0.618034, 1.0);
-  const auto channel = [&](double shift) {
-    const double x = std::abs(std::fmod(hue + shift, 1.0) * 6 - 3) - 1;
-    return static_cast<std::uint8_t>(255 * (0.35 + 0.55 * std::clamp(x, 0.0, 1.0)));
-  };
-  return {channel(0), channel(2.0 / 3), channel(1.0 / 3)};
-}
-
 vtkSmartPointer<vtkActor> coloured(vtkAlgorithmOutput* surface, const Colour& colour) {
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputConnection(surface);

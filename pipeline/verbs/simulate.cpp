@@ -11,6 +11,7 @@
 #include "dynamics/scene_file.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/file_order.hpp"
+#include "pipeline/scene_meshes.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
@@ -63,6 +64,8 @@ Result<void> check_effect(const Options& o, const SimulationSettings& settings) 
   return {};
 }
 
+bool shows_motion(const std::string& output) { return output.ends_with(".glb") || output.ends_with(".html"); }
+
 // The scene's file stands before what its compilation or simulation finds wrong.
 tl::unexpected<Error> in_file(const std::string& file, Error error) {
   // what compile refuses names the file already, with the line
@@ -94,7 +97,10 @@ nlohmann::json answer_of(const Options& o, const ModelFile& model, const Traject
 Result<Trajectory> run(const Options& o, const Command& command, const Scene& scene) {
   const auto system = compile(scene);
   if (!system) return in_file(o.scene, system.error());
-  const SimulationSettings settings = settings_of(scene.simulation, o);
+  SimulationSettings settings = settings_of(scene.simulation, o);
+  // viewers draw straight lines from row to row, and steps may be long
+  if (shows_motion(o.output) && settings.output_interval == 0)
+    settings.output_interval = std::min(1. / 60, settings.end_time / 300);
   if (auto fine = check_effect(o, settings); !fine) return tl::unexpected(fine.error());
   ProgressBar bar(command.json);
   bar.begin("simulate");
@@ -114,8 +120,9 @@ Result<Trajectory> run(const Options& o, const Command& command, const Scene& sc
 Result<nlohmann::json> work(const Options& o, const Command& command) {
   // a bad name for the output is told before the work, not after it
   const std::string ending = std::filesystem::path(o.output).extension().string();
-  if (!o.output.empty() && ending != ".h5" && ending != ".hdf5" && ending != ".csv")
-    return bad_use(o.output, "ends in '" + ending + "', expected .h5, .hdf5 or .csv");
+  const bool shows = shows_motion(o.output);
+  if (!o.output.empty() && ending != ".h5" && ending != ".hdf5" && ending != ".csv" && !shows)
+    return bad_use(o.output, "ends in '" + ending + "', expected .h5, .hdf5, .csv, .glb or .html");
   if (!o.output.empty()) {
     if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
   }
@@ -138,9 +145,14 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
     settled.simulation = settings_of(scene.simulation, o);
     const auto text = write_scene(settled);
     if (!text) return tl::unexpected(text.error());
-    const auto done = write_whole(o.output, [&](const std::filesystem::path& path) {
-      return write_trajectory(*trajectory, *text, path);
-    });
+    const auto seen = ending == ".glb"    ? scene_glb(scene, *trajectory)
+                      : ending == ".html" ? scene_page(scene, *trajectory)
+                                          : std::string();
+    if (!seen) return tl::unexpected(seen.error());
+    const auto done =
+        shows ? write_whole(o.output, *seen) : write_whole(o.output, [&](const std::filesystem::path& path) {
+          return write_trajectory(*trajectory, *text, path);
+        });
     if (!done) return tl::unexpected(done.error());
     if (!command.json) fmt::print("{}: {} rows\n", o.output, trajectory->times.size());
   }
@@ -155,7 +167,8 @@ void add_simulate(CLI::App& program, Command& command) {
   auto o = std::make_shared<Options>();
   verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
   add_model_options(*verb, o->model);
-  verb->add_option("-o,--output", o->output, "Trajectory to write: .h5 (all of it) or .csv");
+  verb->add_option("-o,--output", o->output,
+                   "Trajectory to write: .h5 (all of it), .csv, .glb (moving solids) or .html (a page)");
   verb->add_option("--method", o->method, "Integrator")->check(CLI::IsMember(integrator_names()));
   verb->add_option("--equations", o->equations, "Equations of motion: along the tree, or the paper's scan")
       ->check(CLI::IsMember({"recursive", "lagrange"}));

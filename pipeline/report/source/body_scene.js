@@ -75,7 +75,7 @@ export async function makeBody(canvas, glb, way) {
   const travel = measure(model, solids, duration, pose);
   const ground = makeGround(travel);
   const sun = addLights(scene, travel);
-  const path = way ? makePath(way) : null;
+  const path = way ? makePath(way, travel.size) : null;
   scene.add(ground.group, ...(path ? [path.group] : []));
 
   let asked = false;
@@ -183,10 +183,10 @@ function distanceToSee(spheres, target, direction, camera) {
 }
 
 /** The gravity centre's way as a line, and where it is now. */
-function makePath({ times, points }) {
+function makePath({ times, points }, size) {
   const there = points.map(([x, y, z]) => new Vector3(x, z, -y)); // the world is Z up, glTF Y up
   const material = new LineBasicMaterial({ transparent: true, opacity: 0.8 });
-  const ball = new Mesh(new SphereGeometry(0.018, 20, 14), new MeshBasicMaterial());
+  const ball = new Mesh(new SphereGeometry(0.01 * size, 20, 14), new MeshBasicMaterial());
   ball.material.depthTest = false; // it lies inside the body
   ball.renderOrder = 1;
   const group = new Group();
@@ -242,7 +242,11 @@ function measure(model, solids, duration, pose) {
 }
 
 function makeGround({ box, start, size }) {
-  const reach = Math.max(2, Math.ceil(Math.max(size, box.getSize(new Vector3()).length() / 2) * 2));
+  // cells of half a metre under a body, of half a centimetre under a mechanism of some centimetres
+  const scale = 10 ** Math.min(0, Math.floor(Math.log10(size / 0.7)));
+  const way = Math.max(size, box.getSize(new Vector3()).length() / 2);
+  const cells = Math.max(2, Math.ceil((way / scale) * 2));
+  const reach = cells * scale;
   const group = new Group();
   let grid = null;
   const colour = () => {
@@ -252,17 +256,18 @@ function makeGround({ box, start, size }) {
       grid.material.dispose();
     }
     const line = new Color(css('--grid'));
-    grid = new GridHelper(reach * 2, reach * 4, line, line);
+    grid = new GridHelper(reach * 2, cells * 4, line, line);
     grid.material = new LineBasicMaterial({ color: line, transparent: true, opacity: 0.55 });
     group.add(grid);
   };
   colour();
   const shade = new Mesh(new CircleGeometry(reach, 48), new ShadowMaterial({ opacity: 0.22 }));
   shade.rotation.x = -Math.PI / 2;
-  shade.position.y = 0.001;
+  shade.position.y = 0.001 * scale;
   shade.receiveShadow = true;
   group.add(shade);
-  group.position.set(Math.round(start.x), box.min.y - 0.002, Math.round(start.z));
+  const round = (x) => Math.round(x / scale) * scale;
+  group.position.set(round(start.x), box.min.y - 0.002 * scale, round(start.z));
   return { group, colour };
 }
 

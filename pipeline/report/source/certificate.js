@@ -45,12 +45,16 @@ function balanceOf(c) {
 }
 
 function residualsOf(c) {
-  if (c.constraint_rows === 0) return ['The scene has no constraints beyond its joints.'];
+  const impacts = c.impacts > 0 ? `, met with a speed ${c.impacts} times and lost ${significant(c.impact_loss, 3)} J in it` : '';
+  const contacts = c.contacts > 0 ? [`Solids may touch in ${c.contacts} places${impacts}.`] : [];
+  if (c.constraint_rows === 0)
+    return contacts.length > 0 ? contacts : ['The scene has no constraints beyond its joints.'];
   const rank = c.constraint_rank < c.constraint_rows ? `, of which ${c.constraint_rank} are independent` : '';
   const redundant = c.redundant?.length
     ? ` (redundant: ${c.redundant.join(', ')}; their efforts are the least ones)`
     : '';
   return [
+    ...contacts,
     `The constraints have ${c.constraint_rows} rows${rank}${redundant}; the table gives the worst that each was missed by.`,
   ];
 }

@@ -3,7 +3,7 @@ import { Raycaster, Vector2, Vector3 } from 'three';
 import { makeBody, views } from './body_scene.js';
 import { darkScheme, fixed, h, onResize, partTitle, significant } from './dom.js';
 
-const speeds = [0.1, 0.25, 0.5, 1, 2];
+const speeds = [0.01, 0.1, 0.25, 0.5, 1, 2];
 
 /**
  * The player; `glb` are the bytes of the model, `facts` maps a part's name to {mass, share} in the table's order,
@@ -44,7 +44,8 @@ export async function makePlayer(glb, facts, way) {
 }
 
 /** A leap is over in a second: too fast to look at. */
-const usualSpeed = ({ duration }) => (duration > 0 && duration <= 1.5 ? 0.5 : 1);
+const usualSpeed = ({ duration }) =>
+  duration > 0 ? (speeds.findLast((s) => s <= 1 && duration / s > 1.5) ?? speeds[0]) : 1;
 
 /** Play, pause, seek; time runs with the wall clock times the speed and starts anew at the end. */
 function makeClock(body) {

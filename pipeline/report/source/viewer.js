@@ -29,7 +29,7 @@ async function build() {
   page.replaceChildren(header(report, rows));
   let player = null;
   if (body) {
-    const holder = section('body', 'The moving body');
+    const holder = section('body', rows.length > 0 ? 'The moving body' : 'The moving solids');
     page.append(holder);
     try {
       player = await makePlayer(
@@ -167,7 +167,8 @@ function scan(report, grey, labels, redraws) {
 function motionSection(motion, player, redraws) {
   const charts = motion.kinetic && motion.potential ? motionCharts(motion, player) : [];
   redraws.push(...charts.map(({ draw }) => draw));
-  const about = `${motion.solids} solids, ${motion.coordinates} degrees of freedom.`;
+  const counted = (n, one, many) => `${n} ${n === 1 ? one : many}`;
+  const about = `${counted(motion.solids, 'solid', 'solids')}, ${counted(motion.coordinates, 'coordinate is', 'coordinates are')} free.`;
   return section(
     'motion',
     'The motion and its certificate',
