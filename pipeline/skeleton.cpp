@@ -3,6 +3,8 @@
 #include <fmt/core.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <set>
 
@@ -78,6 +80,7 @@ class Builder {
   void add_muscle(const Part& part, const Vector3d& axis, double rest, bool is_hinge);
   std::optional<Vector3d> hinge_axis(const Part& part, double flexion_sign) const;
   double flexion_in_scan(const Part& part, const Vector3d& axis) const;
+  double flexion_deviation(const Part& part) const;
   void warn(std::string text) { result_.warnings.push_back(std::move(text)); }
 
   const PartInertials& present_;
@@ -138,6 +141,21 @@ double Builder::flexion_in_scan(const Part& part, const Vector3d& axis) const {
   return std::atan2(axis.dot(a.cross(b)), a.dot(b));
 }
 
+// Standard deviation of the angle at a hinge, rad: those of its three joint centres, each across the segment
+// to its neighbour; the hinge's own centre turns both segments.
+double Builder::flexion_deviation(const Part& part) const {
+  const std::string joint(part.joint);
+  const bool knee = joint.starts_with("knee");
+  const std::string side = joint.substr(joint.find('_'));
+  const auto before = landmarks_.find((knee ? "hip" : "shoulder") + side), here = landmarks_.find(joint),
+             after = landmarks_.find((knee ? "ankle" : "wrist") + side);
+  if (before == landmarks_.end() || here == landmarks_.end() || after == landmarks_.end()) return 0;
+  const double above = (here->second.point - before->second.point).norm(),
+               below = (after->second.point - here->second.point).norm();
+  return std::hypot(before->second.deviation / above, after->second.deviation / below,
+                    here->second.deviation * (1 / above + 1 / below));
+}
+
 std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
   const std::string name(part.joint), kind = without_side(name);
   const double sign = kind == "knee" ? 1 : -1;
@@ -151,7 +169,9 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
   const double flexion = flexion_in_scan(part, *axis);
   Range range = joint_ranges().at(kind + " flexion");
   if (flexion < range.lower || flexion > range.upper) {
-    if (range.lower - flexion > usual_range_room || flexion - range.upper > usual_range_room)
+    // what the landmarks leave open is no finding
+    const double room = std::max(usual_range_room, flexion_deviation(part));
+    if (range.lower - flexion > room || flexion - range.upper > room)
       warn(fmt::format(
           "{}: {:.1f} degrees in the scan, outside the usual {:.0f} to {:.0f}; its range is widened to that",
           name, flexion / degree, range.lower / degree, range.upper / degree));
