@@ -18,7 +18,7 @@ namespace {
 
 class Compiler {
  public:
-  explicit Compiler(const Scene& scene) : scene_(scene) {}
+  Compiler(const Scene& scene, Welds welds) : scene_(scene), welds_(welds) {}
 
   Result<System> run() {
     system_.scene = scene_.name;
@@ -62,7 +62,7 @@ class Compiler {
       if (auto done = add_switch(solid, solid.switches[i], coordinate_name(solid, i), X); !done) return done;
     const int step_count = int(system_.steps.size()) - first_step;
     int body = parent_body;
-    if (step_count > 0) {
+    if (step_count > 0 || welds_ == Welds::kept) {
       body = int(system_.bodies.size());
       Body& added = system_.bodies.emplace_back();
       added.parent = parent_body;
@@ -217,6 +217,7 @@ class Compiler {
   }
 
   const Scene& scene_;
+  const Welds welds_;
   System system_;
   std::map<std::string, int> solid_index_;
   std::map<std::string, KnownCoordinate> coordinates_;
@@ -248,6 +249,6 @@ std::string System::velocity_name(int i) const {
   return fmt::format("velocity {}", i);
 }
 
-Result<System> compile(const Scene& scene) { return Compiler(scene).run(); }
+Result<System> compile(const Scene& scene, Welds welds) { return Compiler(scene, welds).run(); }
 
 }  // namespace borelli

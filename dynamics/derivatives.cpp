@@ -195,6 +195,14 @@ Result<ForwardDerivatives> forward_derivatives(const System& system, const State
   return out;
 }
 
+Result<Rows> residual_by_q(const System& system, const State& state, const Eigen::VectorXd& a,
+                           const Eigen::VectorXd& multipliers) {
+  if (auto fits = check_state(system, state); !fits) return tl::unexpected(fits.error());
+  Rows dr = Rows::Zero(system.nv, system.nv), dc = Rows::Zero(system.rows, system.nv);
+  Residuals(system, state, a, multipliers).by_q(dr, dc);
+  return dr;
+}
+
 Result<InverseDynamics> inverse_dynamics(const System& system, const State& state, const Eigen::VectorXd& a) {
   const int n = system.nv;
   if (a.size() != n)

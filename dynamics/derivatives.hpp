@@ -38,6 +38,11 @@ struct ForwardDerivatives {
 Result<ForwardDerivatives> forward_derivatives(const System& system, const State& state,
                                                const Eigen::VectorXd& efforts = Eigen::VectorXd());
 
+/// How the residual r changes with q at fixed v, a (nv) and lambda (rows): nv x nv. Fails where the state
+/// does not fit the system; what the user's functions throw goes through.
+Result<Rows> residual_by_q(const System& system, const State& state, const Eigen::VectorXd& a,
+                           const Eigen::VectorXd& multipliers);
+
 /// The generalized efforts that accelerations ask for beside the scene's own, without its constraints:
 /// tau = A a + B - Q (nv numbers, N or N m), and their derivatives.
 struct InverseDynamics {

@@ -54,6 +54,8 @@ Result<Evaluation> evaluate(const System& system, const State& state, const Eige
   out.constraint_bias = w.rows.E;
   out.kinetic_energy = w.terms.kinetic;
   out.potential_energy = w.terms.potential;
+  out.momenta = momenta(system, system.parameters, w.kinematics);
+  out.centroidal = centroidal_momentum(system, system.parameters, w.kinematics);
   return out;
 }
 

@@ -1,7 +1,7 @@
 // The equations at one state, for people and other programs: `borelli evaluate`.
 #pragma once
 
-#include "dynamics/system.hpp"
+#include "dynamics/jacobian.hpp"
 
 namespace borelli {
 
@@ -19,6 +19,8 @@ struct Evaluation {
   Eigen::VectorXd multipliers;           ///< lambda
   Eigen::VectorXd drive_efforts;         ///< what driven coordinates exert
   double kinetic_energy = 0, potential_energy = 0;  ///< J
+  Momenta momenta;                                  ///< of all moving solids
+  CentroidalMomentum centroidal;
 };
 
 /// At `state`, as it is (constraints are not put right). `efforts`, if not empty, holds nv generalized

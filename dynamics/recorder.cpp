@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "dynamics/jacobian.hpp"
+
 namespace borelli {
 
 namespace {
@@ -9,17 +11,6 @@ namespace {
 template <class Vector>
 void append(std::vector<double>& numbers, const Vector& x) {
   numbers.insert(numbers.end(), x.data(), x.data() + x.size());
-}
-
-/// Of all moving solids together.
-Eigen::Vector3d gravity_centre(const System& system, const Workspace& w) {
-  double mass = 0;
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
-  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
-    mass += system.parameters.inertials[b].mass;
-    first += system.parameters.inertials[b].mass * w.kinematics.bodies[b].g;
-  }
-  return mass > 0 ? Eigen::Vector3d(first / mass) : first;
 }
 
 }  // namespace
@@ -49,7 +40,10 @@ void Recorder::record(const State& state, const Workspace& w, const Work& work) 
     for (const TimeFunction& f : drive.functions) driven_positions_.push_back(at(f, state.t).value);
   for (std::size_t s = 0; s < system_.solids.size(); ++s)
     out_.poses.push_back(w.kinematics.bodies[system_.solid_bodies[s]].X * system_.parameters.solid_poses[s]);
-  append(gravity_centre_, gravity_centre(system_, w));
+  const Momenta now = momenta(system_, system_.parameters, w.kinematics);
+  append(gravity_centre_, now.centre);
+  append(linear_momentum_, now.linear);
+  append(angular_momentum_, now.angular);
   out_.kinetic.push_back(w.terms.kinetic);
   out_.potential.push_back(w.terms.potential);
   out_.work.push_back(work.total());
@@ -74,6 +68,8 @@ Trajectory Recorder::finish(Certificate certificate) {
   out_.driven_efforts = matrix(driven_efforts_);
   out_.driven_positions = matrix(driven_positions_);
   out_.gravity_centre = matrix(gravity_centre_);
+  out_.linear_momentum = matrix(linear_momentum_);
+  out_.angular_momentum = matrix(angular_momentum_);
   out_.certificate = std::move(certificate);
   return std::move(out_);
 }

@@ -20,7 +20,8 @@ class Recorder {
   const System& system_;
   Trajectory out_;
   std::vector<double> contact_modes_, contact_forces_;
-  std::vector<double> q_, v_, a_, multipliers_, driven_efforts_, driven_positions_, gravity_centre_;
+  std::vector<double> q_, v_, a_, multipliers_, driven_efforts_, driven_positions_;
+  std::vector<double> gravity_centre_, linear_momentum_, angular_momentum_;
 };
 
 }  // namespace borelli

@@ -137,6 +137,12 @@ void ConstraintScan<T>::along(int r, int site, const Vector3<T>& p_W, const Vect
   const Body& structure = this->system_.bodies[this->at_site(site).body];
   const int* support = this->system_.support.data() + structure.first_support;
   T* row = rows_.L.row(this->action_->first_row + r).data();
+  if (rows_.loads.bodies) {
+    const int at = this->at_site(site).body;
+    const Vector3<T> force = (*rows_.loads.multipliers)[this->action_->first_row + r] * f;
+    rows_.loads.bodies->force[at] += force;
+    rows_.loads.bodies->moment[at] += arm.cross(force);
+  }
   for (int i = 0; i < structure.support_count; ++i) {
     const int u = support[i];
     const Vector3<T>& w = this->kinematics_.angular[u];
@@ -151,6 +157,9 @@ void ConstraintScan<T>::about(int r, int site, const Vector3<T>& m) {
   const Body& structure = this->system_.bodies[this->at_site(site).body];
   const int* support = this->system_.support.data() + structure.first_support;
   T* row = rows_.L.row(this->action_->first_row + r).data();
+  if (rows_.loads.bodies)
+    rows_.loads.bodies->moment[this->at_site(site).body] +=
+        (*rows_.loads.multipliers)[this->action_->first_row + r] * m;
   for (int i = 0; i < structure.support_count; ++i)
     row[support[i]] += m.dot(this->kinematics_.angular[support[i]]);
 }

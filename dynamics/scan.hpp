@@ -108,6 +108,13 @@ struct ConstraintRowsOf {
   std::vector<std::array<T, 2>> slip_along;
   bool every_row = false;  ///< keep the rows of all contacts, whatever their mode
 
+  /// If set, the scan also adds to `bodies` what these multipliers do on the bodies along the rows.
+  struct Loads {
+    const Eigen::VectorXd* multipliers = nullptr;
+    EffortSumsOf<T>* bodies = nullptr;
+  };
+  Loads loads;
+
   struct FunctionScratch {
     Eigen::VectorX<T> x, rate, gradient;
     Eigen::VectorXd at, moved;

@@ -141,9 +141,15 @@ struct System {
   std::string velocity_name(int i) const;
 };
 
+/// What becomes of solids without motion of their own.
+enum class Welds {
+  merged,  ///< they are one body with their parents
+  kept     ///< each is a body, so that what goes through the weld can be told (reaction.hpp)
+};
+
 /// Checks a scene and lays it out flat: solids without motion of their own are merged into their parents,
 /// locked coordinates folded, each body's support computed. Fails with the name of the solid, coordinate,
 /// effort or constraint that is wrong.
-Result<System> compile(const Scene& scene);
+Result<System> compile(const Scene& scene, Welds welds = Welds::merged);
 
 }  // namespace borelli

@@ -33,6 +33,8 @@ struct Trajectory {
   std::vector<std::string> solids;  ///< every solid of the scene, welded ones too, in the scene's order
   std::vector<Pose> poses;          ///< X_WS of solid s at time t: [t * solids.size() + s]
   Rows gravity_centre;              ///< T x 3, of all moving solids together, world, m
+  Rows linear_momentum;             ///< T x 3, of the same, kg m/s
+  Rows angular_momentum;            ///< T x 3, about their gravity centre, kg m^2/s
 
   std::vector<std::string> multiplier_names;  ///< constraint's name, with [row] where it has several
   Rows multipliers;  ///< T x rows: the constraints' efforts along their rows, N or N m
@@ -44,6 +46,11 @@ struct Trajectory {
   std::vector<std::string> driven_names;  ///< driven coordinates, with [component] for a ball
   Rows driven_positions;                  ///< T x driven: m or rad; a driven ball: its rotation vector
   Rows driven_efforts;                    ///< T x driven: what the drive exerts, N or N m
+
+  /// What each solid has from its parent through its joint (JointReaction), world axes; empty unless asked
+  /// for (add_reactions).
+  Rows reaction_points, reaction_forces, reaction_moments;  ///< T x 3 solids: m, N, N m
+  Rows reaction_unique;                                     ///< T x solids: 1, or 0 where others would do
 
   std::vector<double> kinetic;    ///< J
   std::vector<double> potential;  ///< J: weight and springs

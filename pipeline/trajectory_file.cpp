@@ -136,6 +136,14 @@ void write_certificate(Hdf5Writer& file, const Certificate& c) {
                "s");
 }
 
+void write_reactions(Hdf5Writer& file, const Trajectory& t) {
+  const std::vector<std::size_t> shape{t.times.size(), t.solids.size(), 3};
+  file.numbers("/reactions/point", shape, t.reaction_points.data(), "m");
+  file.numbers("/reactions/force", shape, t.reaction_forces.data(), "N");
+  file.numbers("/reactions/moment", shape, t.reaction_moments.data(), "N m");
+  write_rows(file, "/reactions/unique", t.times.size(), t.reaction_unique, "1");
+}
+
 Result<void> write_hdf5(const Trajectory& t, const std::string& scene, const std::filesystem::path& path) {
   Hdf5Writer file(path);
   file.attribute("/", "format", format);
@@ -160,6 +168,11 @@ Result<void> write_hdf5(const Trajectory& t, const std::string& scene, const std
   file.numbers("/solids/position", {t.times.size(), t.solids.size(), 3}, positions.data(), "m");
   file.numbers("/solids/orientation", {t.times.size(), t.solids.size(), 4}, orientations(t).data(), "1");
   write_rows(file, "/gravity_centre", t.times.size(), t.gravity_centre, "m");
+  if (t.linear_momentum.cols() > 0) {
+    write_rows(file, "/momentum/linear", t.times.size(), t.linear_momentum, "kg m/s");
+    write_rows(file, "/momentum/angular", t.times.size(), t.angular_momentum, "kg m^2/s");
+  }
+  if (t.reaction_unique.cols() > 0) write_reactions(file, t);
 
   file.texts("/constraints/name", t.multiplier_names);
   write_rows(file, "/constraints/multiplier", t.times.size(), t.multipliers, "N or N m");
@@ -326,6 +339,25 @@ void read_poses(Fill& fill, Trajectory& t) {
   }
 }
 
+void read_reactions(Fill& fill, Trajectory& t) {
+  if (!fill.holds("/reactions/force")) return;
+  const std::vector<std::size_t> shape{t.times.size(), t.solids.size(), 3};
+  const auto vectors = [&](const std::string& name) -> Rows {
+    const Hdf5Array array = fill.numbers(name, 3);
+    if (!fill.fine()) return {};
+    if (array.shape != shape) {
+      fill.complain(name + " does not have one vector per time and solid");
+      return {};
+    }
+    return Eigen::Map<const Rows>(array.values.data(), static_cast<Eigen::Index>(shape[0]),
+                                  static_cast<Eigen::Index>(3 * shape[1]));
+  };
+  t.reaction_points = vectors("/reactions/point");
+  t.reaction_forces = vectors("/reactions/force");
+  t.reaction_moments = vectors("/reactions/moment");
+  t.reaction_unique = fill.rows("/reactions/unique", t.times.size(), t.solids.size());
+}
+
 void read_certificate(Fill& fill, Certificate& c) {
   certificate_numbers(c, [&]<class T>(const char* name, T& value) {
     value = fill.as<T>(name, fill.attribute("/certificate", name));
@@ -397,18 +429,31 @@ std::vector<std::string> csv_header(const Trajectory& t) {
   columns("q", true, "rad", "m");
   columns("v", false, "rad/s", "m/s");
   columns("a", false, "rad/s^2", "m/s^2");
-  for (const char* name : {"kinetic energy [J]", "potential energy [J]", "work [J]"}) out.emplace_back(name);
-  for (const char axis : {'x', 'y', 'z'}) out.push_back(fmt::format("gravity centre.{} [m]", axis));
+  for (const char* name : {"kinetic energy [J]", "potential energy [J]", "total energy [J]", "work [J]"})
+    out.emplace_back(name);
+  const auto vector = [&](const std::string& name, const char* units) {
+    for (const char axis : {'x', 'y', 'z'}) out.push_back(fmt::format("{}.{} [{}]", name, axis, units));
+  };
+  vector("gravity centre", "m");
+  if (t.linear_momentum.cols() > 0)
+    vector("linear momentum", "kg m/s"), vector("angular momentum", "kg m^2/s");
   for (const auto& name : t.multiplier_names) out.push_back("multiplier " + name + " [N or N m]");
   for (const auto& name : t.contact_names) out.push_back("contact mode " + name + " [1]");
   for (const auto& name : t.contact_names) out.push_back("normal force " + name + " [N or N m]");
   for (const auto& name : t.driven_names) out.push_back("driven " + name + " [m or rad]");
   for (const auto& name : t.driven_names) out.push_back("drive effort " + name + " [N or N m]");
   for (const auto& name : t.solids) {
-    for (const char axis : {'x', 'y', 'z'}) out.push_back(fmt::format("position {}.{} [m]", name, axis));
+    vector("position " + name, "m");
     for (const char axis : {'w', 'x', 'y', 'z'})
       out.push_back(fmt::format("orientation {}.{} [1]", name, axis));
   }
+  if (t.reaction_unique.cols() > 0)
+    for (const auto& name : t.solids) {
+      vector("reaction point " + name, "m");
+      vector("reaction force " + name, "N");
+      vector("reaction moment " + name, "N m");
+      out.push_back("reaction unique " + name + " [1]");
+    }
   return out;
 }
 
@@ -432,12 +477,18 @@ Result<void> write_csv(const Trajectory& t, const std::filesystem::path& path) {
       for (Eigen::Index c = 0; c < rows.cols(); ++c) add(rows(row, c));
     };
     add_row(t.q), add_row(t.v), add_row(t.a);
-    add(t.kinetic[i]), add(t.potential[i]), add(t.work[i]);
-    add_row(t.gravity_centre), add_row(t.multipliers), add_row(t.contact_modes), add_row(t.contact_forces),
+    add(t.kinetic[i]), add(t.potential[i]), add(t.kinetic[i] + t.potential[i]), add(t.work[i]);
+    add_row(t.gravity_centre), add_row(t.linear_momentum), add_row(t.angular_momentum),
+        add_row(t.multipliers), add_row(t.contact_modes), add_row(t.contact_forces),
         add_row(t.driven_positions), add_row(t.driven_efforts);
     for (std::size_t s = 0; s < t.solids.size(); ++s) {
       for (int c = 0; c < 3; ++c) add(t.pose(i, s).p[c]);
       for (int c = 0; c < 4; ++c) add(turns[4 * (i * t.solids.size() + s) + static_cast<std::size_t>(c)]);
+    }
+    for (Eigen::Index s = 0; s < t.reaction_unique.cols(); ++s) {
+      for (const Rows* rows : {&t.reaction_points, &t.reaction_forces, &t.reaction_moments})
+        for (Eigen::Index c = 3 * s; c < 3 * s + 3; ++c) add((*rows)(row, c));
+      add(t.reaction_unique(row, s));
     }
     file += '\n';
   }
@@ -477,6 +528,11 @@ Result<StoredTrajectory> read_trajectory(const std::filesystem::path& path) {
   read_coordinates(fill, t);
   read_poses(fill, t);
   t.gravity_centre = fill.rows("/gravity_centre", n, 3);
+  if (fill.holds("/momentum/linear")) {
+    t.linear_momentum = fill.rows("/momentum/linear", n, 3);
+    t.angular_momentum = fill.rows("/momentum/angular", n, 3);
+  }
+  read_reactions(fill, t);
   t.multiplier_names = fill.texts("/constraints/name");
   t.multipliers = fill.rows("/constraints/multiplier", n, t.multiplier_names.size());
   t.contact_modes = t.contact_forces = Rows(static_cast<Eigen::Index>(n), 0);

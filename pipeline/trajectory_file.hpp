@@ -1,8 +1,9 @@
 // Trajectories as HDF5 (all of it, to be read back here or by h5py, MATLAB ...) and as CSV (a table for a
 // spreadsheet).
 // The HDF5 layout stands as a table in pipeline/README.md.
-// CSV: one row per output time; columns time, q, v, a, energies, multipliers, drives and every solid's pose,
-// each with its unit in brackets; lines before the header begin with '#' and hold the certificate.
+// CSV: one row per output time; columns time, q, v, a, energies, momenta, multipliers, drives, every solid's
+// pose and, where asked for, the reactions of its joint, each with its unit in brackets; lines before the
+// header begin with '#' and hold the certificate.
 #pragma once
 
 #include <filesystem>

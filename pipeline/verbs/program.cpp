@@ -43,6 +43,8 @@ int run(int argc, char** argv) {
   borelli::add_skeleton(program, command);
   borelli::add_simulate(program, command);
   borelli::add_evaluate(program, command);
+  borelli::add_equilibrium(program, command);
+  borelli::add_modes(program, command);
   borelli::add_export(program, command);
   borelli::add_report(program, command);
   borelli::add_figures(program, command);

@@ -8,6 +8,7 @@
 
 #include "dynamics/integrator.hpp"
 #include "dynamics/model_file.hpp"
+#include "dynamics/reaction.hpp"
 #include "dynamics/scene_file.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/file_order.hpp"
@@ -29,7 +30,7 @@ struct Options {
   std::optional<std::string> method, equations, constraints, impacts, restitution;
   std::optional<double> rest_speed, step, tolerance, accuracy, end, output_interval, alpha, beta,
       energy_threshold;
-  bool allow_untrusted = false;
+  bool allow_untrusted = false, reactions = false;
 };
 
 SimulationSettings settings_of(SimulationSettings s, const Options& o) {
@@ -111,6 +112,8 @@ Result<Trajectory> run(const Options& o, const Command& command, const Scene& sc
   };
   auto trajectory = simulate(*system, system->initial, settings, observer);
   if (!trajectory) return in_file(o.scene, trajectory.error());
+  if (o.reactions)
+    if (const auto done = add_reactions(scene, *trajectory); !done) return in_file(o.scene, done.error());
   bar.end(settings.accuracy > 0
               ? fmt::format("to {:g} s at an accuracy of {:g}", settings.end_time, settings.accuracy)
               : fmt::format("{} to {:g} s", settings.method, settings.end_time));
@@ -199,6 +202,7 @@ void add_simulate(CLI::App& program, Command& command) {
   verb->add_option("--energy-threshold", o->energy_threshold,
                    "Largest energy drift to trust, of the energy turned over")
       ->check(number_not_negative());
+  verb->add_flag("--reactions", o->reactions, "Write what goes through each joint, too");
   verb->add_flag("--allow-untrusted", o->allow_untrusted, "Accept a run that its certificate does not trust");
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }

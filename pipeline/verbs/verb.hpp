@@ -27,6 +27,8 @@ void add_inertia(CLI::App& program, Command& command);
 void add_skeleton(CLI::App& program, Command& command);
 void add_simulate(CLI::App& program, Command& command);
 void add_evaluate(CLI::App& program, Command& command);
+void add_equilibrium(CLI::App& program, Command& command);
+void add_modes(CLI::App& program, Command& command);
 void add_export(CLI::App& program, Command& command);
 void add_report(CLI::App& program, Command& command);
 void add_figures(CLI::App& program, Command& command);

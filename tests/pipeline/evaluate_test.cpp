@@ -179,6 +179,41 @@ TEST(Evaluate, DerivativesByHand) {
   EXPECT_NEAR(d["acceleration_by_inertia"][0]["mass"][0], -0.5, 1e-14);  // -tau / (m l)^2
 }
 
+TEST(Evaluate, LoadsAndMomentaByHand) {
+  // the rod's pull is m (g cos q + l v^2), from the bob to the hinge at the origin
+  const TestFolder folder;
+  const std::string state = folder.write("state.json", R"({"q": [0.3], "v": [2]})");
+  const ProgramRun run =
+      run_program("evaluate " + samples +
+                  "pendulum.toml --reactions world --jacobians --point bob:0,0,-0.5 --state " + state);
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json a = json::parse(run.out, nullptr, false);
+  const double s = std::sin(0.3), c = std::cos(0.3), pull = 9.81 * c + 4;
+  ASSERT_EQ(a["reactions"].size(), 1u);
+  EXPECT_EQ(a["reactions"][0]["solid"], "bob");
+  EXPECT_EQ(a["reactions"][0]["parent"], "world");
+  EXPECT_NEAR(a["reactions"][0]["force"][0], pull * s, 1e-13);
+  EXPECT_NEAR(a["reactions"][0]["force"][2], pull * c, 1e-13);
+  EXPECT_NEAR(a["reactions"][0]["moment"][1], 0, 1e-13);
+  EXPECT_EQ(a["reactions"][0]["unique"], true);
+  // the bob at -l (sin q, 0, cos q) has the velocity -l v (cos q, 0, -sin q)
+  EXPECT_NEAR(a["gravity_centre"][0], -s, 1e-15);
+  EXPECT_NEAR(a["linear_momentum"][0], -2 * c, 1e-14);
+  EXPECT_NEAR(a["angular_momentum"][1], 0, 1e-14);  // a point
+  EXPECT_NEAR(a["total_energy"], 2 - 9.81 * c, 1e-14);
+  EXPECT_NEAR(a["gravity_centre_jacobian"][0][0], -c, 1e-15);
+  EXPECT_NEAR(a["gravity_centre_bias"][0], 4 * s, 1e-14);
+  EXPECT_NEAR(a["centroidal_momentum_matrix"][5][0], s, 1e-15);
+  EXPECT_NEAR(a["points"][0]["jacobian"][2][0], 0.5 * s, 1e-15);
+  EXPECT_NEAR(a["points"][0]["velocity"][0], -c, 1e-14);
+  EXPECT_NEAR(a["points"][0]["bias"][2], 2 * c, 1e-14);
+  for (const char* wrong : {"bob:0,0", "bob:a,0,0", "none", "bob:0,0,0,0"}) {
+    const ProgramRun refused = run_program("evaluate " + samples + "pendulum.toml --point " + wrong);
+    EXPECT_EQ(refused.code, 2) << wrong;
+    EXPECT_NE(refused.err.find(std::string("--point ") + wrong), std::string::npos) << refused.err;
+  }
+}
+
 TEST(Evaluate, BadStatesEndInOneSentence) {
   const TestFolder folder;
   const std::pair<const char*, const char*> bad[] = {

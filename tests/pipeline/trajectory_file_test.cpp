@@ -44,6 +44,9 @@ Trajectory made_up(std::size_t times) {
         {rotation_about(axis, number(random)), {number(random), number(random), number(random)}});
   }
   t.gravity_centre = rows(3);
+  t.linear_momentum = rows(3), t.angular_momentum = rows(3);
+  t.reaction_points = rows(9), t.reaction_forces = rows(9), t.reaction_moments = rows(9);
+  t.reaction_unique = rows(3);
   t.multiplier_names = {"pin[0]", "pin[1]"};
   t.multipliers = rows(2);
   t.contact_names = {"ground", "wall[1]", "wall[2]"};
@@ -128,6 +131,12 @@ TEST_F(TrajectoryFile, Hdf5GivesEveryNumberBack) {
               4e-15);  // a quaternion's roundings, there and back
   }
   EXPECT_EQ(r.gravity_centre, t.gravity_centre);
+  EXPECT_EQ(r.linear_momentum, t.linear_momentum);
+  EXPECT_EQ(r.angular_momentum, t.angular_momentum);
+  EXPECT_EQ(r.reaction_points, t.reaction_points);
+  EXPECT_EQ(r.reaction_forces, t.reaction_forces);
+  EXPECT_EQ(r.reaction_moments, t.reaction_moments);
+  EXPECT_EQ(r.reaction_unique, t.reaction_unique);
   EXPECT_EQ(r.multiplier_names, t.multiplier_names);
   EXPECT_EQ(r.multipliers, t.multipliers);
   EXPECT_EQ(r.driven_positions.rows(), 5);
@@ -234,13 +243,20 @@ TEST_F(TrajectoryFile, CsvHoldsEveryNumberUnderItsName) {
     std::istringstream cells(line);
     std::vector<double> values;
     for (std::string cell; std::getline(cells, cell, ',');) values.push_back(std::stod(cell));
-    ASSERT_EQ(values.size(), 1u + 5 + 4 + 4 + 3 + 3 + 2 + 2 * 3 + 3 * 7);
+    ASSERT_EQ(values.size(), 1u + 5 + 4 + 4 + 4 + 3 + 6 + 2 + 2 * 3 + 3 * 7 + 3 * 10);
     EXPECT_EQ(values[0], t.times[static_cast<std::size_t>(i)]);
     EXPECT_EQ(values[5], t.q(i, 4));
     EXPECT_EQ(values[14], t.kinetic[static_cast<std::size_t>(i)]);
-    EXPECT_EQ(values[22], t.contact_modes(i, 0));
-    EXPECT_EQ(values[25], t.contact_forces(i, 0));
-    EXPECT_EQ(values[28 + 7], t.pose(static_cast<std::size_t>(i), 1).p[0]);
+    EXPECT_EQ(values[16], values[14] + values[15]);
+    EXPECT_EQ(values[21], t.linear_momentum(i, 0));
+    EXPECT_EQ(values[26], t.angular_momentum(i, 2));
+    EXPECT_EQ(values[29], t.contact_modes(i, 0));
+    EXPECT_EQ(values[32], t.contact_forces(i, 0));
+    EXPECT_EQ(values[35 + 7], t.pose(static_cast<std::size_t>(i), 1).p[0]);
+    EXPECT_EQ(values[56 + 10], t.reaction_points(i, 3));
+    EXPECT_EQ(values[56 + 13], t.reaction_forces(i, 3));
+    EXPECT_EQ(values[56 + 18], t.reaction_moments(i, 5));
+    EXPECT_EQ(values[56 + 19], t.reaction_unique(i, 1));
   }
   EXPECT_FALSE(std::getline(file, line));
 }

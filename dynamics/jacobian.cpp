@@ -1,0 +1,106 @@
+#include "dynamics/jacobian.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dynamics/evaluate.hpp"
+
+namespace borelli {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+namespace {
+
+Matrix3d tensor_in_world(const Parameters& parameters, const Kinematics& kinematics, std::size_t b) {
+  const Matrix3d& R = kinematics.bodies[b].X.R;
+  return R * parameters.inertials[b].tensor * R.transpose();
+}
+
+/// Calls visit(column, angular, linear) for every free coordinate that body b depends on: what its unit
+/// velocity does to the body and to the point of it at p.
+template <class Visit>
+void for_each_column(const System& system, const Kinematics& k, std::size_t b, const Vector3d& p,
+                     Visit&& visit) {
+  const Body& body = system.bodies[b];
+  for (int i = body.first_support; i < body.first_support + body.support_count; ++i) {
+    const int u = system.support[i];
+    if (u < system.nv) visit(u, k.angular[u], Vector3d(k.linear[u] + k.angular[u].cross(p - k.origin[u])));
+  }
+}
+
+}  // namespace
+
+Momenta momenta(const System& system, const Parameters& parameters, const Kinematics& k) {
+  Momenta out;
+  Vector3d first = Vector3d::Zero();
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+    const double mass = parameters.inertials[b].mass;
+    out.mass += mass;
+    first += mass * k.bodies[b].g;
+    out.linear += mass * k.bodies[b].v;
+  }
+  if (out.mass > 0) {
+    out.centre = first / out.mass;
+    out.velocity = out.linear / out.mass;
+  }
+  for (std::size_t b = 1; b < system.bodies.size(); ++b)
+    if (system.bodies[b].massive)
+      out.angular +=
+          parameters.inertials[b].mass * (k.bodies[b].g - out.centre).cross(k.bodies[b].v - out.velocity) +
+          tensor_in_world(parameters, k, b) * k.bodies[b].w;
+  return out;
+}
+
+CentroidalMomentum centroidal_momentum(const System& system, const Parameters& parameters,
+                                       const Kinematics& k) {
+  CentroidalMomentum out;
+  out.matrix.setZero(6, system.nv);
+  out.bias.setZero();
+  const Vector3d centre = momenta(system, parameters, k).centre;
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+    if (!system.bodies[b].massive) continue;
+    const BodyMotion& m = k.bodies[b];
+    const double mass = parameters.inertials[b].mass;
+    const Vector3d arm = m.g - centre;
+    const Matrix3d I = tensor_in_world(parameters, k, b);
+    for_each_column(system, k, b, m.g, [&](int u, const Vector3d& w, const Vector3d& v) {
+      out.matrix.col(u).head<3>() += I * w + mass * arm.cross(v);
+      out.matrix.col(u).tail<3>() += mass * v;
+    });
+    out.bias.head<3>() += I * m.wdot + m.w.cross(I * m.w) + mass * arm.cross(m.vdot);
+    out.bias.tail<3>() += mass * m.vdot;
+  }
+  return out;
+}
+
+Result<PointMotion> point_motion(const System& system, const State& state, const SolidPoint& at) {
+  const auto found = std::find(system.solids.begin(), system.solids.end(), at.solid);
+  if (found == system.solids.end())
+    return bad_use(fmt::format("point of '{}'", at.solid), "no solid of the scene has this name");
+  if (!at.point.allFinite())
+    return bad_use(fmt::format("point of '{}'", at.solid), "its place is not a finite number");
+  if (auto fits = check_state(system, state); !fits) return tl::unexpected(fits.error());
+  const auto solid = std::size_t(found - system.solids.begin());
+  const auto b = std::size_t(system.solid_bodies[solid]);
+  Kinematics k(system, Equations::recursive);
+  update_kinematics(system, system.parameters, state.t, state.q.data(), state.v.data(), k);
+  const BodyMotion& m = k.bodies[b];
+  PointMotion out;
+  out.position = m.X * (system.parameters.solid_poses[solid] * at.point);
+  const Vector3d arm = out.position - m.X.p, w_arm = m.w.cross(arm);
+  out.velocity = m.origin_v + w_arm;
+  out.angular_velocity = m.w;
+  out.bias = m.origin_vdot + m.wdot.cross(arm) + m.w.cross(w_arm);
+  out.angular_bias = m.wdot;
+  out.jacobian.setZero(3, system.nv);
+  out.angular_jacobian.setZero(3, system.nv);
+  for_each_column(system, k, b, out.position, [&](int u, const Vector3d& w, const Vector3d& v) {
+    out.jacobian.col(u) = v;
+    out.angular_jacobian.col(u) = w;
+  });
+  return out;
+}
+
+}  // namespace borelli

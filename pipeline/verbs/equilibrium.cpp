@@ -1,0 +1,60 @@
+// borelli equilibrium SCENE: where everything stays at rest.
+#include "dynamics/equilibrium.hpp"
+
+#include <fmt/core.h>
+
+#include "dynamics/evaluate.hpp"
+#include "pipeline/verbs/state_file.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+
+struct Options : StateOptions {
+  std::string output;
+};
+
+Result<json> work(const Options& o, const Command& command) {
+  if (!o.output.empty())
+    if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
+  const auto given = read_scene_at_state(o);
+  if (!given) return tl::unexpected(given.error());
+  const auto found = find_equilibrium(given->system, given->state);
+  if (!found) return in_scene(o, found.error());
+  const auto there = evaluate(given->system, found->state);
+  if (!there) return in_scene(o, there.error());
+  const json state = json_of(found->state, given->order);
+  json names = json::array();
+  for (const Eigen::Index i : given->order.v) names.push_back(there->coordinates[std::size_t(i)]);
+  json answer{{"coordinates", names},
+              {"state", state},
+              {"iterations", found->iterations},
+              {"imbalance", found->imbalance},
+              {"potential_energy", there->potential_energy}};
+  if (!there->rows.empty()) {
+    answer["constraint_rows"] = there->rows;
+    answer["multipliers"] = std::vector<double>(found->multipliers.begin(), found->multipliers.end());
+  }
+  if (!given->model.not_modelled.empty()) answer["not_modelled"] = given->model.not_modelled;
+  if (!o.output.empty())
+    if (auto done = write_whole(o.output, state.dump(2) + "\n"); !done) return tl::unexpected(done.error());
+  if (!command.json) fmt::print("{}\n", answer.dump(2));
+  return answer;
+}
+
+}  // namespace
+
+void add_equilibrium(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand(
+      "equilibrium",
+      "Where a scene stays at rest, near a state, as JSON (`modes` tells whether it is stable)");
+  auto o = std::make_shared<Options>();
+  add_state_options(*verb, *o);
+  verb->add_option("-o,--output", o->output, "The state, for --state of other verbs (.json)");
+  verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
+}
+
+}  // namespace borelli

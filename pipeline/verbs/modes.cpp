@@ -1,0 +1,65 @@
+// borelli modes SCENE: small deviations from a steady state.
+#include <fmt/core.h>
+
+#include "dynamics/equilibrium.hpp"
+#include "dynamics/linearize.hpp"
+#include "pipeline/verbs/state_file.hpp"
+#include "pipeline/verbs/verb.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+
+struct Options : StateOptions {
+  bool equilibrium = false;
+};
+
+json json_of(const Mode& mode, const FileOrder& order) {
+  json shape = json::array();
+  for (const Eigen::Index i : order.v) shape.push_back({mode.shape[i].real(), mode.shape[i].imag()});
+  return {{"eigenvalue", {mode.eigenvalue.real(), mode.eigenvalue.imag()}},
+          {"frequency", mode.frequency},
+          {"damping_ratio", mode.damping_ratio},
+          {"shape", shape}};
+}
+
+Result<json> work(const Options& o, const Command& command) {
+  auto given = read_scene_at_state(o);
+  if (!given) return tl::unexpected(given.error());
+  if (o.equilibrium) {
+    const auto found = find_equilibrium(given->system, given->state);
+    if (!found) return in_scene(o, found.error());
+    given->state = found->state;
+  }
+  const auto linear = linearize(given->system, given->state);
+  if (!linear) return in_scene(o, linear.error());
+  json names = json::array(), modes = json::array(), matrix = json::array();
+  for (const Eigen::Index i : given->order.v) names.push_back(given->system.velocity_name(int(i)));
+  for (const Mode& mode : linear->modes) modes.push_back(json_of(mode, given->order));
+  for (Eigen::Index r = 0; r < linear->state_matrix.rows(); ++r)
+    matrix.push_back(
+        std::vector<double>(linear->state_matrix.row(r).begin(), linear->state_matrix.row(r).end()));
+  json answer{{"coordinates", names},
+              {"state", json_of(given->state, given->order)},
+              {"stability", word_for(linear->stability)},
+              {"modes", modes},
+              {"basis", rows_in_file_order(linear->basis.transpose(), given->order)},
+              {"state_matrix", matrix}};
+  if (!given->model.not_modelled.empty()) answer["not_modelled"] = given->model.not_modelled;
+  if (!command.json) fmt::print("{}\n", answer.dump(2));
+  return answer;
+}
+
+}  // namespace
+
+void add_modes(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand(
+      "modes", "Stability, frequencies, damping and shapes of small deviations from a steady state, as JSON");
+  auto o = std::make_shared<Options>();
+  add_state_options(*verb, *o);
+  verb->add_flag("--equilibrium", o->equilibrium, "Look for an equilibrium first, from the state given");
+  verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
+}
+
+}  // namespace borelli

@@ -1,0 +1,107 @@
+#include "pipeline/verbs/state_file.hpp"
+
+#include <fmt/core.h>
+
+#include "dynamics/evaluate.hpp"
+#include "pipeline/whole_file.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+
+// A list of numbers under `key`, in the file's order; missing: `standard`.
+Result<Eigen::VectorXd> list_of(const json& state, const std::string& file, const char* key,
+                                const std::vector<Eigen::Index>& order, const Eigen::VectorXd& standard) {
+  if (!state.contains(key)) return standard;
+  const json& list = state.at(key);
+  if (!list.is_array() || list.size() != order.size())
+    return bad_use(file,
+                   fmt::format("{} is {}, expected a list of {} numbers", key,
+                               list.is_array() ? fmt::format("a list of {}", list.size()) : list.type_name(),
+                               order.size()));
+  Eigen::VectorXd out(static_cast<Eigen::Index>(order.size()));
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (!list[i].is_number()) return bad_use(file, fmt::format("{}[{}] is not a number", key, i));
+    out[order[i]] = list[i].get<double>();
+  }
+  return out;
+}
+
+// Fills in the state and the efforts.
+Result<void> read_state(const std::string& file, SceneAtState& given) {
+  const System& system = given.system;
+  const FileOrder& order = given.order;
+  const auto bytes = read_whole(file);
+  if (!bytes) return tl::unexpected(bytes.error());
+  const json state = json::parse(*bytes, nullptr, false);
+  if (!state.is_object())
+    return bad_use(file,
+                   R"(is not a JSON object, expected {"t": 0, "q": [...], "v": [...], "efforts": [...]})");
+  for (const auto& [key, value] : state.items())
+    if (key != "t" && key != "q" && key != "v" && key != "efforts")
+      return bad_use(file, fmt::format("unknown key '{}'; known: t, q, v, efforts", key));
+  if (state.contains("t") && !state.at("t").is_number()) return bad_use(file, "t is not a number");
+  if (!state.contains("q") && system.nq > 0)
+    return bad_use(file, fmt::format("q is missing, expected a list of {} numbers", system.nq));
+
+  given.state.t = state.value("t", 0.0);
+  auto q = list_of(state, file, "q", order.q, given.state.q);
+  auto v = list_of(state, file, "v", order.v, Eigen::VectorXd::Zero(system.nv));
+  auto efforts = list_of(state, file, "efforts", order.v, given.efforts);
+  for (const auto* list : {&q, &v, &efforts})
+    if (!*list) return tl::unexpected(list->error());
+  given.state.q = *q, given.state.v = *v, given.efforts = *efforts;
+  return {};
+}
+
+}  // namespace
+
+void add_state_options(CLI::App& verb, StateOptions& o) {
+  verb.add_option("scene", o.scene, "The scene: TOML, MJCF or URDF")->required();
+  add_model_options(verb, o.model);
+  verb.add_option(
+      "--state", o.state,
+      "JSON with t (s), q, v, efforts in the order of the scene's file, as `simulate --json` answers its "
+      "`end`; "
+      "q must be there, a missing t, v or efforts is zero; without a state file, the scene's initial state");
+  verb.add_option("--equations", o.equations, "Equations of motion: along the tree, or the paper's scan")
+      ->check(CLI::IsMember({"recursive", "lagrange"}));
+}
+
+tl::unexpected<Error> in_scene(const StateOptions& o, Error error) {
+  if (!error.where.starts_with(o.scene))  // what compile refuses names the file already, with the line
+    error.where = error.where.empty() ? o.scene : o.scene + ", " + error.where;
+  return tl::unexpected(std::move(error));
+}
+
+Result<SceneAtState> read_scene_at_state(const StateOptions& o) {
+  auto model = read_model(o.scene, o.model);
+  if (!model) return tl::unexpected(model.error());
+  auto system = compile(model->scene);
+  if (!system) return in_scene(o, system.error());
+  if (o.equations)
+    system->settings.equations = *o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
+  SceneAtState out{std::move(*model), std::move(*system), {}, {}, {}};
+  out.order = file_order(out.model.scene, out.system.coordinates);
+  out.state = out.system.initial;
+  out.efforts = Eigen::VectorXd::Zero(out.system.nv);
+  if (!o.state.empty())
+    if (const auto read = read_state(o.state, out); !read) return tl::unexpected(read.error());
+  if (const auto fits = check_state(out.system, out.state); !fits)
+    return bad_use(o.state.empty() ? o.scene : o.state, fits.error().message());
+  return out;
+}
+
+json json_of(const State& state, const FileOrder& order) {
+  return {{"t", state.t}, {"q", in_file_order(state.q, order.q)}, {"v", in_file_order(state.v, order.v)}};
+}
+
+json rows_in_file_order(const Eigen::MatrixXd& rows, const FileOrder& order) {
+  json out = json::array();
+  for (Eigen::Index r = 0; r < rows.rows(); ++r)
+    out.push_back(in_file_order(rows.row(r).transpose(), order.v));
+  return out;
+}
+
+}  // namespace borelli

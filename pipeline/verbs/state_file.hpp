@@ -1,0 +1,47 @@
+// What verbs that look at a scene at one state share: the scene, laid out, and the state from its file.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "dynamics/model_file.hpp"
+#include "dynamics/system.hpp"
+#include "pipeline/file_order.hpp"
+#include "pipeline/verbs/model_options.hpp"
+
+namespace borelli {
+
+/// The options of such a verb.
+struct StateOptions {
+  std::string scene, state;
+  ModelOptions model;
+  std::optional<std::string> equations;
+};
+
+/// Adds the scene, --state, --floating and --equations.
+void add_state_options(CLI::App& verb, StateOptions& options);
+
+/// A scene at a state.
+struct SceneAtState {
+  ModelFile model;
+  System system;
+  FileOrder order;  ///< the file's, which lists in JSON have
+  State state;
+  Eigen::VectorXd efforts;  ///< nv, given beside the scene's own
+};
+
+/// Reads the scene, and the state: {"t": 0, "q": [...], "v": [...], "efforts": [...]}, or without a state
+/// file the scene's initial one. What is wrong is told with the file that it is in.
+Result<SceneAtState> read_scene_at_state(const StateOptions& options);
+
+/// An error of the engine with the scene's file before it.
+tl::unexpected<Error> in_scene(const StateOptions& options, Error error);
+
+/// A state as --state reads it.
+nlohmann::json json_of(const State& state, const FileOrder& order);
+
+/// Rows over the coordinates, their columns in the file's order.
+nlohmann::json rows_in_file_order(const Eigen::MatrixXd& rows, const FileOrder& order);
+
+}  // namespace borelli
