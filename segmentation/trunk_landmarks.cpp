@@ -83,10 +83,10 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, double
 }
 
 // Lower end of the sternum's bone near `tip`, from the area of its sections in the scan itself: the end
-// tapers and is too slender for voxels' edges. The last of it that counts is some 2.5 mm across in an adult.
+// tapers and is too slender for voxels' edges. The last of it that counts is some 3 mm across in an adult.
 std::optional<double> sternum_end(const Anatomy& a, const Vector3d& tip, double scale) {
   constexpr double soft = 120, bone = 320, up = 8, down = 12, step = 0.5;  // CT numbers; mm
-  const double least = 5 * scale * scale;                                  // mm^2
+  const double least = 8 * scale * scale;                                  // mm^2
   const CloseUp view = close_up(*a.source, tip, 30);
   const auto area = [&](double dz) {
     double sum = 0;
