@@ -140,8 +140,9 @@ std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const 
   std::stable_sort(starts.begin(), starts.end(),
                    [](const Start& a, const Start& b) { return a.count > b.count; });
 
+  // the place that most rays choose, unless another's cylinder is clearly better
   const std::size_t most_tries = facing.isZero() ? 1 : 6;
-  constexpr double apart = 7;
+  constexpr double apart = 7, clearly = 1.3;
   std::vector<Vector3d> tried;
   std::optional<Hinge> best;
   double most_agree = 0;
@@ -157,7 +158,7 @@ std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const 
     if ((hinge.point - near).norm() > search + 8 || std::abs(hinge.axis.dot(along)) < 0.96) continue;
     const double off = (hinge.point - near - (hinge.point - near).dot(along) * along).norm();
     const double agree = hinge.score * found->facing * std::exp(-0.5 * std::pow(off / search, 2));
-    if (agree > most_agree) most_agree = agree, best = hinge;
+    if (agree > clearly * most_agree) most_agree = agree, best = hinge;
   }
   if (best) best->point += (near - best->point).dot(best->axis) * best->axis;
   return best;
