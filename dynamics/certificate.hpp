@@ -13,6 +13,11 @@ struct Conserved {
   double drift = 0;  ///< largest change since the start, in the quantity's units
   double scale = 0;  ///< what the drift is measured against
   double time = 0;   ///< s, when it was largest
+
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(name, drift, scale, time);
+  }
 };
 
 /// The worst residual of one constraint over the run.
@@ -21,6 +26,11 @@ struct ConstraintResidual {
   double position = 0;  ///< |h|, the row's unit
   double velocity = 0;  ///< |dh/dt|
   double position_time = 0, velocity_time = 0;
+
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(constraint, position, velocity, position_time, velocity_time);
+  }
 };
 
 /// Something that happened at a moment of the run.
@@ -32,12 +42,20 @@ struct LoggedEvent {
   std::string name;        ///< what it happened to, e.g. "coordinate 'knee' above 2.4"
   double impulse = 0;      ///< N s or N m s: of an impact, along its normal
   double energy_lost = 0;  ///< J: of an impact
+
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(time, kind, name, impulse, energy_lost);
+  }
 };
 
 struct Certificate {
   bool trusted = false;
   std::string reason;                                             ///< why not; empty when trusted
   double reason_time = std::numeric_limits<double>::quiet_NaN();  ///< s, when that was first so
+
+  std::string method;     ///< the integrator's name
+  std::string equations;  ///< which were solved: "recursive" or "lagrange"
 
   /// Energy balance: kinetic + potential - work done on the system, against its start. The work is that of
   /// forces and torques, dampers, driven coordinates, moving constraints, Baumgarte and projection.
@@ -89,6 +107,13 @@ struct Certificate {
 
   std::vector<LoggedEvent> events;  ///< in order of time
   std::vector<std::string> notes;   ///< e.g. a coordinate that left its range, and when
+
+  /// All that is filled in while a run goes on (keeper.hpp).
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(trusted, reason, reason_time, stiff_from, impacts, impact_loss, conserved, residuals, constraint_rank,
+      redundant, steps_accepted, steps_rejected, smallest_step, smallest_step_time, events, notes);
+  }
 };
 
 }  // namespace borelli

@@ -20,6 +20,12 @@ struct EnergyBalance {
   /// When the drift first passed a limit, s.
   double since(double limit) const;
 
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(drift, drift_time, rounding, started_, start_, largest_kinetic_, potential_low_, potential_high_,
+      work_low_, work_high_, drift_steps_);
+  }
+
  private:
   bool started_ = false;
   double start_ = 0;
@@ -58,6 +64,12 @@ class Certifier {
   std::vector<LoggedEvent>& events() { return certificate_.events; }
   /// A reason for distrust, true since t; the first one given is kept.
   void distrust(double t, const std::string& reason);
+
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(certificate_, started_, energy_, group_energies_, largest_speeds_, last_time_, start_momenta_,
+      last_momenta_, momentum_rounding_, singular_);
+  }
 
   /// The verdict, with the counts.
   Certificate finish(const Work& work, long evaluations);

@@ -61,6 +61,10 @@ class ConstraintSolver {
   void remember(const ConstraintSolver& other);
   /// Judges rows by rank_tolerance alone.
   void forget();
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(rank_, order_, scale_, length_, longest_, remembered_, nearness_, pivot_, largest_);
+  }
   /// The last correction (not compromise) in the basis of F, F x = y: its energy where x is a velocity is
   /// y . y / 2, component by component.
   const Eigen::VectorXd& measured() const { return y_; }

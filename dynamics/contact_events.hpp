@@ -35,6 +35,11 @@ class ContactEvents : public EventSource {
   Result<AfterEvent> handle(std::span<const int> which, State& state, Workspace& workspace,
                             std::vector<LoggedEvent>& log) override;
 
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(w_, modes_, slack_, hit_, at_limit_, any_closed_, any_slack_);
+  }
+
  private:
   static constexpr int functions = 4;
   /// All rows of all contacts, and the equations' terms without any, at a state.

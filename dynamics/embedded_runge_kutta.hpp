@@ -40,6 +40,10 @@ class EmbeddedRungeKutta : public Integrator {
   bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                      const Eigen::VectorXd& out) override;
   void interpolate(double theta, Eigen::VectorXd& y) const override;
+  bool keep(Keeper& k) override {
+    k(control_, last_known_, last_gap_, last_step_, last_slope_, stiff_steps_, other_steps_, stiff_);
+    return true;
+  }
   void reset() override;
   bool stiff() const override { return stiff_; }
 

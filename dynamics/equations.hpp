@@ -56,6 +56,12 @@ struct Workspace {
 
   Eigen::VectorXd wanted, correction;  ///< scratch: rows, nv
   SlidingFriction friction;
+
+  /// What outlasts an evaluation.
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(solver, rows.modes, evaluations);
+  }
 };
 
 /// How constraint rows enter one evaluation.

@@ -24,6 +24,11 @@ class EventWatch {
   /// Hands the event found to its sources; `workspace` holds the equations there. Tells what is to be done.
   Result<AfterEvent> handle(Landing& landing, Workspace& workspace, std::vector<LoggedEvent>& log);
 
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(watched_, values_, end_known_, theta_, resolution_);
+  }
+
  private:
   struct Watched {
     Crossing crossing;

@@ -19,6 +19,10 @@ class Extrapolation : public Integrator {
   /// With as many rows as the step last attempted took.
   bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                  Eigen::VectorXd& out) override;
+  bool keep(Keeper& k) override {
+    k(target_, rejected_, rows_made_, step_, error_);
+    return true;
+  }
   void reset() override;
 
  private:

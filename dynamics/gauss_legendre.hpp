@@ -20,6 +20,11 @@ class GaussLegendre : public Integrator {
   bool adaptive() const override { return false; }
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
+  bool keep(Keeper& k) override {
+    k(newton_, factored_step_, matrix_);
+    if (factored_step_ != 0) factors_.compute(matrix_);
+    return true;
+  }
   void reset() override { newton_ = false, factored_step_ = 0; }
 
  private:

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/keeper.hpp"
 #include "error/error.hpp"
 
 namespace borelli {
@@ -72,6 +73,8 @@ class Integrator {
 
   /// Whether y must go on from step to step as the method left it, in one chart, until reset().
   virtual bool keeps_history() const { return false; }
+  /// Puts away or fills in what it remembers of earlier steps. False: that cannot be.
+  virtual bool keep(Keeper& /*keeper*/) { return true; }
   /// Forgets what it remembers of earlier steps: after an event, or when the chart is centred anew.
   virtual void reset() {}
 

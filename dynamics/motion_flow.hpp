@@ -41,6 +41,11 @@ class MotionFlow : public Flow {
   /// The name of component i of y.
   std::string component(int i) const;
 
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(q0_, scale_, solved_, last_time_, q_, last_v_, evaluations_);
+  }
+
  private:
   void set_scale(const State& state);
   bool turned_too_far(const Eigen::VectorXd& y);

@@ -36,6 +36,11 @@ class RangeEvents : public EventSource {
   Result<AfterEvent> handle(std::span<const int> which, State& state, Workspace& workspace,
                             std::vector<LoggedEvent>& log) override;
 
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(outside_, noted_);
+  }
+
  private:
   struct Watched {
     int coordinate;  ///< in System::ranges

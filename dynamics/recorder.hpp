@@ -16,6 +16,13 @@ class Recorder {
   void record_step(double t, double h);
   Trajectory finish(Certificate certificate);
 
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(out_.times, out_.poses, out_.kinetic, out_.potential, out_.work, out_.step_times, out_.step_sizes,
+      contact_modes_, contact_forces_, q_, v_, a_, multipliers_, driven_efforts_, driven_positions_,
+      gravity_centre_, linear_momentum_, angular_momentum_);
+  }
+
  private:
   const System& system_;
   Trajectory out_;

@@ -36,6 +36,7 @@ class Run {
         observer_(observer),
         integrator_(integrator),
         leave_if_stiff_(leave_if_stiff),
+        start_state_(state),
         state_(state),
         workspace_(system, settings.equations),
         probe_(system),
@@ -85,13 +86,19 @@ class Run {
     // fixed steps are evened out between outputs, where there is one at least
     const bool between =
         integrator_.dense_suffices() && (integrator_.adaptive() || interval < settings_.step);
+    if (!observer_.checkpoint.empty())
+      if (auto done = take_up(ranges); !done) return tl::unexpected(done.error());
+    ranges_ = &ranges;
     while (output_ <= outputs_ && !stopped_ && end > start_) {
       const double target = between ? end : output_time(output_);
       auto done = integrator_.adaptive() ? advance_adaptively(target) : advance_evenly(target);
       if (!done) return tl::unexpected(done.error());
     }
     judge_steps();
-    return recorder_.finish(certifier.finish(work_, workspace_.evaluations + probe_.evaluations));
+    Certificate certificate = certifier.finish(work_, workspace_.evaluations + probe_.evaluations);
+    certificate.method = settings_.method;
+    certificate.equations = settings_.equations == Equations::lagrange ? "lagrange" : "recursive";
+    return recorder_.finish(std::move(certificate));
   }
 
  private:
@@ -132,18 +139,29 @@ class Run {
   }
 
   Result<void> advance_evenly(double target) {
-    const double from = state_.t;
-    const long steps = std::max(1L, long(std::ceil((target - from) / settings_.step - 1e-9)));
-    for (long i = 1; i <= steps && !stopped_; ++i) {
-      const double next = i == steps ? target : from + (target - from) * double(i) / double(steps);
-      for (bool whole = true; state_.t < next && !stopped_; whole = false) {  // once, unless an event ends it
+    if (even_.number == 0 || state_.t >= even_.target) {  // the latter where a run taken up stands at its row
+      even_.target = target;
+      even_.from = state_.t;
+      even_.count = std::max(1L, long(std::ceil((target - even_.from) / settings_.step - 1e-9)));
+      even_.number = 1;
+      even_.whole = true;
+    }
+    for (; even_.number <= even_.count && !stopped_; ++even_.number, even_.whole = true) {
+      const double next =
+          even_.number == even_.count
+              ? target
+              : even_.from + (target - even_.from) * double(even_.number) / double(even_.count);
+      while (state_.t < next && !stopped_) {  // once, unless an event ends it
         const double t = state_.t;
         const Attempt attempt = integrator_.attempt(motion_, t, next - t, y_, dy_, out_);
         if (attempt.trouble) return diverged({system_.scene, attempt.trouble});
         if (!attempt.evaluated) return diverged(motion_.failure(t));
+        const bool whole = even_.whole;
+        even_.whole = false;
         if (auto done = accept(next, next - t, whole); !done) return done;
       }
     }
+    even_.number = 0;
     return {};
   }
 
@@ -210,13 +228,61 @@ class Run {
                       settings_.method, state_.t));
       stopped_ = leave_if_stiff_;
     }
-    if (observer_.progress && !observer_.progress(state_.t)) {
-      stopped_ = true;
-      certifier_->stop(
-          fmt::format("stopped on request at t = {:.6g} s of {:.6g} s", state_.t, settings_.end_time),
-          state_.t);
-    }
-    return record_end();
+    if (auto done = record_end(); !done) return done;
+    const bool stop = observer_.progress && !observer_.progress(state_.t);
+    if (observer_.keep && (stop || (observer_.keep_due && observer_.keep_due())))
+      if (auto done = put_away(); !done) return done;
+    if (!stop) return {};
+    stopped_ = true;
+    certifier_->stop(
+        fmt::format("stopped on request at t = {:.6g} s of {:.6g} s", state_.t, settings_.end_time),
+        state_.t);
+    if (!recorded_) recorder_.record(state_, workspace_, work_);
+    return {};
+  }
+
+  // ---- to be taken up again ----
+
+  /// What tells one run from another: its numbers, start and settings.
+  std::string signature() const {
+    const SimulationSettings& s = settings_;
+    std::string out =
+        fmt::format("{} {} {} {} {} {:a} {:a} {:a} {:a} {} {} {:a} {:a} {} {} {:a} ", system_.nq, system_.nv,
+                    system_.rows, system_.contacts.size(), s.method, s.end_time, s.step, s.tolerance,
+                    s.output_interval, int(s.equations), int(s.constraints), s.baumgarte_alpha,
+                    s.baumgarte_beta, int(s.impacts), int(s.restitution), s.rest_speed);
+    for (const double x : start_state_.q) out += fmt::format("{:a} ", x);
+    for (const double x : start_state_.v) out += fmt::format("{:a} ", x);
+    return out + fmt::format("{:a}", start_state_.t);
+  }
+
+  /// All that the steps to come depend on. False: the method cannot tell.
+  bool keep(Keeper& k, RangeEvents& ranges) {
+    k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, longest_made_, held_, attempts_, rows_,
+      start_, output_, even_, stiff_, keeping_, last_event_, events_at_once_, motion_, workspace_, probe_,
+      *certifier_, recorder_, *watch_, ranges);
+    if (contacts_) k(*contacts_);
+    return integrator_.keep(k);
+  }
+
+  Result<void> put_away() {
+    Keeper k;
+    std::string run = signature();
+    k(run);
+    keep(k, *ranges_);  // (that the method can was seen at the start)
+    observer_.keep(k.bytes());
+    return {};
+  }
+
+  Result<void> take_up(RangeEvents& ranges) {
+    Keeper k(observer_.checkpoint);
+    std::string run;
+    k(run);
+    if (run != signature())
+      return bad_use("checkpoint", "is of another run: another scene, start or settings");
+    keep(k, ranges);
+    if (!k.whole()) return failure("checkpoint", "is damaged; remove it to start anew");
+    return {};
   }
 
   /// Handles the events of the step; the first that changes anything becomes its end.
@@ -277,7 +343,8 @@ class Run {
     const bool every_step = settings_.output_interval <= 0;
     const bool due = state_.t >= output_time(output_);
     if (due) ++output_;
-    if (!due && !every_step && !stopped_) return {};
+    recorded_ = due || every_step || stopped_;
+    if (!recorded_) return {};
     if (every_step && double(++rows_) > most_rows) return too_many("rows of output", most_rows);
     recorder_.record(state_, workspace_, work_);
     return {};
@@ -334,6 +401,7 @@ class Run {
   const Observer& observer_;
   Integrator& integrator_;
   bool leave_if_stiff_;
+  const State start_state_;
   State state_;
   Workspace workspace_;
   Workspace probe_;  ///< for states between steps
@@ -357,6 +425,14 @@ class Run {
   bool stiff_ = false;
   bool keeping_ = false;  ///< the method keeps its history from the step before
   EventWatch* watch_ = nullptr;
+  RangeEvents* ranges_ = nullptr;
+  bool recorded_ = false;  ///< the state reached has its row
+  /// Where equal steps have come to: the one to make, of so many from a time on; 0: none begun.
+  struct Even {
+    double from = 0, target = 0;
+    long count = 0, number = 0;
+    bool whole = true;  ///< no event has cut it short
+  } even_;
   bool event_passed_ = false;  ///< the state reached is one after an event that changed it
   Eigen::VectorXd energy_before_event_;
   double last_event_ = -std::numeric_limits<double>::infinity();
@@ -379,6 +455,14 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
                    "constraints to baumgarte");
   if (auto ok = check_counts(system, state.t, settings, (*integrator)->adaptive()); !ok)
     return tl::unexpected(ok.error());
+  if (observer.keep || !observer.checkpoint.empty()) {
+    if (!observer.events.empty())
+      return bad_use("checkpoint", "cannot hold a user's own events; run without it, or without them");
+    if (Keeper trial; !(*integrator)->keep(trial))
+      return bad_use(
+          fmt::format("method '{}'", settings.method),
+          "goes on from a history that no checkpoint can hold; run without one, or by another method");
+  }
   try {
     return Run(system, state, settings, observer, **integrator, leave_if_stiff).run();
   } catch (const std::exception& thrown) {  // from a user's function
@@ -398,6 +482,9 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
         "simulation, accuracy",
         "takes several runs, and a user's own events may change from one to the next; name a method and a "
         "tolerance instead");
+  if (observer.keep || !observer.checkpoint.empty())
+    return bad_use("simulation, accuracy",
+                   "takes several runs, which no checkpoint holds; name a method and a tolerance instead");
   bool stopped = false;
   Observer watched = observer;
   if (observer.progress)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <string>
 
 #include "dynamics/event.hpp"
 
@@ -13,6 +14,15 @@ struct Observer {
   std::function<bool(double t)> progress;
   /// The user's own events, beside those that the scene has; they must outlive the run.
   std::vector<EventSource*> events;
+  /// Where it is set: is given all that a later run needs to go on exactly from the step just made, whenever
+  /// keep_due says so and when `progress` stops the run. With a user's own events, the method `cvode` or an
+  /// accuracy (several runs) there is no such thing, and simulate() fails at once.
+  std::function<void(const std::string& checkpoint)> keep;
+  std::function<bool()> keep_due;
+  /// What `keep` was given by a run of the same system, state and settings: the run goes on from there, and
+  /// its trajectory and certificate are, bit for bit, those of one that was never broken off. Empty: from the
+  /// start.
+  std::string checkpoint;
 };
 
 /// Runs from `state` (assembled on the constraints first) to settings.end_time. The trajectory holds the

@@ -36,6 +36,12 @@ class SingularWatch {
   double nearness() const { return nearness_; }          ///< the smallest ConstraintSolver::nearness
   double nearness_time() const { return nearness_time_; }
 
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(inside_, entry_time_, tied_, v_, fastest_, passages_, first_rank_, first_time_, largest_turn_,
+      nearness_, nearness_time_);
+  }
+
   /// A line of velocities that turns by more, rad, or a projection that changes more of a velocity: a jump.
   static constexpr double turn_limit = 0.3, jump_limit = 0.1;
 

@@ -39,6 +39,11 @@ class StepControl {
     rejected_ = false;
   }
 
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(before_, rejected_);
+  }
+
  private:
   Limits limits_;
   double exponent_;

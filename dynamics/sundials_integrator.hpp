@@ -25,6 +25,7 @@ class CvodeBdf : public Integrator {
   bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                      const Eigen::VectorXd& out) override;
   void interpolate(double theta, Eigen::VectorXd& y) const override;
+  bool keep(Keeper&) override { return false; }  // its history is CVODE's own
   void reset() override;
 
  private:
@@ -45,6 +46,7 @@ class ArkodeDirk : public Integrator {
   bool adaptive() const override { return true; }
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
+  bool keep(Keeper&) override { return false; }  // its step control is ARKODE's own
   /// None: a cubic's slopes at the ends are, of stiff components, their errors times their rates.
   int dense_order() const override { return 0; }
   bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,

@@ -34,6 +34,12 @@ struct Work {
     group_events += jump;
   }
 
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(efforts, drives, constraints, violation, projection, projection_size, events, events_size, groups,
+      group_projection, group_projection_size, group_events);
+  }
+
   Eigen::VectorXd groups;  ///< on each independent group, but for what is in the next
   Eigen::VectorXd group_projection, group_projection_size, group_events;
 };

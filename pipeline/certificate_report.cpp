@@ -57,6 +57,7 @@ std::string text_of(const Certificate& c) {
         "constraint '{}': off by at most {:.3g} (at {:.6g} s), its velocity by {:.3g} (at {:.6g} s)",
         r.constraint, r.position, r.position_time, r.velocity, r.velocity_time));
   for (const std::string& row : c.redundant) line("redundant: " + row);
+  if (!c.method.empty()) line(fmt::format("integrated by {} with the {} equations", c.method, c.equations));
   line(fmt::format("steps: {} accepted, {} rejected, {} evaluations{}", c.steps_accepted, c.steps_rejected,
                    c.evaluations, smallest_step(c)));
   constexpr std::size_t most_events = 100;
@@ -73,6 +74,8 @@ nlohmann::json json_of(const Certificate& c) {
   nlohmann::json out{{"trusted", c.trusted},
                      {"reason", c.reason},
                      {"reason_time", c.reason_time},
+                     {"method", c.method},
+                     {"equations", c.equations},
                      {"energy_drift", c.energy_drift},
                      {"energy_drift_time", c.energy_drift_time},
                      {"energy_turnover", c.energy_turnover},

@@ -238,6 +238,8 @@ Result<json> Run::build_scene() {
   auto skeleton = build_skeleton(present, (*segmentation)->landmarks, options);
   if (!skeleton) return tl::unexpected(skeleton.error());
   skeleton->scene.simulation.method = settings_.method;
+  skeleton->scene.simulation.equations =
+      settings_.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   skeleton->scene.simulation.tolerance = settings_.tolerance;
   skeleton->scene.simulation.step = settings_.step.value_or(skeleton->scene.simulation.step);
   const auto text = write_scene(skeleton->scene);
@@ -381,6 +383,7 @@ json settings_of(const RunSettings& s) {
           {"pose", s.pose},
           {"density_curve", s.density_curve},
           {"method", s.method},
+          {"equations", s.equations},
           {"work_grid_mm", s.work_grid_mm},
           {"tolerance", s.tolerance},
           {"step", s.step ? json(*s.step) : json()},
@@ -425,7 +428,7 @@ std::vector<Stage> stages_of(Run& run, const RunSettings& settings) {
                     {{"inertia/table.csv", "inertia/table.json"}, {"inertia/table.json"}}});
   stages.push_back({"skeleton",
                     {"inertia"},
-                    pick(all, {"subject", "leap", "method", "tolerance", "step"}),
+                    pick(all, {"subject", "leap", "method", "equations", "tolerance", "step"}),
                     {"model/scene.toml"},
                     mute(&Run::build_scene, run),
                     {{"model/scene.toml"}}});

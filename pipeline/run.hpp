@@ -31,6 +31,7 @@ struct RunSettings {
   std::string pose;                      ///< "supine", "standing" ...: how the person lay or stood
   std::string density_curve;             ///< empty: the default
   std::string method = "rk4_adaptive";   ///< integrator
+  std::string equations = "recursive";   ///< of motion: "recursive" or "lagrange"
   double work_grid_mm = 3;               ///< of the segmentation
   double tolerance = 1e-6;               ///< of the integrator, where it chooses its steps
   std::optional<double> step;            ///< fixed, or the first one tried, s; none: the scene's default

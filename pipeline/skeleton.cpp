@@ -35,6 +35,10 @@ constexpr std::array<TuckAngle, 7> tuck_angles{{{"spine_lower", 12},
                                                 {"shoulder", -20},
                                                 {"elbow", -35}}};
 
+// A stop gives: where the scan's pose is at the end of a range (a wrist turned all the way), the joint is
+// pushed off so far, or the least swing would pass the end.
+constexpr double least_room_deg = 2;
+
 std::string without_side(std::string_view joint) {
   for (const std::string_view side : {"_left", "_right"})
     if (joint.ends_with(side)) joint.remove_suffix(side.size());
@@ -77,7 +81,9 @@ class Builder {
   std::vector<Switch> hinge(const Part& part, const Vector3d& offset);
   std::vector<Switch> ball(const Part& part, const Part& parent, const Vector3d& offset);
   std::vector<Switch> joint(const Part& part);
+  double inertia_about(const Part& part, const Vector3d& axis) const;
   void add_muscle(const Part& part, const Vector3d& axis, double rest, bool is_hinge);
+  void add_stop(const Part& part, const Vector3d& axis, std::vector<Range> ranges, const double* start);
   std::optional<Vector3d> hinge_axis(const Part& part, double flexion_sign) const;
   double flexion_in_scan(const Part& part, const Vector3d& axis) const;
   double flexion_deviation(const Part& part) const;
@@ -178,6 +184,7 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
     range = {std::min(range.lower, flexion), std::max(range.upper, flexion)};
   }
   add_muscle(part, *axis, flexion + options_.leap.tuck * sign * tuck_angle(kind), true);
+  add_stop(part, *axis, {range}, &flexion);
   Fixed straight{{rotation_about(*axis, -flexion), offset}};
   return {{.kind = straight, .coordinate = ""},
           {.kind = Rotation{*axis}, .coordinate = name, .q = {flexion}, .ranges = {range}}};
@@ -221,7 +228,9 @@ std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Ve
   const JointAxes joint = joint_axes(name);
   const Eigen::Matrix3d R_PA = before->R_WA * joint.R_FA, R_SB = after->R_WA * joint.R_FA;
   const Quaternion start = quaternion(R_PA.transpose() * R_SB);
-  const auto ranges = ranges_with_start(joint, logarithm(start), name, result_.warnings);
+  const Vector3d from = logarithm(start);
+  const auto ranges = ranges_with_start(joint, from, name, result_.warnings);
+  add_stop(part, axes_.col(0), {ranges.begin(), ranges.end()}, from.data());
   return {{.kind = Fixed{{R_PA, offset}}, .coordinate = ""},
           {.kind = Ball{},
            .coordinate = name,
@@ -230,10 +239,33 @@ std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Ve
           {.kind = Fixed{{R_SB.transpose(), Vector3d::Zero()}}, .coordinate = ""}};
 }
 
+// What swings at a part's joint about an axis.
+double Builder::inertia_about(const Part& part, const Vector3d& axis) const {
+  const Inertial far = subtree(part);
+  return joint_inertia(far, whole_ - far, origin(part), axis);
+}
+
+// A stop at each end of a joint's ranges.
+void Builder::add_stop(const Part& part, const Vector3d& axis, std::vector<Range> ranges,
+                       const double* start) {
+  const double omega = 2 * std::numbers::pi * Leap::stop_frequency;
+  const double stiffness = omega * omega * inertia_about(part, axis);
+  if (stiffness == 0) return;
+  for (Range& range : ranges) {
+    const double room = Leap::stop_room_deg * degree, at = *start++;
+    const double least = std::min(least_room_deg * degree, (range.upper - range.lower) / 2);
+    range = {std::min(range.lower + room, std::max(range.lower + least, at)),
+             std::max(range.upper - room, std::min(range.upper - least, at))};
+  }
+  const std::string joint_name(part.joint);
+  result_.scene.efforts.push_back(
+      {joint_name + "_stop",
+       LimitSpring{{joint_name}, stiffness, Leap::stop_dissipation, std::move(ranges)}});
+}
+
 // A passive joint of a given natural frequency and damping ratio.
 void Builder::add_muscle(const Part& part, const Vector3d& axis, double rest, bool is_hinge) {
-  const Inertial far = subtree(part);
-  const double inertia = joint_inertia(far, whole_ - far, origin(part), axis);
+  const double inertia = inertia_about(part, axis);
   const double omega = 2 * std::numbers::pi * options_.leap.muscle_frequency;
   const double stiffness = omega * omega * inertia,
                damping = 2 * options_.leap.damping_ratio * omega * inertia;
@@ -255,7 +287,8 @@ Result<Skeleton> Builder::build() {
   scene.description =
       "A body made from a scan: the patient's left, back and up are x, y and z. It leaps, turns over "
       "backwards and\n"
-      "comes down; there is no contact. Each passive joint springs towards a tuck.";
+      "comes down; there is no contact. Each passive joint springs towards a tuck, and away from "
+      "the\nends of its ranges.";
   for (const auto& [name, inertial] : present_) {
     if (part_label(name) == 0) return bad_use(name, "is no part of the body");
     whole_ += inertial;

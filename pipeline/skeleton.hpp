@@ -29,8 +29,8 @@ namespace borelli {
 using PartInertials = std::map<std::string, Inertial, std::less<>>;
 
 /// What the body does when it is let go: a leap from a trampoline with a tucked backward somersault, passive
-/// but for joints that spring towards a tuck. There is no contact: it ends when the gravity centre is back at
-/// its height.
+/// but for joints that spring towards a tuck and stops at the ends of their ranges. There is no contact: it
+/// ends when the gravity centre is back at its height.
 struct Leap {
   double flight_time = 1.0;           ///< s; the gravity centre leaves upwards at g flight_time / 2
   double somersault_rate_deg = -335;  ///< deg/s about the patient's left at take-off; negative: backwards
@@ -39,6 +39,13 @@ struct Leap {
   double muscle_frequency =
       1;  ///< Hz, of the passive joints: their stiffness is (2 pi f)^2 I, see joint_inertia
   double damping_ratio = 0.1;  ///< of the same joints
+
+  // The stops of joints that have ranges (LimitSpring): so stiff and lossy that this leap stays within them,
+  // which the report shows.
+  static constexpr double stop_frequency = 20;     ///< Hz, as muscle_frequency
+  static constexpr double stop_dissipation = 0.5;  ///< s/rad: at 1 rad/s a third of the speed is lost
+  static constexpr double stop_room_deg = 8;  ///< they begin so long before the end of the range, or at the
+                                              ///< scan's pose where that is nearer (2 at least)
 };
 
 struct SkeletonOptions {

@@ -102,6 +102,8 @@ void write_certificate(Hdf5Writer& file, const Certificate& c) {
     file.attribute("/certificate", name, static_cast<double>(value));
   });
   file.attribute("/certificate", "reason", c.reason);
+  file.attribute("/certificate", "method", c.method);
+  file.attribute("/certificate", "equations", c.equations);
   file.attribute("/certificate", "assembly_position", c.assembly_position);
   file.attribute("/certificate", "assembly_velocity", c.assembly_velocity);
   file.attribute("/certificate", "assembly_position_coordinate", c.assembly_position_coordinate);
@@ -366,6 +368,8 @@ void read_certificate(Fill& fill, Certificate& c) {
     value = fill.as<T>(name, fill.attribute_if_there("/certificate", name));
   });
   c.reason = fill.text_attribute("/certificate", "reason");
+  c.method = fill.text_attribute_if_there("/certificate", "method");
+  c.equations = fill.text_attribute_if_there("/certificate", "equations");
   c.assembly_position = fill.attribute_if_there("/certificate", "assembly_position");
   c.assembly_velocity = fill.attribute_if_there("/certificate", "assembly_velocity");
   c.assembly_position_coordinate =

@@ -104,6 +104,9 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--method", s.method, "Integrator")
       ->check(CLI::IsMember(integrator_names()))
       ->capture_default_str();
+  verb->add_option("--equations", s.equations, "Equations of motion: along the tree, or the paper's scan")
+      ->check(CLI::IsMember({"recursive", "lagrange"}))
+      ->capture_default_str();
   verb->add_option("--tolerance", s.tolerance, "Of the integrator, per step and coordinate")
       ->check(positive_number())
       ->capture_default_str();

@@ -14,6 +14,7 @@
 #include "pipeline/file_order.hpp"
 #include "pipeline/scene_meshes.hpp"
 #include "pipeline/trajectory_file.hpp"
+#include "pipeline/verbs/checkpoint.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
@@ -25,7 +26,8 @@ namespace {
 
 // What the command line says; what is not given there is the scene's.
 struct Options {
-  std::string scene, output;
+  std::string scene, output, checkpoint;
+  double checkpoint_every = 60;
   ModelOptions model;
   std::optional<std::string> method, equations, constraints, impacts, restitution;
   std::optional<double> rest_speed, step, tolerance, accuracy, end, output_interval, alpha, beta,
@@ -110,8 +112,27 @@ Result<Trajectory> run(const Options& o, const Command& command, const Scene& sc
     bar.update(t / settings.end_time);
     return true;
   };
+  std::optional<CheckpointFile> checkpoint;
+  if (!o.checkpoint.empty()) {
+    Scene settled = scene;
+    settled.simulation = settings;
+    const auto text = write_scene(settled);
+    if (!text) return tl::unexpected(text.error());
+    checkpoint.emplace(o.checkpoint, o.checkpoint_every);
+    if (auto fine = checkpoint->watch(*text, observer); !fine) return tl::unexpected(fine.error());
+  }
   auto trajectory = simulate(*system, system->initial, settings, observer);
+  if (!trajectory && trajectory.error().where == "checkpoint")
+    return tl::unexpected(Error{o.checkpoint, trajectory.error().what, trajectory.error().kind});
   if (!trajectory) return in_file(o.scene, trajectory.error());
+  if (checkpoint) {
+    if (!checkpoint->written()) return tl::unexpected(checkpoint->written().error());
+    if (checkpoint->stopped())
+      return failure(o.scene,
+                     fmt::format("stopped at t = {:.6g} s of {:.6g} s; the same command goes on from {}",
+                                 trajectory->times.back(), settings.end_time, o.checkpoint));
+    checkpoint->finish();
+  }
   if (o.reactions)
     if (const auto done = add_reactions(scene, *trajectory); !done) return in_file(o.scene, done.error());
   bar.end(settings.accuracy > 0
@@ -202,6 +223,13 @@ void add_simulate(CLI::App& program, Command& command) {
   verb->add_option("--energy-threshold", o->energy_threshold,
                    "Largest energy drift to trust, of the energy turned over")
       ->check(number_not_negative());
+  verb->add_option(
+      "--checkpoint", o->checkpoint,
+      "File to keep the run in, now and then and on ^C: the same command goes on from there, exactly, "
+      "and removes it at the end");
+  verb->add_option("--checkpoint-every", o->checkpoint_every, "Seconds from one keeping to the next")
+      ->check(number_not_negative())
+      ->capture_default_str();
   verb->add_flag("--reactions", o->reactions, "Write what goes through each joint, too");
   verb->add_flag("--allow-untrusted", o->allow_untrusted, "Accept a run that its certificate does not trust");
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });

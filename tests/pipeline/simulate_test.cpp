@@ -175,5 +175,36 @@ TEST(Simulate, SignalsEndTheProgramAndLeaveNothing) {
   }
 }
 
+TEST(Simulate, StoppedWithACheckpointTheSameCommandGoesOnExactly) {
+  const TestFolder folder;
+  const auto command = [&](const std::string& output, const std::string& more) {
+    // 2 10^5 steps are some seconds
+    return "simulate " + samples +
+           "pendulum_7.toml --method rk4 --end 20 --step 1e-4 --output-interval 0.1 -o " +
+           (folder / output).string() + more;
+  };
+  const std::string kept = folder / "run.checkpoint";
+  const std::string broken = command("a.csv", " --checkpoint " + kept);
+  const ProgramRun first = run_program(broken, "timeout --foreground --preserve-status -s INT 0.5");
+  EXPECT_EQ(first.code, 1) << first.err;
+  EXPECT_NE(first.err.find("the same command goes on from " + kept), std::string::npos) << first.err;
+  EXPECT_EQ(folder.count(), 1);
+  // another run's checkpoint is not taken up
+  const ProgramRun other = run_program(command("a.csv", " --rest-speed 1e-5 --checkpoint " + kept));
+  EXPECT_EQ(other.code, 2);
+  EXPECT_NE(other.err.find("is the checkpoint of another scene"), std::string::npos) << other.err;
+  EXPECT_EQ(run_program(broken).code, 0);
+  EXPECT_EQ(folder.count(), 1);  // the checkpoint is gone
+  EXPECT_EQ(run_program(command("b.csv", "")).code, 0);
+  const auto text = [&](const char* name) {
+    std::ifstream file(folder / name, std::ios::binary);
+    return std::string{std::istreambuf_iterator<char>(file), {}};
+  };
+  EXPECT_GT(text("a.csv").size(), 1000u);
+  EXPECT_TRUE(text("a.csv") == text("b.csv"));
+  const std::string foreign = folder.write("notes.txt", "mine");
+  EXPECT_EQ(run_program(command("c.csv", " --checkpoint " + foreign)).code, 2);
+}
+
 }  // namespace
 }  // namespace borelli

@@ -74,7 +74,8 @@ function stepsOf(c) {
       : c.smallest_step_time === 0 // so it is where all steps are even
         ? `; none was smaller than the first, ${seconds(c.smallest_step)}`
         : `; the smallest was ${seconds(c.smallest_step)}, at ${seconds(c.smallest_step_time)}`;
-  return `The integrator took ${c.steps_accepted} steps${rejected}, with ${c.evaluations} evaluations of the equations${smallest}.`;
+  const by = c.method ? ` (${c.method}, the ${c.equations} equations)` : '';
+  return `The integrator${by} took ${c.steps_accepted} steps${rejected}, with ${c.evaluations} evaluations of the equations${smallest}.`;
 }
 
 /** The worst residual of each constraint; null where there are none. */
@@ -113,6 +114,64 @@ export function residualTable(motion) {
               significant(r.velocity, 2),
               seconds(r.velocity_time),
             ].map((t) => h('td', { class: 'number' }, t)),
+          ),
+        ),
+      ),
+    ),
+  );
+}
+
+const mostEvents = 100;
+
+const eventWords = {
+  range_left: 'leaves its range',
+  range_entered: 'is back in its range',
+  impact: 'impact',
+  contact_closed: 'contact closes',
+  contact_opened: 'contact opens',
+  stick: 'sticks',
+  slip: 'slips',
+};
+
+/** What happened when; null where nothing did. */
+export function eventTable(motion) {
+  const events = motion.certificate.events ?? [];
+  if (events.length === 0) return null;
+  const shown = events.slice(0, mostEvents);
+  const more = events.length > mostEvents ? `, the first ${mostEvents} of ${events.length}` : '';
+  const shocks = shown.some((e) => e.impulse > 0);
+  const titles = ['At', 'event', 'of', ...(shocks ? ['impulse (N s or N m s)', 'energy lost (J)'] : [])];
+  return h(
+    'div',
+    { class: 'scroll' },
+    h(
+      'table',
+      { class: 'numbers' },
+      h('caption', {}, `Events${more}`),
+      h(
+        'thead',
+        {},
+        h(
+          'tr',
+          {},
+          titles.map((t, i) => h('th', { scope: 'col', class: i === 0 || i > 2 ? 'number' : '' }, t)),
+        ),
+      ),
+      h(
+        'tbody',
+        {},
+        shown.map((e) =>
+          h(
+            'tr',
+            {},
+            h('td', { class: 'number' }, seconds(e.time)),
+            h('td', {}, eventWords[e.kind] ?? e.kind),
+            h('td', {}, e.name),
+            shocks
+              ? [e.impulse, e.energy_lost].map((x) =>
+                  h('td', { class: 'number' }, e.impulse > 0 ? significant(x, 3) : ''),
+                )
+              : null,
           ),
         ),
       ),

@@ -1,6 +1,6 @@
 // report.html's program: reads the data that report.cpp wrote into the page and builds the sections from it.
 import './style.css';
-import { makeCertificate, residualTable, verdictOf } from './certificate.js';
+import { eventTable, makeCertificate, residualTable, verdictOf } from './certificate.js';
 import { makeFiles, makeSettings, makeTimings, totalSeconds, warningsOf } from './account.js';
 import { motionCharts } from './charts.js';
 import { readBlock, readReport } from './data.js';
@@ -180,6 +180,7 @@ function motionSection(motion, player, redraws) {
       charts.map(({ element }) => element),
     ),
     residualTable(motion),
+    eventTable(motion),
   );
 }
 

@@ -1,0 +1,86 @@
+#include "pipeline/verbs/checkpoint.hpp"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <csignal>
+#include <cstdint>
+#include <filesystem>
+
+#include "pipeline/whole_file.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr std::array signals{SIGINT, SIGTERM, SIGHUP};
+volatile std::sig_atomic_t asked_to_stop = 0;
+std::array<struct sigaction, signals.size()> before;
+
+extern "C" void ask_to_stop(int signal) {
+  asked_to_stop = 1;
+  for (std::size_t i = 0; i < signals.size(); ++i)
+    if (signals[i] == signal) sigaction(signal, &before[i], nullptr);
+}
+
+// FNV-1a, 64 bits: tells one scene's text from another.
+std::uint64_t hash_of(const std::string& text) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  return hash;
+}
+
+}  // namespace
+
+CheckpointFile::CheckpointFile(std::string path, double every)
+    : path_(std::move(path)), every_(every), last_(std::chrono::steady_clock::now()) {
+  asked_to_stop = 0;
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    struct sigaction action {};
+    action.sa_handler = ask_to_stop;
+    sigemptyset(&action.sa_mask);
+    sigaction(signals[i], nullptr, &before[i]);
+    if (before[i].sa_handler != SIG_IGN) sigaction(signals[i], &action, nullptr);
+  }
+}
+
+CheckpointFile::~CheckpointFile() {
+  for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &before[i], nullptr);
+}
+
+Result<void> CheckpointFile::watch(const std::string& scene, Observer& observer) {
+  header_ = fmt::format("borelli checkpoint, program {}, scene {:016x}\n", BORELLI_VERSION, hash_of(scene));
+  if (std::filesystem::exists(path_)) {
+    const auto bytes = read_whole(path_);
+    if (!bytes) return tl::unexpected(bytes.error());
+    if (!bytes->starts_with("borelli checkpoint, "))
+      return bad_use(path_, "is there already, and no checkpoint");
+    if (!bytes->starts_with(header_))
+      return bad_use(
+          path_,
+          "is the checkpoint of another scene, other settings or another version of the program; remove "
+          "it, or name another file");
+    observer.checkpoint = bytes->substr(header_.size());
+  } else if (auto fine = check_writable(path_); !fine) {
+    return fine;
+  }
+  observer.keep = [this](const std::string& bytes) { written_ = write_whole(path_, header_ + bytes); };
+  observer.keep_due = [this] {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < every_) return false;
+    last_ = now;
+    return true;
+  };
+  observer.progress = [this, progress = std::move(observer.progress)](double t) {
+    return (!progress || progress(t)) && !stopped();
+  };
+  return {};
+}
+
+bool CheckpointFile::stopped() const { return asked_to_stop != 0; }
+
+void CheckpointFile::finish() const {
+  std::error_code ignored;
+  std::filesystem::remove(path_, ignored);
+}
+
+}  // namespace borelli

@@ -1,0 +1,163 @@
+// A run that is broken off and taken up again is, bit for bit, the run that was not.
+#include <cstring>
+
+#include "dynamics/keeper.hpp"
+#include "dynamics/scene_file.hpp"
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+/// The trajectory with its certificate, as bytes.
+std::string bytes_of(Trajectory t) {
+  Keeper k;
+  Certificate& c = t.certificate;
+  k(t.times, t.q, t.v, t.a, t.poses, t.gravity_centre, t.linear_momentum, t.angular_momentum, t.multipliers,
+    t.contact_modes, t.contact_forces, t.driven_positions, t.driven_efforts, t.kinetic, t.potential, t.work,
+    t.step_times, t.step_sizes, c, c.energy_drift, c.energy_drift_time, c.energy_turnover, c.energy_threshold,
+    c.work_efforts, c.work_drives, c.work_constraints, c.work_baumgarte, c.work_projection,
+    c.work_projection_size, c.work_events, c.work_events_size, c.contacts, c.assembly_position,
+    c.assembly_velocity, c.assembly_position_coordinate, c.assembly_velocity_coordinate, c.constraint_rows,
+    c.nearness, c.nearness_time, c.singular_passages, c.singular_turn, c.evaluations, c.accuracy,
+    c.estimated_error);
+  return k.bytes();
+}
+
+/// Stops after the first step, a fifth, a third and a quarter of the steps, going on from there each time,
+/// and compares with the run that does not, which is given back.
+Trajectory compare(const Scene& scene, const SimulationSettings& how) {
+  const System system = compiled(scene);
+  const std::string name = scene.name + " by " + how.method;
+  const Trajectory whole = need(simulate(system, system.initial, how));
+  Observer observer;
+  std::string kept;
+  observer.keep = [&](const std::string& checkpoint) { kept = checkpoint; };
+  const long count = whole.certificate.steps_accepted;
+  for (const long stop : {1L, count / 5, count / 3, count / 4}) {
+    long steps = 0;
+    observer.progress = [&](double) { return ++steps < stop; };
+    const Trajectory part = need(simulate(system, system.initial, how, observer));
+    EXPECT_EQ(part.certificate.reason.substr(0, 10), "stopped on") << name;
+    observer.checkpoint = kept;
+  }
+  observer.progress = nullptr;
+  observer.keep = nullptr;
+  const Trajectory taken_up = need(simulate(system, system.initial, how, observer));
+  EXPECT_EQ(taken_up.times.size(), whole.times.size()) << name;
+  EXPECT_TRUE(bytes_of(taken_up) == bytes_of(whole)) << name;
+  return whole;
+}
+
+SimulationSettings rows_every(SimulationSettings s, double interval) {
+  s.output_interval = interval;
+  return s;
+}
+
+TEST(Checkpoint, EveryMethodGoesOnExactly) {
+  Scene scene = chain(3, true, 0.5);
+  scene.solids.push_back(solid("ball", "l2",
+                               {fixed({0, 0, -1}), ball("turn", identity_quaternion(), {1, 2, 3})},
+                               {inertial(1, {0.1, 0, -0.2}, {0.03, 0.04, 0.05})}));
+  for (const char* method : {"euler", "rk2", "rk4", "rk4_adaptive", "dopri5", "dop853", "gbs",
+                             "semi_implicit_euler", "verlet", "implicit_midpoint", "gauss4", "gauss6"})
+    for (const double interval : {0.0, 0.03, 0.25})
+      compare(scene, rows_every(settings(method, 1, 1e-2, 1e-8), interval));
+}
+
+// A spring so stiff that the collocation has to go over to Newton's method, whose factors it keeps.
+TEST(Checkpoint, HoldsTheFactorsOfImplicitSteps) {
+  Scene scene = chain(2, false, 0.3);
+  scene.efforts = {{"stiff", CoordinateSpring{{"h1"}, 1e6, 10, 0.3}}};
+  compare(scene, rows_every(settings("gauss4", 1, 1e-2), 0.1));
+}
+
+TEST(Checkpoint, HoldsDrivesRangesAndPeriods) {
+  Scene scene = chain(3, false, 0.1);
+  scene.name = "driven";
+  scene.solids[0].switches.back() = driven(scene.solids[0].switches.back(), Sine{0.5, 6, 0, 0});
+  scene.solids[1].switches.back().ranges = {{-0.3, 0.3}};
+  scene.efforts = {{"push", Force{{"l2", {0, 0, -1}}, {1, 0, 0}, Axes::world, Sine{2, 5, 0, 0}, {}}}};
+  const Trajectory motion = compare(scene, rows_every(settings("dopri5", 3, 1e-2, 1e-8), 0.1));
+  EXPECT_FALSE(motion.certificate.events.empty());
+}
+
+Scene sample(const std::string& name) {
+  return need(read_scene(std::string(BORELLI_SOURCE) + "/samples/" + name));
+}
+
+TEST(Checkpoint, HoldsContactsAndWhatTheyLost) {
+  for (const char* name : {"bouncing_ball.toml", "block_on_slope.toml", "cradle.toml"}) {
+    Scene scene = sample(name);
+    scene.simulation.end_time = std::min(scene.simulation.end_time, 2.5);
+    const Trajectory motion = compare(scene, scene.simulation);
+    EXPECT_FALSE(motion.certificate.events.empty()) << name;
+    compare(scene, rows_every(scene.simulation, 0.013));
+  }
+}
+
+TEST(Checkpoint, HoldsWhatIsKnownOfSingularPositions) {
+  const Scene scene = sample("four_bar_2.toml");
+  EXPECT_LT(compare(scene, scene.simulation).certificate.nearness, 0.3);
+  // a bead on two surfaces that touch along a line, but cross where x passes 0
+  Scene bead;
+  bead.gravity.setZero();
+  bead.solids = {solid(
+      "bead", "world",
+      {slide("x", Vector3d::UnitX(), -0.5, 1), slide("y", Vector3d::UnitY()), slide("z", Vector3d::UnitZ())},
+      {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  FunctionConstraint saddle;
+  saddle.coordinates = {{"x"}, {"y"}, {"z"}};
+  saddle.function = [](double, const Eigen::VectorXd& x, FunctionDerivatives& h) {
+    h.value = x[1] - x[0] * x[2];
+    h.gradient << -x[2], 1, -x[0];
+    h.hessian(0, 2) = h.hessian(2, 0) = -1;
+  };
+  bead.constraints = {{"level", CoordinateCoupling{{{"y"}}, {1}, constant(0)}}, {"saddle", saddle}};
+  EXPECT_EQ(compare(bead, rows_every(settings("rk4", 1, 0.0625), 0)).certificate.singular_passages, 1);
+}
+
+TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {
+  const System system = compiled(chain(2, false, 0.5));
+  SimulationSettings how = settings("dopri5", 1, 1e-2);
+  Observer observer;
+  std::string kept;
+  observer.keep = [&](const std::string& checkpoint) { kept = checkpoint; };
+  int steps = 0;
+  observer.progress = [&](double) { return ++steps < 5; };
+  need(simulate(system, system.initial, how, observer));
+  observer = {};
+  for (std::size_t length = 1; length < kept.size(); length += 1 + kept.size() / 50) {
+    observer.checkpoint = kept.substr(0, length);
+    EXPECT_FALSE(simulate(system, system.initial, how, observer)) << length;
+  }
+  observer.checkpoint = kept + "x";
+  EXPECT_FALSE(simulate(system, system.initial, how, observer));
+  observer.checkpoint = kept;
+  how.tolerance = 1e-7;
+  EXPECT_EQ(simulate(system, system.initial, how, observer).error().what,
+            "is of another run: another scene, start or settings");
+  how.method = "cvode";
+  EXPECT_NE(simulate(system, system.initial, how, observer).error().what.find("no checkpoint can hold"),
+            std::string::npos);
+}
+
+// Asked for by and by, without a stop: nothing of the run changes.
+TEST(Checkpoint, KeptWhileItRunsLeavesNoTrace) {
+  const System system = compiled(chain(3, true, 0.5));
+  const SimulationSettings how = rows_every(settings("dop853", 1, 1e-2, 1e-9), 0.1);
+  const Trajectory whole = need(simulate(system, system.initial, how));
+  Observer observer;
+  std::vector<std::string> kept;
+  observer.keep = [&](const std::string& checkpoint) { kept.push_back(checkpoint); };
+  observer.keep_due = [] { return true; };
+  EXPECT_TRUE(bytes_of(need(simulate(system, system.initial, how, observer))) == bytes_of(whole));
+  ASSERT_GT(kept.size(), 3u);
+  for (std::size_t i = 0; i < kept.size(); i += 3) {
+    Observer later;
+    later.checkpoint = kept[i];
+    EXPECT_TRUE(bytes_of(need(simulate(system, system.initial, how, later))) == bytes_of(whole)) << i;
+  }
+}
+
+}  // namespace
+}  // namespace borelli::test
