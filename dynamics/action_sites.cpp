@@ -82,6 +82,7 @@ struct ActionSites::FieldVisitor {
     finite(field, std::isfinite(range.lower) && std::isfinite(range.upper));
   }
   void operator()(std::string_view, Axes) {}
+  void operator()(std::string_view, bool) {}
 };
 
 Result<void> ActionSites::add_efforts() {
@@ -120,6 +121,15 @@ void add_contacts(int rows, int contact_rows, System& system) {
   }
 }
 
+/// Makes directions unit.
+struct Normaliser {
+  void operator()(std::string_view field, Eigen::Vector3d& x) const {
+    if (is_direction(field)) x.normalize();
+  }
+  template <class T>
+  void operator()(std::string_view, T&) const {}
+};
+
 }  // namespace
 
 Result<void> ActionSites::add_constraints() {
@@ -128,22 +138,20 @@ Result<void> ActionSites::add_constraints() {
     auto action = resolve(constraint, "constraint", names);
     if (!action) return tl::unexpected(action.error());
     action->first_row = system_.rows;
-    action->row_count = std::visit([](const auto& kind) { return kind.rows; }, constraint.kind);
+    action->row_count = row_count(constraint.kind);
     system_.rows += action->row_count;
     for (int i = 0; i < action->row_count; ++i) {
       system_.row_names.push_back(action->row_count == 1 ? constraint.name
                                                          : fmt::format("{}[{}]", constraint.name, i));
       system_.row_constraint.push_back(int(system_.constraints.size()));
+      system_.kinematic_rows.push_back(i >= action->row_count - kinematic_row_count(constraint.kind));
     }
     system_.constraint_names.push_back(constraint.name);
     system_.constraints.push_back(*action);
     system_.parameters.constraints.push_back(constraint);
     std::visit(
         [this](auto& kind) {
-          if constexpr (requires { kind.normal; }) kind.normal.normalize();
-          if constexpr (requires { kind.axis; }) kind.axis.normalize();
-          if constexpr (requires { kind.axis_a; }) kind.axis_a.normalize();
-          if constexpr (requires { kind.axis_b; }) kind.axis_b.normalize();
+          kind.fields(kind, Normaliser{});
           if constexpr (Unilateral<std::decay_t<decltype(kind)>>)
             add_contacts(kind.rows, kind.contact_rows, system_);
         },

@@ -56,11 +56,11 @@ class Assembler {
   Result<Assembly> run() {
     for (int iteration = 0; iteration < 200; ++iteration) {
       if (const Fault fault = update(state_.q)) return tl::unexpected(describe(system_, fault, state_.t));
-      w_.solver.prepare(w_.rows.L, w_.factor, true);
+      w_.solver.prepare(w_.rows.L, w_.factor, true, RowSet::positions);
       if (total_residual(system_, w_).first <= reached || !improve()) break;
     }
     if (const Fault fault = update(state_.q)) return tl::unexpected(describe(system_, fault, state_.t));
-    w_.solver.prepare(w_.rows.L, w_.factor, true);
+    w_.solver.prepare(w_.rows.L, w_.factor, true, RowSet::positions);
     for (int k = system_.rows - 1; k >= 0; --k)  // dependent rows first: they contradict the others
       if (const int row = w_.solver.order()[k]; !(residual(system_, w_, row) <= satisfied))
         return tl::unexpected(unsatisfied(row));
@@ -119,6 +119,7 @@ class Assembler {
   }
 
   Result<void> assemble_velocities() {
+    w_.solver.prepare(w_.rows.L, w_.factor, true);
     w_.wanted = -w_.rows.rate;
     w_.solver.correct(w_.factor, w_.wanted, w_.correction);
     state_.v += w_.correction;
@@ -127,7 +128,7 @@ class Assembler {
     for (int row = 0; row < system_.rows; ++row) {
       const double left = std::abs(w_.rows.rate[row]) / system_.row_scale[row];
       if (left <= satisfied * speed) continue;
-      return failure(fmt::format("constraint '{}'", system_.row_names[row]),
+      return failure(system_.row_place(row),
                      fmt::format("its rate cannot be made zero at the start: {:.6g} per second remains{}",
                                  w_.rows.rate[row], company(row)));
     }
@@ -136,7 +137,7 @@ class Assembler {
   }
 
   Error unsatisfied(int row) const {
-    const std::string where = fmt::format("constraint '{}'", system_.row_names[row]);
+    const std::string where = system_.row_place(row);
     const std::string left = fmt::format("a residual of {:.6g} remains", w_.rows.h[row]);
     if (w_.solver.is_empty(row))
       return {where,
@@ -229,7 +230,7 @@ Projection project(const System& system, const Parameters& parameters, State& st
     out.fault = update_terms(system, parameters, state.t, state.q.data(), state.v.data(), w);
     if (out.fault) return out;
     if (iteration == 0) out.energy_before = w.terms.group_kinetic + w.terms.group_potential;
-    w.solver.prepare(w.rows.L, w.factor, true);
+    w.solver.prepare(w.rows.L, w.factor, true, RowSet::positions);
     const auto [worst, row] = worst_independent(system, w);
     // quadratic convergence ends either at rounding or, far from the origin, where it no longer gets better
     if (worst <= reached || (worst <= satisfied && worst > 0.5 * before)) break;
@@ -242,6 +243,7 @@ Projection project(const System& system, const Parameters& parameters, State& st
     w.solver.correct(w.factor, w.wanted, w.correction);
     from_chart(system, state.q.data(), w.correction.data(), state.q.data());
   }
+  if (system.has_kinematic_rows()) w.solver.prepare(w.rows.L, w.factor, true);
   w.wanted = -w.rows.rate;
   w.solver.correct(w.factor, w.wanted, w.correction);
   state.v += w.correction;

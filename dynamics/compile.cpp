@@ -22,6 +22,7 @@ class Compiler {
 
   Result<System> run() {
     system_.scene = scene_.name;
+    system_.file = scene_.file;
     system_.settings = scene_.simulation;
     system_.parameters.gravity = scene_.gravity;
     if (!scene_.gravity.allFinite())
@@ -239,6 +240,15 @@ std::string System::group_name(int group) const {
   for (const Body& body : bodies)
     if (&body != bodies.data() && body.group == group && !body.solids.empty()) return solids[body.solids[0]];
   return "";
+}
+
+bool System::has_kinematic_rows() const {
+  return std::find(kinematic_rows.begin(), kinematic_rows.end(), 1) != kinematic_rows.end();
+}
+
+std::string System::row_place(int row) const {
+  return fmt::format("{}constraint '{}'", place_in(file, parameters.constraints[row_constraint[row]].line),
+                     row_names[row]);
 }
 
 std::string System::velocity_name(int i) const {

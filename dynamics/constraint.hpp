@@ -1,5 +1,5 @@
-// Constraints beyond the joints: rows h(q, t) = 0, held by Lagrange multipliers. A new kind is one new file
-// pair beside constraint_distance.hpp, and its name in the list below.
+// Constraints beyond the joints: rows h(q, t) = 0, or rows of velocities L u = 0, held by Lagrange
+// multipliers. A new kind is one new file beside constraint_distance.hpp, and its name in the list below.
 #pragma once
 
 #include <string>
@@ -11,9 +11,12 @@
 #include "dynamics/constraint_coordinate_coupling.hpp"
 #include "dynamics/constraint_distance.hpp"
 #include "dynamics/constraint_function.hpp"
+#include "dynamics/constraint_knife_edge.hpp"
 #include "dynamics/constraint_limit.hpp"
 #include "dynamics/constraint_point_on_plane.hpp"
 #include "dynamics/constraint_point_on_point.hpp"
+#include "dynamics/constraint_rolling_disc.hpp"
+#include "dynamics/constraint_rolling_sphere.hpp"
 #include "dynamics/constraint_rope.hpp"
 #include "dynamics/constraint_sphere_over_plane.hpp"
 #include "dynamics/constraint_sphere_over_sphere.hpp"
@@ -21,9 +24,10 @@
 
 namespace borelli {
 
-using ConstraintKind = std::variant<PointOnPoint, PointOnPlane, Distance, CoordinateCoupling, WeldConstraint,
-                                    FunctionConstraint, Limit, Rope, SphereOverPlane, CapsuleOverPlane,
-                                    BoxOverPlane, SphereOverSphere, CapsuleOverCapsule>;
+using ConstraintKind =
+    std::variant<PointOnPoint, PointOnPlane, Distance, CoordinateCoupling, WeldConstraint, FunctionConstraint,
+                 RollingDisc, RollingSphere, KnifeEdge, Limit, Rope, SphereOverPlane, CapsuleOverPlane,
+                 BoxOverPlane, SphereOverSphere, CapsuleOverCapsule>;
 
 /// Kinds whose rows are contacts (contact.hpp).
 template <class Kind>
@@ -31,14 +35,46 @@ concept Unilateral = requires {
   Kind::contact_rows;
 };
 
+/// Kinds whose last `kinematic_rows` rows hold velocities alone (nonholonomic: no function of positions has
+/// them as its rate): their h is zero everywhere, and projection puts right their velocities only.
+template <class Kind>
+concept Kinematic = requires {
+  Kind::kinematic_rows;
+};
+
+/// How many rows a constraint has: `rows`, a constant, or a function where its fields decide.
+inline int row_count(const ConstraintKind& kind) {
+  return std::visit(
+      [](const auto& k) {
+        if constexpr (requires { k.rows(); })
+          return k.rows();
+        else
+          return k.rows;
+      },
+      kind);
+}
+
+inline int kinematic_row_count(const ConstraintKind& kind) {
+  return std::visit(
+      []<class Kind>(const Kind&) {
+        if constexpr (Kinematic<Kind>)
+          return Kind::kinematic_rows;
+        else
+          return 0;
+      },
+      kind);
+}
+
 /// The surface of a unilateral constraint.
 inline ContactSurface surface_of(const ConstraintKind& kind) {
   return std::visit(
       [](const auto& k) {
-        ContactSurface surface;
-        if constexpr (requires { k.restitution; }) surface.restitution = k.restitution;
-        if constexpr (requires { k.friction; }) surface.friction = k.friction;
-        return surface;
+        if constexpr (requires { k.surface; })
+          return k.surface;
+        else if constexpr (requires { k.restitution; })
+          return ContactSurface{.restitution = k.restitution};
+        else
+          return ContactSurface{};
       },
       kind);
 }

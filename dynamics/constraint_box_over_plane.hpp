@@ -13,24 +13,21 @@ struct BoxOverPlane {
   static constexpr std::string_view kind = "box_over_plane";
   SolidPoint box;                                  ///< its centre
   Eigen::Vector3d size = Eigen::Vector3d::Ones();  ///< m, whole edges
-  SolidPoint plane;                                ///< as of SphereOverPlane
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  double restitution = 0, friction = 0;
+  Plane plane;
+  ContactSurface surface;
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("box", self.box);
     visit("size", self.size);
-    visit("plane", self.plane);
-    visit("normal", self.normal);
-    visit("restitution", self.restitution);
-    visit("friction", self.friction);
+    Plane::fields(self.plane, visit);
+    ContactSurface::fields(self.surface, visit);
   }
 
   std::string complaint() const {
-    if (!(normal.norm() > 1e-12)) return "its plane's normal has no direction";
+    if (const std::string bad = plane.complaint(); !bad.empty()) return bad;
     if (!(size.minCoeff() > 0)) return "its edges must be positive";
-    return complaint_of({restitution, friction});
+    return surface.complaint();
   }
 
   static constexpr int rows = 24;
@@ -42,8 +39,7 @@ struct BoxOverPlane {
     enum { box_site, plane_site };
     for (int k = 0; k < 8; ++k) {
       const Eigen::Vector3d side(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
-      sphere_over_plane<T>(scan, 3 * k, box_site, box.point + side.cwiseProduct(size), 0, plane_site,
-                           plane.point, normal);
+      sphere_over_plane<T>(scan, 3 * k, box_site, box.point + side.cwiseProduct(size), 0, plane_site, plane);
     }
   }
 };

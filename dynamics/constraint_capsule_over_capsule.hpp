@@ -15,7 +15,7 @@ struct CapsuleOverCapsule {
   Eigen::Vector3d axis_a = Eigen::Vector3d::UnitZ(), axis_b = Eigen::Vector3d::UnitZ();  ///< in their solids'
   double length_a = 0, length_b = 0;      ///< m, without the caps; 0: a sphere
   double radius_a = 0.1, radius_b = 0.1;  ///< m
-  double restitution = 0, friction = 0;
+  ContactSurface surface;
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -27,8 +27,7 @@ struct CapsuleOverCapsule {
     visit("length_b", self.length_b);
     visit("radius_a", self.radius_a);
     visit("radius_b", self.radius_b);
-    visit("restitution", self.restitution);
-    visit("friction", self.friction);
+    ContactSurface::fields(self.surface, visit);
   }
 
   std::string complaint() const {
@@ -36,7 +35,7 @@ struct CapsuleOverCapsule {
     if (!(length_a >= 0 && length_b >= 0)) return "its lengths must be 0 or more";
     if (!(radius_a >= 0 && radius_b >= 0 && radius_a + radius_b > 0))
       return "its radii must be 0 or more, and one of them positive";
-    return complaint_of({restitution, friction});
+    return surface.complaint();
   }
 
   static constexpr int rows = 3;

@@ -13,9 +13,8 @@ struct CapsuleOverPlane {
   SolidPoint capsule;                               ///< its centre
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< in its solid's axes; made unit by compile()
   double length = 1, radius = 0.1;                  ///< m, without the caps
-  SolidPoint plane;                                 ///< as of SphereOverPlane
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
-  double restitution = 0, friction = 0;
+  Plane plane;
+  ContactSurface surface;
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -23,17 +22,15 @@ struct CapsuleOverPlane {
     visit("axis", self.axis);
     visit("length", self.length);
     visit("radius", self.radius);
-    visit("plane", self.plane);
-    visit("normal", self.normal);
-    visit("restitution", self.restitution);
-    visit("friction", self.friction);
+    Plane::fields(self.plane, visit);
+    ContactSurface::fields(self.surface, visit);
   }
 
   std::string complaint() const {
-    if (!(normal.norm() > 1e-12)) return "its plane's normal has no direction";
+    if (const std::string bad = plane.complaint(); !bad.empty()) return bad;
     if (!(axis.norm() > 1e-12)) return "its axis has no direction";
     if (!(length > 0 && radius >= 0)) return "its length must be positive and its radius 0 or more";
-    return complaint_of({restitution, friction});
+    return surface.complaint();
   }
 
   static constexpr int rows = 6;
@@ -46,7 +43,7 @@ struct CapsuleOverPlane {
     for (int end = 0; end < 2; ++end)
       sphere_over_plane<T>(scan, 3 * end, capsule_site,
                            capsule.point + (end == 0 ? 0.5 : -0.5) * length * axis, radius, plane_site,
-                           plane.point, normal);
+                           plane);
   }
 };
 

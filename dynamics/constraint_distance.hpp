@@ -25,6 +25,10 @@ struct Distance {
     visit("distance", self.distance);
   }
 
+  std::string complaint() const {
+    return at(distance, 0).value > 0 ? "" : "its distance must be positive at the start";
+  }
+
   static constexpr int rows = 1;
   static constexpr int length_rows = 1;  ///< the first ones, which are in m
 

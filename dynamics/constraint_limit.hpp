@@ -31,7 +31,7 @@ struct Limit {
   std::string complaint() const {
     if (!lower && !upper) return "bounds nothing; give lower, upper or both";
     if (lower && upper && !(*lower < *upper)) return "its lower bound must lie below its upper one";
-    return complaint_of({restitution, 0});
+    return ContactSurface{.restitution = restitution}.complaint();
   }
 
   static constexpr int rows = 2;

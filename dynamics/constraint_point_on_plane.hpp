@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "dynamics/site.hpp"
+#include "dynamics/plane.hpp"
 #include "dynamics/time_function.hpp"
 
 namespace borelli {
@@ -12,23 +12,21 @@ namespace borelli {
 template <class T>
 class ConstraintScan;
 
-/// n . (p - p_plane) - offset(t) = 0: one row, m. n is made unit by compile().
+/// n . (p - p_plane) - offset(t) = 0: one row, m.
 struct PointOnPlane {
   static constexpr std::string_view kind = "point_on_plane";
   SolidPoint point;
-  SolidPoint plane;                                   ///< a point of the plane, in the solid that carries it
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< in that solid's axes
-  TimeFunction offset = constant(0);                  ///< m, along the normal
+  Plane plane;
+  TimeFunction offset = constant(0);  ///< m, along the normal
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("point", self.point);
-    visit("plane", self.plane);
-    visit("normal", self.normal);
+    Plane::fields(self.plane, visit);
     visit("offset", self.offset);
   }
 
-  std::string complaint() const { return normal.norm() > 1e-12 ? "" : "its plane's normal has no direction"; }
+  std::string complaint() const { return plane.complaint(); }
 
   static constexpr int rows = 1;
   static constexpr int length_rows = 1;  ///< the first ones, which are in m
@@ -40,12 +38,12 @@ struct PointOnPlane {
   void evaluate(ConstraintScan<T>& scan) const {
     enum { point_site, plane_site };
     const auto p = scan.point(point_site, point.point);
-    const Eigen::Vector3<T> n = scan.frame(plane_site).R * normal;
+    const Eigen::Vector3<T> n = scan.frame(plane_site).R * plane.normal;
     const TimeValue shift = at(offset, scan.time());
     const Eigen::Vector3<T> v_rel = p.v - scan.velocity(plane_site, p.p);
     scan.along(0, point_site, p.p, n);
     scan.along(0, plane_site, p.p, -n);
-    scan.residual(0, n.dot(p.p - scan.point(plane_site, plane.point).p) - shift.value, -shift.rate,
+    scan.residual(0, n.dot(p.p - scan.point(plane_site, plane.on.point).p) - shift.value, -shift.rate,
                   -2 * n.dot(scan.angular_velocity(plane_site).cross(v_rel)) - shift.acceleration);
   }
 };

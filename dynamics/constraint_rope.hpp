@@ -28,7 +28,8 @@ struct Rope {
   }
 
   std::string complaint() const {
-    return length > 0 ? complaint_of({restitution, 0}) : "its length must be positive";
+    return length > 0 ? ContactSurface{.restitution = restitution}.complaint()
+                      : "its length must be positive";
   }
 
   static constexpr int rows = 1;

@@ -25,13 +25,15 @@ ConstraintSolver::ConstraintSolver(const System& system)
   std::iota(order_.begin(), order_.end(), 0);
 }
 
-void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide) {
+void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide, RowSet set) {
   for (int r = 0; r < system_.rows; ++r) {
     W_.row(r) = L.row(r).head(system_.nv);
     length_[r] = 0;
     for (int i = 0; i < system_.nv; ++i) length_[r] += std::abs(W_(r, i)) * system_.velocity_scale[i];
     // entries are lengths or pure numbers; one of rounding's size is none
-    if (system_.nv == 0 || W_.row(r).cwiseAbs().maxCoeff() <= 1e-13 * std::max(1.0, system_.length)) {
+    const bool left_out = set == RowSet::positions && system_.kinematic_rows[r];
+    if (left_out || system_.nv == 0 ||
+        W_.row(r).cwiseAbs().maxCoeff() <= 1e-13 * std::max(1.0, system_.length)) {
       W_.row(r).setZero();
       scale_[r] = 0;
       continue;

@@ -21,6 +21,9 @@
 
 namespace borelli {
 
+/// Which rows take part: all, or those that hold positions (System::kinematic_rows are left out).
+enum class RowSet { all, positions };
+
 class ConstraintSolver {
  public:
   explicit ConstraintSolver(const System& system);
@@ -34,8 +37,9 @@ class ConstraintSolver {
   static constexpr double nearness_tolerance = 1e-4, nearness_share = 1e-3;
 
   /// Takes in L (rows x size; its free columns) and the factor F of the mass matrix. With `decide` it also
-  /// decides rank and order of the rows; else it keeps those of the last decision.
-  void prepare(const Rows& L, const Rows& F, bool decide);
+  /// decides rank and order of the rows; else it keeps those of the last decision. Rows that are not in the
+  /// set count as empty.
+  void prepare(const Rows& L, const Rows& F, bool decide, RowSet set = RowSet::all);
 
   /// The least correction x (nv numbers, by the mass matrix) with L x = b on the independent rows.
   void correct(const Rows& F, const Eigen::VectorXd& b, Eigen::VectorXd& x);

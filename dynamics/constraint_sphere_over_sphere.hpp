@@ -12,7 +12,7 @@ struct SphereOverSphere {
   static constexpr std::string_view kind = "sphere_over_sphere";
   SolidPoint a, b;                        ///< centres
   double radius_a = 0.1, radius_b = 0.1;  ///< m
-  double restitution = 0, friction = 0;
+  ContactSurface surface;
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -20,14 +20,13 @@ struct SphereOverSphere {
     visit("b", self.b);
     visit("radius_a", self.radius_a);
     visit("radius_b", self.radius_b);
-    visit("restitution", self.restitution);
-    visit("friction", self.friction);
+    ContactSurface::fields(self.surface, visit);
   }
 
   std::string complaint() const {
     if (!(radius_a >= 0 && radius_b >= 0 && radius_a + radius_b > 0))
       return "its radii must be 0 or more, and one of them positive";
-    return complaint_of({restitution, friction});
+    return surface.complaint();
   }
 
   static constexpr int rows = 3;

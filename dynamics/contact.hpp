@@ -4,7 +4,7 @@
 // constraint, and all three where it sticks.
 //
 // A kind of constraint is unilateral if it says how many rows each of its contacts has (`contact_rows`); it
-// then has a `restitution` and may have a `friction`.
+// then has a `surface`, or a `restitution` alone where it cannot rub.
 #pragma once
 
 #include <string>
@@ -39,13 +39,19 @@ struct Contact {
 struct ContactSurface {
   double restitution = 0;  ///< 0: no rebound, 1: without loss
   double friction = 0;     ///< Coulomb's coefficient, for stick and slip alike
-};
 
-inline std::string complaint_of(const ContactSurface& surface) {
-  if (!(surface.restitution >= 0 && surface.restitution <= 1))
-    return "its restitution must lie between 0 and 1";
-  return surface.friction >= 0 ? "" : "its friction must be 0 or more";
-}
+  /// Its fields stand among those of the constraint that it is part of.
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("restitution", self.restitution);
+    visit("friction", self.friction);
+  }
+
+  std::string complaint() const {
+    if (!(restitution >= 0 && restitution <= 1)) return "its restitution must lie between 0 and 1";
+    return friction >= 0 ? "" : "its friction must be 0 or more";
+  }
+};
 
 /// A slip slower than this has no direction of its own, m/s.
 inline constexpr double least_slip = 1e-10;

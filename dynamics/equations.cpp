@@ -34,8 +34,9 @@ Error describe(const System& system, const Fault& fault, double t) {
       return {fmt::format("coordinate '{}'", system.velocity_name(fault.index)),
               fmt::format("its acceleration at t = {:.6g} s is not a finite number", t)};
     case Fault::Kind::degenerate_constraint:
-      return {fmt::format("constraint '{}'", system.row_names[fault.index]),
-              fmt::format("it has no direction at t = {:.6g} s: its two points meet", t)};
+      return {
+          system.row_place(fault.index),
+          fmt::format("it has no direction at t = {:.6g} s: its two points meet, or its disc lies flat", t)};
     case Fault::Kind::none:
       break;
   }

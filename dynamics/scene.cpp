@@ -34,7 +34,7 @@ std::string coordinate_name(const Solid& solid, std::size_t i) {
                      std::count_if(begin, begin + static_cast<std::ptrdiff_t>(i) + 1, moves));
 }
 
-std::string Scene::place(int line) const {
+std::string place_in(const std::string& file, int line) {
   if (file.empty()) return {};
   return line > 0 ? fmt::format("{}:{}: ", file, line) : file + ": ";
 }

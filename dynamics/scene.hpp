@@ -44,6 +44,10 @@ Result<std::vector<Inertial>> inertials_of(const Solid& solid);
 /// its switches with coordinates where it has several. Empty for a fixed switch.
 std::string coordinate_name(const Solid& solid, std::size_t i);
 
+/// "file:line: ", what an error about something that was read at that line begins with; "file: " where the
+/// line is 0; empty where there is no file.
+std::string place_in(const std::string& file, int line);
+
 struct Scene {
   std::string name;
   std::string description;
@@ -54,9 +58,8 @@ struct Scene {
   SimulationSettings simulation;
   std::string file;  ///< that it was read from, for errors; empty: none
 
-  /// "file:line: ", what an error about something that was read at that line begins with; empty where there
-  /// is no file.
-  std::string place(int line) const;
+  /// place_in its file.
+  std::string place(int line) const { return place_in(file, line); }
   /// Its place and "solid 'name'".
   std::string where(const Solid& solid) const;
 };

@@ -187,9 +187,8 @@ void FieldReader::operator()(std::string_view key, double& field) {
 
 void FieldReader::operator()(std::string_view key, Vector3d& field) {
   if (const toml::node* node = get(key)) {
-    const bool is_direction = key == "normal" || key.starts_with("axis");
-    field = is_direction ? direction(table_, *node, key) : table_.vector3(*node, key);
-    if (is_direction && field.norm() == 0)
+    field = is_direction(key) ? direction(table_, *node, key) : table_.vector3(*node, key);
+    if (is_direction(key) && field.norm() == 0)
       table_.refuse(*node, fmt::format("{} has length 0, expected a direction", key));
   }
   if (const toml::node* node = in_degrees(key)) field = degree * table_.vector3(*node, "rest_deg");
@@ -240,6 +239,10 @@ void FieldReader::operator()(std::string_view key, Axes& field) {
   if (text != "world" && text != "solid")
     table_.refuse(*node, fmt::format("{} is \"{}\", expected \"world\" or \"solid\"", key, text));
   field = text == "world" ? Axes::world : Axes::solid;
+}
+
+void FieldReader::operator()(std::string_view key, bool& field) {
+  if (const toml::node* node = get(key)) field = table_.boolean(*node, key);
 }
 
 void FieldReader::operator()(std::string_view key, TimeFunction& field) {

@@ -105,7 +105,7 @@ struct FieldWriter {
 
   void operator()(std::string_view key, const double& field) { add(key, text_of(field)); }
   void operator()(std::string_view key, const Vector3d& field) {
-    add(key, key == "normal" || key.starts_with("axis") ? axis_of(field) : text_of(field));
+    add(key, is_direction(key) ? axis_of(field) : text_of(field));
   }
   void operator()(std::string_view key, const std::optional<double>& field) {
     if (field) add(key, text_of(*field));
@@ -141,6 +141,7 @@ struct FieldWriter {
   void operator()(std::string_view key, const Axes& field) {
     add(key, field == Axes::world ? "\"world\"" : "\"solid\"");
   }
+  void operator()(std::string_view key, const bool& field) { add(key, field ? "true" : "false"); }
   void operator()(std::string_view key, const TimeFunction& field) { add(key, time_function(field)); }
   void operator()(std::string_view key, const Pose& field) {
     Entries pose{{"position", text_of(field.p)}};

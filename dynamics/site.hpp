@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <string_view>
 
 namespace borelli {
 
@@ -41,6 +42,9 @@ template <class Kind>
 concept LeansOnWorld = IsCode<Kind> || requires {
   Kind::leans_on_world;
 };
+
+/// Whether a vector of this name is a direction: its length says nothing, and compile() makes it unit.
+inline bool is_direction(std::string_view field) { return field == "normal" || field.starts_with("axis"); }
 
 /// Whose axes a vector's components are along.
 enum class Axes { world, solid };

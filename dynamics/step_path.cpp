@@ -57,7 +57,7 @@ Result<void> StepPath::settle(const Eigen::VectorXd& y, double t, Landing& landi
   const Projection projection = project(system_, system_.parameters, landing.state, probe_);
   if (projection.fault) return tl::unexpected(describe(system_, projection.fault, t));
   if (projection.unreached >= 0)
-    return failure(fmt::format("constraint '{}'", system_.row_names[projection.unreached]),
+    return failure(system_.row_place(projection.unreached),
                    "the step left it so far off that it cannot be put right; take a smaller step");
   landing.energy_before = projection.energy_before;
   landing.velocity_change = projection.velocity_change;

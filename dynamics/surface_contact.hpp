@@ -1,11 +1,11 @@
-// The rows of one contact between two solids, for the kinds of contact between forms: a sphere (or point)
-// over a plane, and two capsules (or spheres). For constraint kinds' `evaluate`.
+// The rows of one meeting of two solids: of forms that touch (a sphere or point over a plane, two capsules or
+// spheres), and of forms that roll. For constraint kinds' `evaluate`.
 #pragma once
 
 #include <Eigen/Geometry>
 
 #include "dynamics/contact.hpp"
-#include "dynamics/site.hpp"
+#include "dynamics/plane.hpp"
 
 namespace borelli {
 
@@ -22,38 +22,56 @@ Eigen::Vector3<T> across(const Eigen::Vector3<T>& n) {
   return t / sqrt(t.squaredNorm());
 }
 
-/// Row r: the velocity along t of solid a over solid b where they touch, at p, which moves with `p_rate` over
-/// both. The second derivative of what it slips holds, beside the accelerations of the solids' own points
-/// there, that the point of contact wanders over them.
+/// Where solid a meets solid b: the point, which moves with `p_rate` over both, and how far off each other
+/// they are.
 template <class T>
-void slip_row(ConstraintScan<T>& scan, int r, int a, int b, const Eigen::Vector3<T>& p,
-              const Eigen::Vector3<T>& p_rate, const Eigen::Vector3<T>& t, const Eigen::Vector3<T>& t_rate) {
-  const Eigen::Vector3<T> va = scan.velocity(a, p), vb = scan.velocity(b, p);
-  scan.along(r, a, p, t);
-  scan.along(r, b, p, -t);
+struct Meeting {
+  Eigen::Vector3<T> p, p_rate;
+  T gap = T(0);  ///< m
+};
+
+/// Row r: the velocity along t of solid a over solid b where they meet. The second derivative of what it
+/// moves holds, beside the accelerations of the solids' own points there, that the point wanders over them.
+template <class T>
+void slip_row(ConstraintScan<T>& scan, int r, int a, int b, const Meeting<T>& at, const Eigen::Vector3<T>& t,
+              const Eigen::Vector3<T>& t_rate, const T& value = T(0)) {
+  const Eigen::Vector3<T> va = scan.velocity(a, at.p), vb = scan.velocity(b, at.p);
+  scan.along(r, a, at.p, t);
+  scan.along(r, b, at.p, -t);
   scan.residual(
-      r, T(0), T(0),
-      t.dot(scan.angular_velocity(a).cross(p_rate - va) - scan.angular_velocity(b).cross(p_rate - vb)) +
+      r, value, T(0),
+      t.dot(scan.angular_velocity(a).cross(at.p_rate - va) - scan.angular_velocity(b).cross(at.p_rate - vb)) +
           t_rate.dot(va - vb));
 }
 
-/// Rows r, r + 1, r + 2: a sphere of solid a, `centre` and `radius`, over the plane of solid b through `on`
-/// with the unit normal `normal`, both in b's frame: n . (c - on) - radius >= 0. See PointOnPlane.
+/// Rows r, r + 1, r + 2 of a form of solid a that meets a plane of solid b: the gap, and the velocities along
+/// two directions across. Without `held` the latter alone, as rows r and r + 1.
+template <class T>
+void rows_on_plane(ConstraintScan<T>& scan, int r, int a, const Meeting<T>& at, int b, const Plane& plane,
+                   bool held = true) {
+  const auto R = scan.frame(b).R;
+  const Eigen::Vector3<T> w = scan.angular_velocity(b);
+  const Eigen::Vector3d t_B = across<double>(plane.normal), s_B = plane.normal.cross(t_B);
+  const Eigen::Vector3<T> n = R * plane.normal, t = R * t_B, s = R * s_B;
+  if (held) slip_row<T>(scan, r++, a, b, at, n, w.cross(n), at.gap);
+  slip_row<T>(scan, r, a, b, at, t, w.cross(t));
+  slip_row<T>(scan, r + 1, a, b, at, s, w.cross(s));
+}
+
+/// Where a sphere of solid a is nearest to a plane of solid b; the gap is n . (c - on) - radius.
+template <class T>
+Meeting<T> sphere_on_plane(const ConstraintScan<T>& scan, int a, const Eigen::Vector3d& centre, double radius,
+                           int b, const Plane& plane) {
+  const auto c = scan.point(a, centre);
+  const Eigen::Vector3<T> n = scan.frame(b).R * plane.normal, w = scan.angular_velocity(b);
+  return {c.p - radius * n, c.v - radius * w.cross(n), n.dot(c.p - scan.point(b, plane.on.point).p) - radius};
+}
+
+/// Rows r, r + 1, r + 2: a sphere of solid a over a plane of solid b.
 template <class T>
 void sphere_over_plane(ConstraintScan<T>& scan, int r, int a, const Eigen::Vector3d& centre, double radius,
-                       int b, const Eigen::Vector3d& on, const Eigen::Vector3d& normal) {
-  const auto c = scan.point(a, centre);
-  const auto X = scan.frame(b);
-  const Eigen::Vector3<T> n = X.R * normal, w = scan.angular_velocity(b);
-  const Eigen::Vector3<T> v_rel = c.v - scan.velocity(b, c.p);
-  scan.along(r, a, c.p, n);
-  scan.along(r, b, c.p, -n);
-  scan.residual(r, n.dot(c.p - scan.point(b, on).p) - radius, T(0), -2 * n.dot(w.cross(v_rel)));
-  const Eigen::Vector3<T> p = c.p - radius * n, p_rate = c.v - radius * w.cross(n);
-  const Eigen::Vector3d t_B = across<double>(normal), s_B = normal.cross(t_B);
-  const Eigen::Vector3<T> t = X.R * t_B, s = X.R * s_B;
-  slip_row<T>(scan, r + 1, a, b, p, p_rate, t, w.cross(t));
-  slip_row<T>(scan, r + 2, a, b, p, p_rate, s, w.cross(s));
+                       int b, const Plane& plane) {
+  rows_on_plane<T>(scan, r, a, sphere_on_plane(scan, a, centre, radius, b, plane), b, plane);
 }
 
 /// A segment with a thickness: a capsule; of length 0 a sphere.
@@ -114,8 +132,9 @@ void capsule_over_capsule(ConstraintScan<T>& scan, int r, int a, const ThickSegm
   const Vector p = xb + B.radius * n, p_rate = xb_rate + B.radius * n_rate;
   const Vector e = across<T>(n), none = Vector::Zero();
   // axes across are chosen anew at each place: how they turn matters to a slip alone, which they only measure
-  slip_row<T>(scan, r + 1, a, b, p, p_rate, e, none);
-  slip_row<T>(scan, r + 2, a, b, p, p_rate, n.cross(e), none);
+  const Meeting<T> at{p, p_rate};
+  slip_row<T>(scan, r + 1, a, b, at, e, none);
+  slip_row<T>(scan, r + 2, a, b, at, n.cross(e), none);
 }
 
 }  // namespace borelli

@@ -122,8 +122,10 @@ struct System {
   std::vector<double> velocity_scale;  ///< per free velocity component: what its coordinate is compared with
                                        ///< (and its rate, per second): a length of what it moves, or 1 rad
   std::vector<double> row_scale;  ///< what a row's residual is compared with: a length of what it ties, or 1
-  std::vector<int> row_constraint;  ///< the constraint of each row
+  std::vector<int> row_constraint;   ///< the constraint of each row
+  std::vector<char> kinematic_rows;  ///< per row: whether it holds velocities and has no position (Kinematic)
   std::vector<std::string> constraint_names;
+  std::string file;  ///< that the scene was read from; empty: none
   struct LimitedCoordinate {
     int coordinate;             ///< in `coordinates`
     std::vector<Range> ranges;  ///< one per velocity component
@@ -135,6 +137,9 @@ struct System {
   SimulationSettings settings;  ///< as the scene gives them
 
   int size() const { return nv + driven_nv; }  ///< of the extended velocity
+  bool has_kinematic_rows() const;
+  /// What an error about a constraint row begins with: its place in the scene's file, and its name.
+  std::string row_place(int row) const;
   /// The name of a group: that of its first solid.
   std::string group_name(int group) const;
   /// The name of the coordinate that velocity component i (free) belongs to, with its axis for a ball.

@@ -58,7 +58,7 @@ TEST(Assembly, TurnsBallsToo) {
 TEST(Assembly, RowsThatDependOnOthersAreNamedAndSurvived) {
   Scene scene = four_bar();
   scene.constraints.push_back(
-      {"again", PointOnPlane{{"coupler", {0, 0, -2}}, {"rocker", {0, 0, -1.5}}, {1, 0, 0}, constant(0)}});
+      {"again", PointOnPlane{{"coupler", {0, 0, -2}}, {{"rocker", {0, 0, -1.5}}, {1, 0, 0}}, constant(0)}});
   const System system = compiled(scene);
   State state = system.initial;
   const Assembly assembly = need(assemble(system, state));
@@ -96,10 +96,10 @@ TEST(Assembly, RatesThatContradictOthersAreNamed) {
 TEST(Assembly, WhatIsOutOfReachIsNamed) {
   Scene scene = chain(2, false, 0.4);
   scene.constraints = {
-      {"star", PointOnPlane{{"l1", {0, 0, -1}}, {"world", {0, 0, 5}}, {0, 0, 1}, constant(0)}}};
+      {"star", PointOnPlane{{"l1", {0, 0, -1}}, {{"world", {0, 0, 5}}, {0, 0, 1}}, constant(0)}}};
   expect_failure(scene, "constraint 'star'", "a residual of -3");
   scene.constraints = {
-      {"aside", PointOnPlane{{"l1", {0, 0, -1}}, {"world", {0, 1, 0}}, {0, 1, 0}, constant(0)}}};
+      {"aside", PointOnPlane{{"l1", {0, 0, -1}}, {{"world", {0, 1, 0}}, {0, 1, 0}}, constant(0)}}};
   expect_failure(scene, "constraint 'aside'", "no free coordinate moves it");
 }
 

@@ -161,7 +161,7 @@ TEST(Certificate, TellsWhatAssemblyMoved) {
   scene.solids = {solid("a", "world", {slide("x", Vector3d::UnitX(), 0, 5), slide("z", Vector3d::UnitZ())},
                         {inertial(1, {0, 0, 0}, {0, 0, 0})})};
   scene.constraints = {
-      {"wall", PointOnPlane{{"a", {0, 0, 0}}, {"world", {2, 0, 0}}, {1, 0, 0}, constant(0)}}};
+      {"wall", PointOnPlane{{"a", {0, 0, 0}}, {{"world", {2, 0, 0}}, {1, 0, 0}}, constant(0)}}};
   const Certificate moved = run(scene, settings("rk4_adaptive", 0.1, 0.01)).certificate;
   EXPECT_NEAR(moved.assembly_position, 2, 1e-12);
   EXPECT_EQ(moved.assembly_position_coordinate, "x");

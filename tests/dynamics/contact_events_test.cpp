@@ -42,7 +42,7 @@ Kind& kind_of(Scene& scene, int i = 0) {
 TEST(ContactRuns, TheBallsReboundsEndWhenTheGeometricSeriesSays) {
   for (const double e : {0.5, 0.8}) {
     Scene scene = sample("bouncing_ball.toml");
-    kind_of<SphereOverPlane>(scene).restitution = e;
+    kind_of<SphereOverPlane>(scene).surface.restitution = e;
     scene.simulation.end_time = 5;
     const Trajectory t = run(scene);
     const double fall = std::sqrt(2 / g), end = fall * (1 + e) / (1 - e);
@@ -65,7 +65,8 @@ TEST(ContactRuns, TheBallsReboundsEndWhenTheGeometricSeriesSays) {
 
 TEST(ContactRuns, RowsBetweenStepsKnowNothingOfTheImpactAfterThem) {
   Scene scene = sample("bouncing_ball.toml");
-  kind_of<SphereOverPlane>(scene).restitution = 0;  // from its landing on the ball is held on the ground
+  kind_of<SphereOverPlane>(scene).surface.restitution =
+      0;  // from its landing on the ball is held on the ground
   scene.simulation.output_interval = 0.05;
   scene.simulation.end_time = 1;
   const Trajectory t = run(scene);
@@ -122,7 +123,7 @@ TEST(ContactRuns, ABlockSticksWhereTheSlopeIsNotSteeperThanItsFriction) {
   for (const double factor : {1.01, 1.2}) {
     Scene scene = sample("block_on_slope.toml");
     scene.solids[1].switches[0].v = {0};
-    kind_of<BoxOverPlane>(scene).friction = factor * std::tan(30 * degree_for_tests);
+    kind_of<BoxOverPlane>(scene).surface.friction = factor * std::tan(30 * degree_for_tests);
     const Trajectory t = run(scene);
     EXPECT_NEAR(last(t, 0), 0, 1e-10);
     EXPECT_NEAR(last_velocity(t, 0), 0, 1e-10);
@@ -130,7 +131,7 @@ TEST(ContactRuns, ABlockSticksWhereTheSlopeIsNotSteeperThanItsFriction) {
   Scene scene = sample("block_on_slope.toml");
   scene.solids[1].switches[0].v = {0};
   const double mu = 0.9 * std::tan(30 * degree_for_tests), a = 30 * degree_for_tests;
-  kind_of<BoxOverPlane>(scene).friction = mu;
+  kind_of<BoxOverPlane>(scene).surface.friction = mu;
   const Trajectory t = run(scene);
   EXPECT_NEAR(last_velocity(t, 0), -g * (std::sin(a) - mu * std::cos(a)), 1e-8);
 }
@@ -144,11 +145,11 @@ TEST(ContactRuns, APointSticksUpToTheVeryLimit) {
                                 slide("off", Vector3d::UnitZ())};
     SphereOverPlane slope;
     slope.sphere.solid = "block";
-    slope.plane.solid = "slope";
-    slope.friction = factor * std::tan(a);
+    slope.plane.on.solid = "slope";
+    slope.surface.friction = factor * std::tan(a);
     scene.constraints = {{"slope", slope}};
     const Trajectory t = run(scene);
-    const double down = factor == 1 ? 0 : g * (std::sin(a) - slope.friction * std::cos(a));
+    const double down = factor == 1 ? 0 : g * (std::sin(a) - slope.surface.friction * std::cos(a));
     EXPECT_NEAR(last_velocity(t, 0), -down, 1e-12);
     EXPECT_EQ(t.contact_modes(t.contact_modes.rows() - 1, 0), factor == 1 ? 2 : 1);
   }
@@ -161,7 +162,7 @@ TEST(ContactRuns, PainlevesRodIsNamed) {
   EXPECT_NE(out.error().what.find("no contact force solves the equations"), std::string::npos);
   EXPECT_NE(out.error().what.find("t = 0 s"), std::string::npos);
   Scene scene = sample("painleve_rod.toml");
-  kind_of<SphereOverPlane>(scene).friction = 0.5;  // below 4/3 there is no such case
+  kind_of<SphereOverPlane>(scene).surface.friction = 0.5;  // below 4/3 there is no such case
   scene.simulation.end_time = 0.1;
   run(scene);
 }
@@ -175,8 +176,8 @@ TEST(ContactRuns, AFallingBoxLandsFlatAndRests) {
   BoxOverPlane ground;
   ground.box.solid = "box";
   ground.size = {1, 0.6, 0.4};
-  ground.friction = 0.5;
-  ground.restitution = 0.3;
+  ground.surface.friction = 0.5;
+  ground.surface.restitution = 0.3;
   scene.constraints = {{"ground", ground}};
   scene.simulation = {.end_time = 2, .method = "dopri5", .step = 1e-3, .tolerance = 1e-9};
   const Trajectory t = run(scene);
@@ -198,7 +199,7 @@ TEST(ContactRuns, AContactOpensWhenItsForceVanishes) {
                         {inertial(1, {0, 0, 0}, {0, 0, 0})})};
   SphereOverPlane ground;
   ground.sphere.solid = "grain";
-  ground.plane.solid = "table";
+  ground.plane.on.solid = "table";
   scene.constraints = {{"ground", ground}};
   scene.simulation = {.end_time = 0.3, .method = "dop853", .step = 1e-3, .tolerance = 1e-11};
   const Trajectory t = run(scene);
@@ -257,7 +258,7 @@ Scene billiard(double slope, double friction) {
   SphereOverPlane ground;
   ground.sphere.solid = "ball";
   ground.radius = radius;
-  ground.friction = friction;
+  ground.surface.friction = friction;
   scene.constraints = {{"ground", ground}};
   scene.simulation = {.end_time = 1, .method = "dopri5", .step = 1e-3, .tolerance = 1e-10};
   return scene;
@@ -303,8 +304,8 @@ TEST(ContactRuns, TwoFreeBallsCollideAndKeepTheirMomentum) {
   SphereOverSphere meet;
   meet.a.solid = "a";
   meet.b.solid = "b";
-  meet.restitution = 0.7;
-  meet.friction = 0.4;
+  meet.surface.restitution = 0.7;
+  meet.surface.friction = 0.4;
   scene.constraints = {{"balls", meet}};
   scene.simulation = {.end_time = 1, .method = "dopri5", .step = 1e-3, .tolerance = 1e-10};
   const Trajectory t = run(scene);

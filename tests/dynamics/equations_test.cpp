@@ -29,7 +29,7 @@ Scene everything() {
                    {"coordinate", CoordinateSpring{{"c20"}, 3, 0.1, 0}},
                    {"push", Force{{"s2", {0, 0, 0}}, {1, 2, 3}, Axes::solid, Sine{}, {}}}};
   scene.constraints = {
-      {"plane", PointOnPlane{{"s5", {0.2, 0, 0}}, {"world", {0, 0, 0}}, {0, 0, 1}, Sine{0.1, 2, 0, 0}}},
+      {"plane", PointOnPlane{{"s5", {0.2, 0, 0}}, {{"world", {0, 0, 0}}, {0, 0, 1}}, Sine{0.1, 2, 0, 0}}},
       {"rod", Distance{{"s3", {0, 0, 0.1}}, {"s1", {1, 0, 0}}, constant(1)}}};
   return scene;
 }

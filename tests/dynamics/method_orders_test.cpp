@@ -137,9 +137,28 @@ Case point_on_circle(ConstraintTreatment treatment) {
   return out;
 }
 
+// Chaplygin's sleigh (kinematic_constraints_test.cpp has its closed form), pushed forwards while it turns.
+Case sleigh(ConstraintTreatment treatment) {
+  Scene scene;
+  scene.gravity.setZero();
+  scene.solids = {solid("sleigh", "world",
+                        {slide("x", Vector3d::UnitX(), 0, 1), slide("y", Vector3d::UnitY()),
+                         hinge("heading", Vector3d::UnitZ(), 0, 3)},
+                        {inertial(2, {0.5, 0, 0}, {0.25, 0.25, 0.5})})};
+  scene.constraints = {{"blade", KnifeEdge{{"sleigh", {0, 0, 0}}, {0, 1, 0}, {"world"}}}};
+  Case out{treatment == ConstraintTreatment::projection ? "sleigh, projected" : "sleigh, Baumgarte",
+           compiled(scene),
+           treatment,
+           1,
+           {}};
+  out.reference = in_equal_steps(out.system, "dop853", out.end, 200, treatment);
+  return out;
+}
+
 TEST(MethodOrders, ShowOnEveryScene) {
   for (const Case& one : {pendulum(), free_solid(), point_on_circle(ConstraintTreatment::projection),
-                          point_on_circle(ConstraintTreatment::baumgarte)})
+                          point_on_circle(ConstraintTreatment::baumgarte),
+                          sleigh(ConstraintTreatment::projection), sleigh(ConstraintTreatment::baumgarte)})
     for (const Row& row : table) {
       const double coarse = one.error(row.method, row.steps), fine = one.error(row.method, 2 * row.steps);
       // the next order's share at these steps

@@ -83,8 +83,7 @@ class RandomScene {
     scene.constraints = {
         {"rod", Distance{{last, random_.vector(1)}, {"world", {2, 1, 0}}, Polynomial{{2, 0.3}}}},
         {"table", PointOnPlane{{middle, random_.vector(1)},
-                               {"s0", random_.vector(1)},
-                               random_.direction(),
+                               {{"s0", random_.vector(1)}, random_.direction()},
                                Polynomial{{0.1, 0.2}}}}};
     if (scalars_.size() > 3)
       scene.constraints.push_back(

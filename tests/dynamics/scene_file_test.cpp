@@ -228,21 +228,32 @@ Scene varied(unsigned seed) {
       {"oil", AngularDrag{{"second"}, positive(), positive()}}};
   scene.constraints = {
       {"pin", PointOnPoint{a, b}},
-      {"table", PointOnPlane{a, w, Vector3d(1, 2, 3), wave}},
+      {"table", PointOnPlane{a, {w, Vector3d(1, 2, 3)}, wave}},
       {"rod", Distance{a, b, constant(positive())}},
       {"rod at its default", Distance{a, b, constant(1)}},
       {"gear", CoordinateCoupling{{{"a"}, {"b"}}, {number(), number()}, ramp}},
       {"glue", WeldConstraint{{"first"}, {"second"}, {turn(), vector()}}},
+      {"coin", RollingDisc{a, vector(), positive(), {w, Vector3d(1, 2, 3)}, true}},
+      {"marble", RollingSphere{b, positive(), {a, -Vector3d::UnitX()}, false}},
+      {"skate", KnifeEdge{a, Vector3d(1, 2, 3), {"second"}}},
       {"stops", Limit{{"a"}, number(), number(), positive()}},
       {"stop below", Limit{{"b"}, number(), {}, 0}},
       {"rope", Rope{a, w, positive(), positive()}},
-      {"bead", SphereOverPlane{a, positive(), b, Vector3d(1, 2, 3), positive(), positive()}},
+      {"bead", SphereOverPlane{a, positive(), {b, Vector3d(1, 2, 3)}, {positive(), positive()}}},
       {"pill",
-       CapsuleOverPlane{a, vector(), positive(), positive(), w, -Vector3d::UnitX(), positive(), positive()}},
-      {"crate", BoxOverPlane{b, vector(), a, Vector3d(3, 2, 1), positive(), positive()}},
-      {"marbles", SphereOverSphere{a, b, positive(), positive(), positive(), positive()}},
-      {"sticks", CapsuleOverCapsule{a, b, vector(), Vector3d::UnitY(), positive(), positive(), positive(),
-                                    positive(), positive(), positive()}}};
+       CapsuleOverPlane{
+           a, vector(), positive(), positive(), {w, -Vector3d::UnitX()}, {positive(), positive()}}},
+      {"crate", BoxOverPlane{b, vector(), {a, Vector3d(3, 2, 1)}, {positive(), positive()}}},
+      {"marbles", SphereOverSphere{a, b, positive(), positive(), {positive(), positive()}}},
+      {"sticks", CapsuleOverCapsule{a,
+                                    b,
+                                    vector(),
+                                    Vector3d::UnitY(),
+                                    positive(),
+                                    positive(),
+                                    positive(),
+                                    positive(),
+                                    {positive(), positive()}}}};
   return scene;
 }
 
@@ -320,8 +331,8 @@ normal = "z"
   EXPECT_DOUBLE_EQ(spring.rest, -pi / 2);
   const auto& floor = std::get<PointOnPlane>(scene.constraints[0].kind);
   EXPECT_EQ(floor.point.solid, "door");
-  EXPECT_EQ(floor.plane.solid, "world");
-  EXPECT_EQ(floor.plane.point, Vector3d(0, 0, 1));
+  EXPECT_EQ(floor.plane.on.solid, "world");
+  EXPECT_EQ(floor.plane.on.point, Vector3d(0, 0, 1));
 }
 
 TEST(SceneFile, ABallHasThreeRanges) {

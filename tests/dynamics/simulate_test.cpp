@@ -251,7 +251,7 @@ TEST(Energy, BalanceHoldsWithEverythingAtOnceAtTheMethodsOrder) {
                    {"coordinate", CoordinateSpring{{"c20"}, 3, 0.1, 0}},
                    {"push", Force{{"s2", {0, 0, 0}}, {1, 2, 3}, Axes::solid, Sine{}, {}}}};
   scene.constraints = {
-      {"plane", PointOnPlane{{"s5", {0.2, 0, 0}}, {"world", {0, 0, 0}}, {0, 0, 1}, Sine{0.1, 2, 0, 0}}}};
+      {"plane", PointOnPlane{{"s5", {0.2, 0, 0}}, {{"world", {0, 0, 0}}, {0, 0, 1}}, Sine{0.1, 2, 0, 0}}}};
   const System system = compiled(scene);
   for (const auto treatment : {ConstraintTreatment::projection, ConstraintTreatment::baumgarte}) {
     const auto drift = [&](double step) {
@@ -280,7 +280,7 @@ TEST(Shock, TheAdaptiveMethodServesThirtyfold) {
                   solid("bar", "cube", {hinge("tilt", Vector3d::UnitY(), M_PI / 2)},
                         {inertial(1, {0, 0, 0.5}, {1.0 / 12, 1.0 / 12, 0})})};
   scene.constraints = {
-      {"slide", PointOnPlane{{"bar", {0, 0, 1}}, {"world", {0, 0, 0}}, {0, 0, 1}, constant(0)}}};
+      {"slide", PointOnPlane{{"bar", {0, 0, 1}}, {{"world", {0, 0, 0}}, {0, 0, 1}}, constant(0)}}};
   const System system = compiled(scene);
   const Certificate adaptive = run(system, settings("rk4_adaptive", 5, 1e-3, 1e-6)).certificate;
   EXPECT_TRUE(adaptive.trusted) << adaptive.reason;

@@ -14,10 +14,10 @@ constexpr double h = 1e-5, tolerance = 2e-7;
 std::vector<ConstraintKind> kinds() {
   const Vector3d n = Vector3d(1, 2, -1).normalized(), u = Vector3d(1, -1, 2).normalized();
   return {Limit{{"c20"}, -1, 2}, Rope{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, 0.7},
-          SphereOverPlane{{"s3", {0.1, 0.2, 0.3}}, 0.4, {"s5", {1, 0, 0}}, n},
-          SphereOverPlane{{"s4", {0.1, 0.2, 0.3}}, 0.4, {"world", {1, 0, 0}}, n},
-          CapsuleOverPlane{{"s3", {0.1, 0.2, 0.3}}, u, 0.8, 0.1, {"s5", {1, 0, 0}}, n},
-          BoxOverPlane{{"s3", {0.1, 0.2, 0.3}}, {1, 2, 3}, {"s5", {1, 0, 0}}, n},
+          SphereOverPlane{{"s3", {0.1, 0.2, 0.3}}, 0.4, {{"s5", {1, 0, 0}}, n}},
+          SphereOverPlane{{"s4", {0.1, 0.2, 0.3}}, 0.4, {{"world", {1, 0, 0}}, n}},
+          CapsuleOverPlane{{"s3", {0.1, 0.2, 0.3}}, u, 0.8, 0.1, {{"s5", {1, 0, 0}}, n}},
+          BoxOverPlane{{"s3", {0.1, 0.2, 0.3}}, {1, 2, 3}, {{"s5", {1, 0, 0}}, n}},
           SphereOverSphere{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, 0.1, 0.2},
           // nearest within both, within one, at the ends
           CapsuleOverCapsule{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, u, n, 50, 50, 0.1, 0.2},
