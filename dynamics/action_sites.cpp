@@ -76,7 +76,8 @@ struct ActionSites::FieldVisitor {
   void operator()(std::string_view field, const Eigen::Vector3d& x) { finite(field, x.allFinite()); }
   void operator()(std::string_view field, const Pose& X) { finite(field, is_rigid(X)); }
   void operator()(std::string_view field, const TimeFunction& f) {
-    finite(field, std::isfinite(at(f, 0).value) && std::isfinite(at(f, 1).value));
+    if (const std::string bad = complaint_of(f); result && !bad.empty())
+      result = bad_use(where, fmt::format("its '{}': {}", field, bad));
   }
   void operator()(std::string_view field, const Range& range) {
     finite(field, std::isfinite(range.lower) && std::isfinite(range.upper));
@@ -152,6 +153,7 @@ Result<void> ActionSites::add_constraints() {
     std::visit(
         [this](auto& kind) {
           kind.fields(kind, Normaliser{});
+          if constexpr (requires { kind.prepare(); }) kind.prepare();
           if constexpr (Unilateral<std::decay_t<decltype(kind)>>)
             add_contacts(kind.rows, kind.contact_rows, system_);
         },

@@ -8,6 +8,7 @@
 
 #include "dynamics/action_sites.hpp"
 #include "dynamics/coordinate_layout.hpp"
+#include "dynamics/coupled_switch.hpp"
 #include "dynamics/groups.hpp"
 #include "dynamics/solid_order.hpp"
 #include "dynamics/switch_check.hpp"
@@ -259,6 +260,14 @@ std::string System::velocity_name(int i) const {
   return fmt::format("velocity {}", i);
 }
 
-Result<System> compile(const Scene& scene, Welds welds) { return Compiler(scene, welds).run(); }
+Result<System> compile(const Scene& scene, Welds welds) {
+  const bool coupled = std::any_of(scene.solids.begin(), scene.solids.end(), [](const Solid& solid) {
+    return std::any_of(solid.switches.begin(), solid.switches.end(),
+                       [](const Switch& s) { return std::holds_alternative<Coupled>(s.motion); });
+  });
+  if (!coupled) return Compiler(scene, welds).run();
+  const auto whole = without_coupled_switches(scene);
+  return whole ? Compiler(*whole, welds).run() : tl::unexpected(whole.error());
+}
 
 }  // namespace borelli

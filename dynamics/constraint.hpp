@@ -5,14 +5,18 @@
 #include <string>
 #include <variant>
 
+#include "dynamics/constraint_angle.hpp"
 #include "dynamics/constraint_box_over_plane.hpp"
 #include "dynamics/constraint_capsule_over_capsule.hpp"
 #include "dynamics/constraint_capsule_over_plane.hpp"
 #include "dynamics/constraint_coordinate_coupling.hpp"
+#include "dynamics/constraint_coordinate_function.hpp"
 #include "dynamics/constraint_distance.hpp"
 #include "dynamics/constraint_function.hpp"
 #include "dynamics/constraint_knife_edge.hpp"
 #include "dynamics/constraint_limit.hpp"
+#include "dynamics/constraint_point_on_curve.hpp"
+#include "dynamics/constraint_point_on_line.hpp"
 #include "dynamics/constraint_point_on_plane.hpp"
 #include "dynamics/constraint_point_on_point.hpp"
 #include "dynamics/constraint_rolling_disc.hpp"
@@ -25,9 +29,10 @@
 namespace borelli {
 
 using ConstraintKind =
-    std::variant<PointOnPoint, PointOnPlane, Distance, CoordinateCoupling, WeldConstraint, FunctionConstraint,
-                 RollingDisc, RollingSphere, KnifeEdge, Limit, Rope, SphereOverPlane, CapsuleOverPlane,
-                 BoxOverPlane, SphereOverSphere, CapsuleOverCapsule>;
+    std::variant<PointOnPoint, PointOnLine, PointOnCurve, PointOnPlane, Distance, AngleConstraint,
+                 CoordinateCoupling, CoordinateFunction, WeldConstraint, FunctionConstraint, RollingDisc,
+                 RollingSphere, KnifeEdge, Limit, Rope, SphereOverPlane, CapsuleOverPlane, BoxOverPlane,
+                 SphereOverSphere, CapsuleOverCapsule>;
 
 /// Kinds whose rows are contacts (contact.hpp).
 template <class Kind>

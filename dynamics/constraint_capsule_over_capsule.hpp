@@ -13,8 +13,8 @@ struct CapsuleOverCapsule {
   static constexpr std::string_view kind = "capsule_over_capsule";
   SolidPoint a, b;                                                                       ///< centres
   Eigen::Vector3d axis_a = Eigen::Vector3d::UnitZ(), axis_b = Eigen::Vector3d::UnitZ();  ///< in their solids'
-  double length_a = 0, length_b = 0;      ///< m, without the caps; 0: a sphere
-  double radius_a = 0.1, radius_b = 0.1;  ///< m
+  double length_a = 0, length_b = 0;  ///< m, without the caps; 0: a sphere
+  Radii radii;
   ContactSurface surface;
 
   template <class Self, class Visit>
@@ -25,17 +25,15 @@ struct CapsuleOverCapsule {
     visit("axis_b", self.axis_b);
     visit("length_a", self.length_a);
     visit("length_b", self.length_b);
-    visit("radius_a", self.radius_a);
-    visit("radius_b", self.radius_b);
+    Radii::fields(self.radii, visit);
     ContactSurface::fields(self.surface, visit);
   }
 
   std::string complaint() const {
     if (!(axis_a.norm() > 1e-12 && axis_b.norm() > 1e-12)) return "one of its axes has no direction";
     if (!(length_a >= 0 && length_b >= 0)) return "its lengths must be 0 or more";
-    if (!(radius_a >= 0 && radius_b >= 0 && radius_a + radius_b > 0))
-      return "its radii must be 0 or more, and one of them positive";
-    return surface.complaint();
+    const std::string bad = radii.complaint();
+    return bad.empty() ? surface.complaint() : bad;
   }
 
   static constexpr int rows = 3;
@@ -45,8 +43,8 @@ struct CapsuleOverCapsule {
   template <class T>
   void evaluate(ConstraintScan<T>& scan) const {
     enum { a_site, b_site };
-    capsule_over_capsule<T>(scan, 0, a_site, {a.point, axis_a, length_a, radius_a}, b_site,
-                            {b.point, axis_b, length_b, radius_b});
+    capsule_over_capsule<T>(scan, 0, a_site, {a.point, axis_a, length_a, radii.a}, b_site,
+                            {b.point, axis_b, length_b, radii.b});
   }
 };
 

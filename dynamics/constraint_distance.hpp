@@ -3,6 +3,7 @@
 
 #include <string_view>
 
+#include "dynamics/scalar.hpp"
 #include "dynamics/site.hpp"
 #include "dynamics/time_function.hpp"
 
@@ -10,6 +11,29 @@ namespace borelli {
 
 template <class T>
 class ConstraintScan;
+
+/// Row 0: the distance of two points less the one asked for, times `sign`. Where the points meet it has no
+/// direction: then it has its value alone, and the answer is false.
+template <class T>
+bool distance_row(ConstraintScan<T>& scan, const SolidPoint& a, const SolidPoint& b, const TimeValue& asked,
+                  double sign) {
+  enum { a_site, b_site };
+  const auto pa = scan.point(a_site, a.point), pb = scan.point(b_site, b.point);
+  const Eigen::Vector3<T> d = pa.p - pb.p, v = pa.v - pb.v;
+  using std::sqrt;
+  const T length = sqrt(d.squaredNorm()), off = sign * (length - asked.value);
+  const bool apart = value_of(length) > 1e-12 * std::abs(asked.value);
+  if (!apart) {
+    scan.residual(0, off, T(0), T(0));
+    return false;
+  }
+  const Eigen::Vector3<T> n = d / length, towards = sign * n;
+  scan.along(0, a_site, pa.p, towards);
+  scan.along(0, b_site, pb.p, -towards);
+  const T across = v.squaredNorm() - n.dot(v) * n.dot(v);
+  scan.residual(0, off, T(-sign * asked.rate), sign * (across / length - asked.acceleration));
+  return true;
+}
 
 /// |p_a - p_b| - distance(t) = 0: one row, m. The distance must stay positive: at zero the rod has no
 /// direction.
@@ -34,22 +58,7 @@ struct Distance {
 
   template <class T>
   void evaluate(ConstraintScan<T>& scan) const {
-    enum { a_site, b_site };
-    const auto pa = scan.point(a_site, a.point), pb = scan.point(b_site, b.point);
-    const Eigen::Vector3<T> d = pa.p - pb.p, v = pa.v - pb.v;
-    using std::sqrt;
-    const T length = sqrt(d.squaredNorm());
-    const TimeValue asked = at(distance, scan.time());
-    if (!(length > 1e-12 * std::abs(asked.value)) || length == 0) {
-      scan.degenerate(0);
-      scan.residual(0, length - asked.value, 0, 0);
-      return;
-    }
-    const Eigen::Vector3<T> n = d / length;
-    scan.along(0, a_site, pa.p, n);
-    scan.along(0, b_site, pb.p, -n);
-    const T across = v.squaredNorm() - n.dot(v) * n.dot(v);
-    scan.residual(0, length - asked.value, -asked.rate, across / length - asked.acceleration);
+    if (!distance_row(scan, a, b, at(distance, scan.time()), 1)) scan.degenerate(0);
   }
 };
 

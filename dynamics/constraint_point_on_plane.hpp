@@ -12,6 +12,23 @@ namespace borelli {
 template <class T>
 class ConstraintScan;
 
+/// Row r: n . (p - p_plane) - shift, of a point of solid a and a plane of solid b, both in their solids'
+/// frames.
+// Seen from the plane's solid, the point moves with v_rel = v_point - v_plane(p), v_plane(p) the velocity of
+// the solid's own point there; the second derivative of h holds the relative acceleration, less Coriolis'
+// part.
+template <class T>
+void point_on_plane_row(ConstraintScan<T>& scan, int r, int a, const Eigen::Vector3d& point, int b,
+                        const Eigen::Vector3d& on, const Eigen::Vector3d& normal, const TimeValue& shift) {
+  const auto p = scan.point(a, point);
+  const Eigen::Vector3<T> n = scan.frame(b).R * normal;
+  const Eigen::Vector3<T> v_rel = p.v - scan.velocity(b, p.p);
+  scan.along(r, a, p.p, n);
+  scan.along(r, b, p.p, -n);
+  scan.residual(r, n.dot(p.p - scan.point(b, on).p) - shift.value, -shift.rate,
+                -2 * n.dot(scan.angular_velocity(b).cross(v_rel)) - shift.acceleration);
+}
+
 /// n . (p - p_plane) - offset(t) = 0: one row, m.
 struct PointOnPlane {
   static constexpr std::string_view kind = "point_on_plane";
@@ -31,20 +48,11 @@ struct PointOnPlane {
   static constexpr int rows = 1;
   static constexpr int length_rows = 1;  ///< the first ones, which are in m
 
-  // Seen from the plane's solid, the point moves with v_rel = v_point - v_plane(p), v_plane(p) the velocity
-  // of the solid's own point there; the second derivative of h holds the relative acceleration, less
-  // Coriolis' part.
   template <class T>
   void evaluate(ConstraintScan<T>& scan) const {
     enum { point_site, plane_site };
-    const auto p = scan.point(point_site, point.point);
-    const Eigen::Vector3<T> n = scan.frame(plane_site).R * plane.normal;
-    const TimeValue shift = at(offset, scan.time());
-    const Eigen::Vector3<T> v_rel = p.v - scan.velocity(plane_site, p.p);
-    scan.along(0, point_site, p.p, n);
-    scan.along(0, plane_site, p.p, -n);
-    scan.residual(0, n.dot(p.p - scan.point(plane_site, plane.on.point).p) - shift.value, -shift.rate,
-                  -2 * n.dot(scan.angular_velocity(plane_site).cross(v_rel)) - shift.acceleration);
+    point_on_plane_row(scan, 0, point_site, point.point, plane_site, plane.on.point, plane.normal,
+                       at(offset, scan.time()));
   }
 };
 

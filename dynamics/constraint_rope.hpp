@@ -4,13 +4,10 @@
 #include <cmath>
 #include <string_view>
 
+#include "dynamics/constraint_distance.hpp"
 #include "dynamics/contact.hpp"
-#include "dynamics/site.hpp"
 
 namespace borelli {
-
-template <class T>
-class ConstraintScan;
 
 /// length - |p_a - p_b| >= 0: one contact without friction, m.
 struct Rope {
@@ -36,22 +33,10 @@ struct Rope {
   static constexpr int length_rows = 1;
   static constexpr int contact_rows = 1;
 
+  // where its points meet it is slack
   template <class T>
   void evaluate(ConstraintScan<T>& scan) const {
-    enum { a_site, b_site };
-    const auto pa = scan.point(a_site, a.point), pb = scan.point(b_site, b.point);
-    const Eigen::Vector3<T> d = pa.p - pb.p, v = pa.v - pb.v;
-    using std::sqrt;
-    const T distance = sqrt(d.squaredNorm());
-    if (!(value_of(distance) > 1e-12 * length)) {  // slack, and without a direction
-      scan.residual(0, T(length), T(0), T(0));
-      return;
-    }
-    const Eigen::Vector3<T> n = d / distance;
-    scan.along(0, a_site, pa.p, -n);
-    scan.along(0, b_site, pb.p, n);
-    const T opening = n.dot(v);
-    scan.residual(0, length - distance, T(0), -(v.squaredNorm() - opening * opening) / distance);
+    distance_row(scan, a, b, {.value = length}, -1);
   }
 };
 

@@ -10,23 +10,21 @@ namespace borelli {
 /// |c_a - c_b| - radius_a - radius_b >= 0: one contact, m.
 struct SphereOverSphere {
   static constexpr std::string_view kind = "sphere_over_sphere";
-  SolidPoint a, b;                        ///< centres
-  double radius_a = 0.1, radius_b = 0.1;  ///< m
+  SolidPoint a, b;  ///< centres
+  Radii radii;
   ContactSurface surface;
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
     visit("a", self.a);
     visit("b", self.b);
-    visit("radius_a", self.radius_a);
-    visit("radius_b", self.radius_b);
+    Radii::fields(self.radii, visit);
     ContactSurface::fields(self.surface, visit);
   }
 
   std::string complaint() const {
-    if (!(radius_a >= 0 && radius_b >= 0 && radius_a + radius_b > 0))
-      return "its radii must be 0 or more, and one of them positive";
-    return surface.complaint();
+    const std::string bad = radii.complaint();
+    return bad.empty() ? surface.complaint() : bad;
   }
 
   static constexpr int rows = 3;
@@ -36,8 +34,8 @@ struct SphereOverSphere {
   template <class T>
   void evaluate(ConstraintScan<T>& scan) const {
     enum { a_site, b_site };
-    capsule_over_capsule<T>(scan, 0, a_site, {.centre = a.point, .radius = radius_a}, b_site,
-                            {.centre = b.point, .radius = radius_b});
+    capsule_over_capsule<T>(scan, 0, a_site, {.centre = a.point, .radius = radii.a}, b_site,
+                            {.centre = b.point, .radius = radii.b});
   }
 };
 

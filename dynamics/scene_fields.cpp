@@ -1,7 +1,9 @@
 #include "dynamics/scene_fields.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace borelli {
 namespace {
@@ -119,7 +121,10 @@ TimeFunction read_time_function(const TomlTable& table, const toml::node& node, 
   if (node.is_table()) {
     TomlTable inner = table.table(node, fmt::format("{}, {}", table.what(), label));
     const std::string kind = inner.text(inner.require("kind"), "kind");
-    return read_kind<TimeFunction>(inner, kind, nullptr);
+    TimeFunction out = read_kind<TimeFunction>(inner, kind, nullptr);
+    if (auto* samples = std::get_if<Table>(&out)) samples->prepare();
+    if (const std::string bad = complaint_of(out); !bad.empty()) inner.refuse(bad);
+    return out;
   }
   if (!node.is_array())
     table.refuse(node, fmt::format("{} is {}, expected a number, a list of polynomial coefficients, or "
@@ -138,7 +143,7 @@ const toml::node* FieldReader::get(std::string_view key) {
 
 // What rests at an angle or is bound by angles may say so in degrees.
 const toml::node* FieldReader::in_degrees(std::string_view key) {
-  if (key != "rest" && key != "range") return nullptr;
+  if (key != "rest" && key != "range" && key != "angle") return nullptr;
   const toml::node* node = table_.find(fmt::format("{}_deg", key));
   if (node && table_.find(key))
     table_.refuse(*node, fmt::format("has {0} and {0}_deg, expected one of them", key));
@@ -224,6 +229,22 @@ void FieldReader::operator()(std::string_view key, std::vector<CoordinateName>& 
   if (field.empty()) table_.refuse(fmt::format("{} is empty", key));
 }
 
+void FieldReader::operator()(std::string_view key, std::vector<Vector3d>& field) {
+  for (const toml::node& node : table_.list(table_.require(key), key))
+    field.push_back(table_.vector3(node, fmt::format("a point of {}", key)));
+}
+
+void FieldReader::operator()(std::string_view key, SplineEnds& field) {
+  const toml::node* node = get(key);
+  if (!node) return;
+  const std::string text = table_.text(*node, key);
+  const auto name = std::find(std::begin(spline_ends_names), std::end(spline_ends_names), text);
+  if (name == std::end(spline_ends_names))
+    table_.refuse(*node, fmt::format("{} is \"{}\", expected \"{}\"", key, text,
+                                     fmt::join(spline_ends_names, "\", \"")));
+  field = static_cast<SplineEnds>(name - std::begin(spline_ends_names));
+}
+
 void FieldReader::operator()(std::string_view key, std::optional<SolidPoint>& field) {
   if (const toml::node* node = table_.find(key)) field = point(*node, key);
 }
@@ -246,7 +267,10 @@ void FieldReader::operator()(std::string_view key, bool& field) {
 }
 
 void FieldReader::operator()(std::string_view key, TimeFunction& field) {
-  if (const toml::node* node = get(key)) field = read_time_function(table_, *node, key);
+  const toml::node* degrees = in_degrees(key);
+  const toml::node* node = degrees ? nullptr : get(key);
+  if (node) field = read_time_function(table_, *node, key);
+  if (degrees) field = constant(degree * table_.number(*degrees, fmt::format("{}_deg", key)));
 }
 
 // Whether a list holds lists or tables, not numbers.

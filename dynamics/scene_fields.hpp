@@ -75,6 +75,8 @@ class FieldReader {
   void operator()(std::string_view key, std::optional<SolidPoint>& field);
   void operator()(std::string_view key, std::optional<SolidName>& field);
   void operator()(std::string_view key, Axes& field);
+  void operator()(std::string_view key, SplineEnds& field);
+  void operator()(std::string_view key, std::vector<Eigen::Vector3d>& field);
   void operator()(std::string_view key, bool& field);
   void operator()(std::string_view key, TimeFunction& field);
   void operator()(std::string_view key, std::vector<TimeFunction>& field);

@@ -116,7 +116,8 @@ ShapeElement read_shape(TomlTable& table) {
 
 // ---- solids ----
 
-Solid read_solid(TomlTable& table, std::size_t number) {
+// `joint_nodes`: where each of its switches stands.
+Solid read_solid(TomlTable& table, std::size_t number, std::vector<const toml::node*>& joint_nodes) {
   Solid out;
   table.rename(fmt::format("solid {}", number));
   out.name = table.name(table.require("name"), "name");
@@ -128,7 +129,10 @@ Solid read_solid(TomlTable& table, std::size_t number) {
   std::size_t count = 0;
   for (const toml::node* node : table.tables("joint")) {
     TomlTable inner = table.table(*node, fmt::format("{}, switch {} of its joint", table.what(), ++count));
-    out.switches.push_back(read_switch(inner));
+    for (Switch& one : read_switches(inner)) {
+      out.switches.push_back(std::move(one));
+      joint_nodes.push_back(node);
+    }
   }
   const toml::node *mass = table.find("mass"), *centre = table.find("centre"), *tensor = table.find("tensor");
   if (mass) out.inertials.push_back(read_inertial(table));
@@ -278,18 +282,20 @@ class SceneReader {
  private:
   void read_one_solid(const toml::node& node) {
     TomlTable table = root_.table(node, "solid");
-    scene_.solids.push_back(read_solid(table, scene_.solids.size() + 1));
+    std::vector<const toml::node*> joint_nodes;
+    scene_.solids.push_back(read_solid(table, scene_.solids.size() + 1, joint_nodes));
     const Solid& solid = scene_.solids.back();
     solids_.add(root_, solid.name, table.require("name"));
     solid_nodes_.push_back(&node);
     if (const toml::node* parent = table.find("parent")) parents_.push_back({solid.parent, parent});
-    std::size_t i = 0;
-    for (const toml::node* joint : table.tables("joint")) {
+    for (std::size_t i = 0; i < solid.switches.size(); ++i) {
       const Switch& s = solid.switches[i];
-      const std::string coordinate = coordinate_name(solid, i++);
+      const std::string coordinate = coordinate_name(solid, i);
       if (coordinate.empty()) continue;
-      const toml::node* name = joint->as_table()->get("name");
-      coordinates_.add(root_, coordinate, name ? *name : *joint);
+      const toml::node* name = joint_nodes[i]->as_table()->get("name");
+      coordinates_.add(root_, coordinate, name ? *name : *joint_nodes[i]);
+      if (const auto* coupled = std::get_if<Coupled>(&s.motion))
+        mentions_.coordinates.push_back({coupled->to, joint_nodes[i]->as_table()->get("coupled")});
       is_angle_[coordinate] = std::visit([](const auto& kind) { return kind.rotates; }, s.kind);
     }
   }

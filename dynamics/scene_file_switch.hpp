@@ -6,7 +6,8 @@
 
 namespace borelli {
 
-/// Reads one switch, and finishes its table. Throws TomlRefusal.
-Switch read_switch(TomlTable& table);
+/// One table of a joint, read to its end: one switch, or those that a short form (universal, cylindrical,
+/// planar, free) stands for.
+std::vector<Switch> read_switches(TomlTable& table);
 
 }  // namespace borelli

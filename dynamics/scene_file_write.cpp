@@ -141,6 +141,14 @@ struct FieldWriter {
   void operator()(std::string_view key, const Axes& field) {
     add(key, field == Axes::world ? "\"world\"" : "\"solid\"");
   }
+  void operator()(std::string_view key, const SplineEnds& field) {
+    add(key, text_of(std::string(spline_ends_names[static_cast<int>(field)])));
+  }
+  void operator()(std::string_view key, const std::vector<Vector3d>& field) {
+    std::vector<std::string> texts;
+    for (const Vector3d& p : field) texts.push_back(text_of(p));
+    add(key, fmt::format("[{}]", fmt::join(texts, ", ")));
+  }
   void operator()(std::string_view key, const bool& field) { add(key, field ? "true" : "false"); }
   void operator()(std::string_view key, const TimeFunction& field) { add(key, time_function(field)); }
   void operator()(std::string_view key, const Pose& field) {
@@ -187,6 +195,22 @@ Entries entries_of(const T& value) {
 
 // ---- solids ----
 
+// A switch's axis under its kind's own key, the others under their names.
+struct SwitchFields {
+  Entries& entries;
+  std::string_view kind;
+
+  void operator()(std::string_view key, const Vector3d& field) const {
+    if (is_direction(key))
+      entries.emplace_back(kind, axis_of(field));
+    else
+      entries.emplace_back(key, text_of(field));
+  }
+  void operator()(std::string_view key, const double& number) const {
+    entries.emplace_back(key, text_of(number));
+  }
+};
+
 std::string switch_of(const Switch& s) {
   Entries out;
   std::visit(
@@ -195,7 +219,7 @@ std::string switch_of(const Switch& s) {
           out.emplace_back(T::kind, text_of(kind.X_AB.p));
           add_turn(out, kind.X_AB.R);
         } else if constexpr (requires { kind.axis; }) {
-          out.emplace_back(T::kind, axis_of(kind.axis));
+          T::fields(kind, SwitchFields{out, T::kind});
         } else {
           out.emplace_back(T::kind, "true");
         }
@@ -208,6 +232,9 @@ std::string switch_of(const Switch& s) {
   if (!s.ranges.empty()) out.emplace_back("range", ranges_of(s.ranges));
   if (s.armature != 0) out.emplace_back("armature", text_of(s.armature));
   if (std::holds_alternative<Locked>(s.motion)) out.emplace_back("locked", "true");
+  if (const auto* coupled = std::get_if<Coupled>(&s.motion))
+    out.emplace_back("coupled", in_line({{"to", text_of(coupled->to)},
+                                         {"function", FieldWriter::time_function(coupled->function)}}));
   if (const auto* driven = std::get_if<Driven>(&s.motion)) {
     std::vector<std::string> functions;
     for (const TimeFunction& f : driven->functions) functions.push_back(FieldWriter::time_function(f));

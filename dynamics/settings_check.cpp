@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "dynamics/fastest_sine.hpp"
+#include "dynamics/fastest_change.hpp"
 
 namespace borelli {
 
@@ -48,13 +48,13 @@ Result<void> check_counts(const System& system, double start, const SimulationSe
       return refuse("step", settings.step, steps, "rows of output (there is no output_interval)", most_rows);
     return {};
   }
-  if (const auto sine = fastest_sine(system, system.parameters)) {
-    const double steps = span / (longest_step_in_periods * sine->period);
+  if (const auto change = fastest_change(system, system.parameters, span)) {
+    const double steps = span / (longest_step_in_periods * change->period);
     if (steps > most_steps)
-      return bad_use(sine->name,
-                     fmt::format("oscillates with a period of {:.3g} s, whose eighths make {:.3g} "
-                                 "steps up to the end_time; expected at most {:.0e}",
-                                 sine->period, steps, most_steps));
+      return bad_use(change->name,
+                     fmt::format("its {} is {:.3g} s, whose eighths make {:.3g} steps up to the end_time; "
+                                 "expected at most {:.0e}",
+                                 change->wave, change->period, steps, most_steps));
   }
   return {};
 }

@@ -10,7 +10,7 @@
 #include "dynamics/contact_events.hpp"
 #include "dynamics/evaluate.hpp"
 #include "dynamics/event_watch.hpp"
-#include "dynamics/fastest_sine.hpp"
+#include "dynamics/fastest_change.hpp"
 #include "dynamics/integrator.hpp"
 #include "dynamics/range_events.hpp"
 #include "dynamics/recorder.hpp"
@@ -57,9 +57,9 @@ class Run {
     workspace_.evaluations = 0;
     Certifier certifier(system_, system_.parameters, threshold(), *assembly);
     certifier_ = &certifier;
-    if (const auto sine = fastest_sine(system_, system_.parameters)) {
-      sine_ = *sine;
-      longest_step_ = longest_step_in_periods * sine->period;
+    if (const auto change = fastest_change(system_, system_.parameters, settings_.end_time - state_.t)) {
+      change_ = *change;
+      longest_step_ = longest_step_in_periods * change->period;
     }
     landing_.state = state_;
     if (auto done = begin_step(); !done) return tl::unexpected(done.error());
@@ -375,18 +375,18 @@ class Run {
                                settings_.output_interval > 0 ? "" : ", or set an output_interval"));
   }
 
-  /// Whether the steps followed the scene's fastest sine.
+  /// Whether the steps followed the scene's fastest change in time.
   void judge_steps() {
     if (held_)
-      certifier_->note(fmt::format("steps were held to {:.4g} s, an eighth of the period of {}",
-                                   longest_step_, sine_.name));
+      certifier_->note(fmt::format("steps were held to {:.4g} s, an eighth of the {} of {}", longest_step_,
+                                   change_.wave, change_.name));
     // a whole number of steps between outputs may be off by rounding
     if (longest_made_ > longest_step_ * (1 + 1e-9))
       certifier_->distrust(
           settings_.end_time,
-          fmt::format("steps of {:.4g} s cannot follow {}, whose period is {:.4g} s; take steps of at most "
+          fmt::format("steps of {:.4g} s cannot follow {}, whose {} is {:.4g} s; take steps of at most "
                       "{:.4g} s, an eighth of it",
-                      longest_made_, sine_.name, sine_.period, longest_step_));
+                      longest_made_, change_.name, change_.wave, change_.period, longest_step_));
   }
 
   double threshold() const {
@@ -413,8 +413,8 @@ class Run {
   Landing landing_, between_, row_;
   Eigen::VectorXd y_, dy_, out_;
   double step_;
-  FastestSine sine_;
-  double longest_step_ = std::numeric_limits<double>::infinity();  ///< s, that follows the fastest sine
+  FastestChange change_;
+  double longest_step_ = std::numeric_limits<double>::infinity();  ///< s, that follows the fastest change
   double longest_made_ = 0;                                        ///< s, of the accepted ones
   bool held_ = false;                                              ///< a step was cut to longest_step_
   long attempts_ = 0, rows_ = 0;

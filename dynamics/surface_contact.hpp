@@ -74,6 +74,22 @@ void sphere_over_plane(ConstraintScan<T>& scan, int r, int a, const Eigen::Vecto
   rows_on_plane<T>(scan, r, a, sphere_on_plane(scan, a, centre, radius, b, plane), b, plane);
 }
 
+/// The radii of two forms that keep off each other, m.
+struct Radii {
+  double a = 0.1, b = 0.1;
+
+  /// Their fields stand among those of the constraint that they are part of.
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("radius_a", self.a);
+    visit("radius_b", self.b);
+  }
+
+  std::string complaint() const {
+    return a >= 0 && b >= 0 && a + b > 0 ? "" : "its radii must be 0 or more, and one of them positive";
+  }
+};
+
 /// A segment with a thickness: a capsule; of length 0 a sphere.
 struct ThickSegment {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();

@@ -15,12 +15,13 @@
 #include "dynamics/switch_ball.hpp"
 #include "dynamics/switch_fixed.hpp"
 #include "dynamics/switch_rotation.hpp"
+#include "dynamics/switch_screw.hpp"
 #include "dynamics/switch_translation.hpp"
 #include "dynamics/time_function.hpp"
 
 namespace borelli {
 
-using SwitchKind = std::variant<Fixed, Translation, Rotation, Ball>;
+using SwitchKind = std::variant<Fixed, Translation, Rotation, Screw, Ball>;
 
 /// The coordinate is an unknown of the motion.
 struct Free {};
@@ -35,7 +36,15 @@ struct Driven {
 /// The coordinate stays at its initial value; compile() folds it away.
 struct Locked {};
 
-using Motion = std::variant<Free, Driven, Locked>;
+/// The scalar coordinate is a function of another scalar one of the scene (a gear with an offset, the slides
+/// of a knee with its flexion): a free coordinate, and the `coordinate_function` that compile() adds to hold
+/// it.
+struct Coupled {
+  std::string to;         ///< the other coordinate's name
+  TimeFunction function;  ///< of it: m or rad
+};
+
+using Motion = std::variant<Free, Driven, Locked, Coupled>;
 
 /// Where a component of a free coordinate is allowed to be, m or rad. A start outside is refused; a motion
 /// that leaves it is noted in the certificate (ranges are not enforced).
@@ -51,7 +60,7 @@ struct Switch {
   std::string coordinate;  ///< its coordinate's name, unique in the scene; if empty, named after its solid
   Motion motion = Free{};
   std::vector<double> q;  ///< initial position (nq numbers); empty: zero, or the identity quaternion
-  std::vector<double> v;  ///< initial velocity (nv numbers); empty: zero. Free coordinates only.
+  std::vector<double> v;  ///< initial velocity (nv numbers); empty: zero. Free coordinates only
   /// None, or nv of them: a scalar coordinate's one, or a ball's three, of the components of its rotation
   /// vector in its own axes (logarithm of its quaternion, at most pi long: where a ball passes half a turn,
   /// its rotation vector jumps to the other side).

@@ -14,6 +14,16 @@ Result<void> check_finite(const std::vector<double>& numbers, const std::string&
   return {};
 }
 
+/// Looks for a number of a switch's kind that is not finite.
+struct NotFinite {
+  std::string found;
+  void operator()(std::string_view field, double x) {
+    if (!std::isfinite(x)) found = field;
+  }
+  template <class T>
+  void operator()(std::string_view, const T&) {}
+};
+
 /// Makes an axis unit, and checks the numbers.
 Result<void> normalise(SwitchKind& kind, const std::string& where) {
   return std::visit(
@@ -25,6 +35,10 @@ Result<void> normalise(SwitchKind& kind, const std::string& where) {
                                               k.axis[2]));
           k.axis /= length;
         }
+        NotFinite numbers;
+        k.fields(k, numbers);
+        if (!numbers.found.empty())
+          return bad_use(where, fmt::format("its {} is not a finite number", numbers.found));
         if constexpr (requires { k.X_AB; }) {
           if (!is_rigid(k.X_AB)) return bad_use(where, "its pose is not a rotation and a finite place");
         }
@@ -57,8 +71,7 @@ Result<void> check_drive(const Driven& driven, const Switch& one, int nq, int nv
     return bad_use(
         where, fmt::format("is driven by {} functions of time; expected {}", driven.functions.size(), nv));
   for (const TimeFunction& f : driven.functions)
-    if (!std::isfinite(at(f, 0).value) || !std::isfinite(at(f, 1).value))
-      return bad_use(where, "its function of time gives no finite number");
+    if (const std::string bad = complaint_of(f); !bad.empty()) return bad_use(where, bad);
   if (!one.v.empty() || (nq == 1 && !one.q.empty()))
     return bad_use(where,
                    "is driven: its position and velocity come from its function of time; remove q and v");

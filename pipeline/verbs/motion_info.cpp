@@ -18,6 +18,7 @@ std::string kind_of(const Switch& s) {
   std::string kind = std::visit([](const auto& k) { return std::string(k.kind); }, s.kind);
   if (std::holds_alternative<Driven>(s.motion)) kind += ", driven";
   if (std::holds_alternative<Locked>(s.motion)) kind += ", locked";
+  if (const auto* coupled = std::get_if<Coupled>(&s.motion)) kind += ", coupled to " + coupled->to;
   return kind;
 }
 

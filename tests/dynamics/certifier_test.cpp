@@ -127,6 +127,44 @@ TEST(Certificate, AFixedStepThatStepsOverASineIsDistrusted) {
   EXPECT_TRUE(fine.certificate.trusted) << fine.certificate.reason;
 }
 
+// A force that vanishes wherever one step of 128 s looks: the whole, the halves, the quarters and the places
+// of the Dormand-Prince pair.
+TEST(Certificate, AStepDoesNotPassOverAPolynomialsOrATablesWaves) {
+  std::vector<double> product{1};
+  for (const double zero : {0., 0.125, 0.2, 0.25, 0.3, 0.375, 0.5, 0.625, 0.75, 0.8, 0.875, 8. / 9, 1.}) {
+    std::vector<double> next(product.size() + 1, 0);  // in parts of 128 s
+    for (std::size_t i = 0; i < product.size(); ++i) {
+      next[i] -= zero * product[i];
+      next[i + 1] += product[i] / 128;
+    }
+    product = next;
+  }
+  for (double& c : product) c *= 1e6;
+  std::vector<double> times, values;
+  for (int i = 0; i <= 32; ++i) {
+    times.push_back(4 * i);
+    values.push_back(i % 4 == 2 ? 1 : 0);
+  }
+  for (const TimeFunction& f : std::vector<TimeFunction>{Polynomial{product}, Table(times, values)}) {
+    Scene scene = shaken(1, 1);
+    std::get<Force>(scene.efforts[0].kind).factor = f;
+    const Trajectory fine = run(scene, settings("dop853", 128, 0.1, 1e-12));
+    ASSERT_TRUE(fine.certificate.trusted) << fine.certificate.reason;
+    const double end = last(fine.q)[0];
+    EXPECT_GT(std::abs(end), 1);
+    for (const char* method : {"rk4", "rk4_adaptive", "dopri5", "dop853", "gbs"}) {
+      const Trajectory t = run(scene, settings(method, 128, 128));
+      if (t.certificate.trusted) {
+        EXPECT_NEAR(last(t.q)[0], end, 1e-4 * std::abs(end)) << method;
+      } else {
+        EXPECT_NE(t.certificate.reason.find("effort 'shaker', whose shortest wave"), std::string::npos)
+            << t.certificate.reason;
+      }
+      EXPECT_EQ(t.certificate.trusted, std::string(method) != "rk4") << method;
+    }
+  }
+}
+
 TEST(Certificate, AnAdaptiveStepIsHeldToAPartOfASinesPeriod) {
   const double F = 1e4, w = 800 * M_PI, t = 1.00125;  // 0.01 s and its halves and quarters are whole periods
   const Trajectory path = run(shaken(F, w), settings("rk4_adaptive", t, 0.01));

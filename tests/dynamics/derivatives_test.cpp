@@ -276,7 +276,7 @@ TEST(Derivatives, AreThoseOfMuJoCo) {
   for (Joints joints : {Joints::hinges, Joints::balls, Joints::mixed, Joints::free}) {
     const Twin twin = TwinMaker(3, joints, 6).make();
     const System system = compiled(twin.scene);
-    Model mujoco(twin.xml);
+    const Mujoco mujoco = Mujoco::of(twin.xml);
     const State state = Random(12).state(system);
     const ForwardDerivatives exact = need(forward_derivatives(system, state));
     const int n = system.nv;

@@ -108,7 +108,7 @@ TEST(Jacobian, IsMuJoCos) {
   for (Joints joints : {Joints::hinges, Joints::balls, Joints::mixed, Joints::free}) {
     const Twin twin = TwinMaker(5, joints, 6).make();
     const System system = compiled(twin.scene);
-    const Model mujoco(twin.xml);
+    const Mujoco mujoco = Mujoco::of(twin.xml);
     const State state = Random(3).state(system);
     std::copy(state.q.begin(), state.q.end(), mujoco.data->qpos);
     std::copy(state.v.begin(), state.v.end(), mujoco.data->qvel);

@@ -24,7 +24,7 @@ const Row table[] = {{"euler", 1, 4096}, {"rk2", 2, 512},
                      {"gbs", 4, 512},    {"semi_implicit_euler", 1, 4096},
                      {"verlet", 2, 512}, {"implicit_midpoint", 2, 512},
                      {"gauss4", 4, 64},  {"gauss6", 6, 12},
-                     {"arkode", 4, 8}};
+                     {"arkode", 4, 16}};
 
 TEST(MethodOrders, EveryMethodIsInTheTable) {
   std::vector<std::string> names;

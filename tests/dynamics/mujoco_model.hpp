@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "dynamics/evaluate.hpp"
 #include "scenes.hpp"
@@ -25,6 +26,16 @@ struct Mujoco {
     model->opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_ACTUATION;
     data = mj_makeData(model);
   }
+  /// From the text of a model.
+  static Mujoco of(const std::string& xml) {
+    const auto path = std::filesystem::temp_directory_path() / fmt::format("borelli_{}.xml", getpid());
+    std::ofstream(path) << xml;
+    Mujoco out(path);
+    std::filesystem::remove(path);
+    return out;
+  }
+  Mujoco(Mujoco&& other) noexcept
+      : model(std::exchange(other.model, nullptr)), data(std::exchange(other.data, nullptr)) {}
   ~Mujoco() {
     mj_deleteData(data);
     mj_deleteModel(model);
@@ -54,7 +65,7 @@ struct Mujoco {
 };
 
 /// The largest difference against the largest entry of what is expected.
-inline double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& expected) {
+inline double relative_to_largest(const Eigen::MatrixXd& a, const Eigen::MatrixXd& expected) {
   return (a - expected).cwiseAbs().maxCoeff() / expected.cwiseAbs().maxCoeff();
 }
 
@@ -82,9 +93,11 @@ inline Differences differences(const System& system, Mujoco& mujoco, unsigned se
     for (double& e : efforts) e = random.number(-10, 10);
     const Evaluation own = need(evaluate(system, state, efforts));
     const Mujoco::Terms other = mujoco.at(state.q(order.q), state.v(order.v), efforts(order.v));
-    out.A = std::max(out.A, relative(own.mass_matrix(order.v, order.v), other.A));
-    out.drive = std::max(out.drive, relative((own.generalized_efforts - own.bias)(order.v), other.drive));
-    out.acceleration = std::max(out.acceleration, relative(own.acceleration(order.v), other.acceleration));
+    out.A = std::max(out.A, relative_to_largest(own.mass_matrix(order.v, order.v), other.A));
+    out.drive =
+        std::max(out.drive, relative_to_largest((own.generalized_efforts - own.bias)(order.v), other.drive));
+    out.acceleration =
+        std::max(out.acceleration, relative_to_largest(own.acceleration(order.v), other.acceleration));
   }
   return out;
 }

@@ -3,40 +3,22 @@
 #include <gtest/gtest.h>
 
 #ifdef BORELLI_MUJOCO
-#include "dynamics/evaluate.hpp"
 #include "mujoco_twin.hpp"
 
 namespace borelli::test {
 namespace {
 
-double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
-  return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
-}
-
 void compare(Joints joints, int count, unsigned seed) {
   const Twin twin = TwinMaker(seed, joints, count).make();
   System system = compiled(twin.scene);
-  Model mujoco(twin.xml);
-  ASSERT_EQ(system.nq, mujoco.model->nq);
-  ASSERT_EQ(system.nv, mujoco.model->nv);
-  Random random(seed + 1000);
-  for (int trial = 0; trial < 3; ++trial) {
-    const State state = random.state(system);
-    std::copy(state.q.begin(), state.q.end(), mujoco.data->qpos);
-    std::copy(state.v.begin(), state.v.end(), mujoco.data->qvel);
-    mj_forward(mujoco.model, mujoco.data);
-    Rows A(system.nv, system.nv);
-    mj_fullM(mujoco.model, A.data(), mujoco.data->qM);
-    const Eigen::Map<Eigen::VectorXd> bias(mujoco.data->qfrc_bias, system.nv),
-        a(mujoco.data->qacc, system.nv);
-    for (Equations equations : {Equations::recursive, Equations::lagrange}) {
-      system.settings.equations = equations;
-      const Evaluation ours = need(evaluate(system, state));
-      // both are exact but for rounding, which the condition of A (up to 1e5 here) carries into a
-      EXPECT_LT(relative(ours.mass_matrix, A), 1e-12) << "seed " << seed;
-      EXPECT_LT(relative(ours.generalized_efforts - ours.bias, -bias), 1e-12) << "seed " << seed;
-      EXPECT_LT(relative(ours.acceleration, a), 1e-9) << "seed " << seed;
-    }
+  Mujoco mujoco = Mujoco::of(twin.xml);
+  for (Equations equations : {Equations::recursive, Equations::lagrange}) {
+    system.settings.equations = equations;
+    const Differences found = differences(system, mujoco, seed + 1000);
+    // both are exact but for rounding, which the condition of A (up to 1e5 here) carries into a
+    EXPECT_LT(found.A, 1e-12) << "seed " << seed;
+    EXPECT_LT(found.drive, 1e-12) << "seed " << seed;
+    EXPECT_LT(found.acceleration, 1e-9) << "seed " << seed;
   }
 }
 

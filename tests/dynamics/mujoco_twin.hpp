@@ -1,37 +1,11 @@
 // The same random tree for this engine and for MuJoCo. Only where MuJoCo is installed.
 #pragma once
 
-#include <mujoco/mujoco.h>
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
-
-#include "scenes.hpp"
+#include "mujoco_model.hpp"
 
 namespace borelli::test {
 
 enum class Joints { hinges, balls, mixed, free };
-
-struct Model {
-  mjModel* model = nullptr;
-  mjData* data = nullptr;
-  explicit Model(const std::string& xml) {
-    const auto path = std::filesystem::temp_directory_path() / fmt::format("borelli_{}.xml", getpid());
-    std::ofstream(path) << xml;
-    char error[1000] = "";
-    model = mj_loadXML(path.c_str(), nullptr, error, sizeof error);
-    std::filesystem::remove(path);
-    if (!model) throw std::runtime_error(error);
-    data = mj_makeData(model);
-  }
-  ~Model() {
-    mj_deleteData(data);
-    mj_deleteModel(model);
-  }
-  Model(const Model&) = delete;
-  Model& operator=(const Model&) = delete;
-};
 
 inline std::string numbers(const Eigen::VectorXd& v) {
   std::string out;

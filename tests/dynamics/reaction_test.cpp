@@ -153,7 +153,8 @@ TEST(Reaction, KnowsTheForcesOfContacts) {
       solid("ball", "world", free_switches("ball"), {inertial(1, {0, 0, 0}, {0.004, 0.004, 0.004})})};
   scene.solids[0].switches[2].q = {0.1};
   scene.constraints = {
-      {"ground", SphereOverPlane{{"ball", {0, 0, 0}}, 0.1, {"world", {0, 0, 0}}, Vector3d::UnitZ(), 0, 0.5}}};
+      {"ground",
+       SphereOverPlane{{"ball", {0, 0, 0}}, 0.1, {{"world", {0, 0, 0}}, Vector3d::UnitZ()}, {0, 0.5}}}};
   Trajectory motion = run(scene, settings("dopri5", 1, 1e-2));
   ASSERT_TRUE(add_reactions(scene, motion));
   EXPECT_NEAR(motion.contact_forces(1, 0), 9.81, 1e-9);
@@ -167,7 +168,7 @@ TEST(Reaction, IsMuJoCosInteractionForce) {
     for (unsigned seed : {5u, 6u}) {
       const Twin twin = TwinMaker(seed, joints, 6).make();
       const System system = compiled(twin.scene);
-      const Model mujoco(twin.xml);
+      const Mujoco mujoco = Mujoco::of(twin.xml);
       const State state = Random(3).state(system);
       std::copy(state.q.begin(), state.q.end(), mujoco.data->qpos);
       std::copy(state.v.begin(), state.v.end(), mujoco.data->qvel);

@@ -3,7 +3,10 @@
 #include "dynamics/scan.hpp"
 
 #include "dynamics/chart.hpp"
+#include "dynamics/derivatives.hpp"
 #include "dynamics/equations.hpp"
+#include "dynamics/evaluate.hpp"
+#include "dynamics/hyper_dual.hpp"
 #include "dynamics/scene_file.hpp"
 #include "scenes.hpp"
 
@@ -130,6 +133,15 @@ TEST(Efforts, AForceWorksAlongItsPointsVelocity) {
 
 // ---- constraints ----
 
+/// A curve's points in a plane askew, where the directions across it turn no more than it does.
+std::vector<Vector3d> in_a_plane() {
+  const Vector3d u = Vector3d(1, 2, -2) / 3, v = Vector3d(2, 1, 2) / 3;
+  std::vector<Vector3d> out;
+  for (int i = 0; i < 7; ++i)
+    out.push_back(3 * std::cos(0.9 * i) * u + (2 + 0.1 * i) * std::sin(0.9 * i) * v + Vector3d(0.5, 0, 1));
+  return out;
+}
+
 std::vector<ConstraintKind> constraints() {
   FunctionConstraint own;  // |p|^2 c21 sin t + c20^2 - 1
   own.coordinates = {{"c21"}, {"c20"}};
@@ -162,7 +174,15 @@ std::vector<ConstraintKind> constraints() {
           RollingDisc{{"s5", {0.1, 0.2, 0.3}}, {0, 2, -1}, 0.4, {{"world", {1, 0, 0}}, {1, 2, 2}}, false},
           RollingSphere{{"s4", {0.1, 0.2, 0.3}}, 0.4, {{"s5", {1, 0, 0}}, {2, 0, 1}}},
           KnifeEdge{{"s3", {0.1, 0.2, 0.3}}, {1, 2, -1}, {"s5"}},
-          KnifeEdge{{"s5", {0.1, 0.2, 0.3}}, {1, 2, -1}, {"world"}}};
+          KnifeEdge{{"s5", {0.1, 0.2, 0.3}}, {1, 2, -1}, {"world"}},
+          PointOnLine{{"s3", {0.1, 0.2, 0.3}}, {"s5", {1, 0, 0}}, {1, 2, -1}},
+          PointOnLine{{"s5", {0.1, 0.2, 0.3}}, {"world", {1, 0, 0}}, {1, 2, -1}},
+          PointOnCurve{{"s3", {0.1, 0.2, 0.3}}, {"s5"}, in_a_plane(), false},
+          PointOnCurve{{"s4", {0.1, 0.2, 0.3}}, {"world"}, in_a_plane(), true},
+          AngleConstraint{{"s3"}, {1, 2, -1}, {"s5"}, {1, 0, 0}, Polynomial{{1, 0.2, 0.1}}},
+          AngleConstraint{{"s4"}, {1, 2, -1}, {"world"}, {1, 0, 0}, constant(1)},
+          CoordinateFunction{{"c20"}, {"c21"}, Table({-1, -0.2, 0.5, 1}, {1, 2, 2.5, 3.5})},
+          CoordinateFunction{{"c21"}, {"c01"}, Sine{0.5, 2, 0.1, 0.2}}};
 }
 
 class ConstraintKinds : public testing::TestWithParam<std::tuple<int, bool>> {
@@ -207,8 +227,80 @@ TEST_P(ConstraintKinds, TheSolvedAccelerationKeepsTheSecondDerivativeZero) {
   EXPECT_GE(w.solver.rank(), std::min(probe.system.rows, 3));
 }
 
+// The rows over dual numbers: all that the derivatives of the dynamics are made of.
+TEST_P(ConstraintKinds, DerivativesOfTheDynamicsAreThoseOfDifferences) {
+  const System& system = probe.system;
+  const ForwardDerivatives exact = need(forward_derivatives(system, probe.state));
+  const auto acceleration = [&](const Eigen::VectorXd& x, const Eigen::VectorXd& v) {
+    State state = probe.state;
+    from_chart(system, probe.state.q.data(), x.data(), state.q.data());
+    state.v += v;
+    return need(evaluate(system, state)).acceleration;
+  };
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(system.nv);
+  // differences with step h: h^2 times third derivatives over those of the first (some 1e3), rounding / h
+  const double scale = 1 + exact.acceleration_by_q.norm() + exact.acceleration_by_v.norm();
+  for (int i = 0; i < system.nv; ++i) {
+    const Eigen::VectorXd x = h * Eigen::VectorXd::Unit(system.nv, i);
+    EXPECT_LT(
+        (exact.acceleration_by_q.col(i) - (acceleration(x, zero) - acceleration(-x, zero)) / (2 * h)).norm(),
+        1e-6 * scale)
+        << i;
+    EXPECT_LT(
+        (exact.acceleration_by_v.col(i) - (acceleration(zero, x) - acceleration(zero, -x)) / (2 * h)).norm(),
+        1e-6 * scale)
+        << i;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, ConstraintKinds,
                          testing::Combine(testing::Range(0, int(constraints().size())), testing::Bool()));
+
+// |p|^2 c21 sin t + c20^2 - 1 by its code alone, against the derivatives written by hand above.
+TEST(Constraints, AFunctionsDerivativesComeFromItsCode) {
+  std::vector<ConstraintKind> kinds = constraints();
+  const auto found = std::find_if(kinds.begin(), kinds.end(), [](const ConstraintKind& kind) {
+    return std::holds_alternative<FunctionConstraint>(kind);
+  });
+  const auto& by_hand = std::get<FunctionConstraint>(*found);
+  const auto by_code = with_derivatives([](const HyperDual& t, const std::vector<HyperDual>& x) {
+    return (x[2] * x[2] + x[3] * x[3] + x[4] * x[4]) * x[0] * sin(t) + x[1] * x[1] - 1;
+  });
+  FunctionDerivatives a, b;
+  for (FunctionDerivatives* d : {&a, &b}) {
+    d->gradient = d->gradient_rate = Eigen::VectorXd::Zero(5);
+    d->hessian = Eigen::MatrixXd::Zero(5, 5);
+  }
+  const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(5, -1, 2);
+  by_hand.function(0.7, x, a);
+  by_code(0.7, x, b);
+  EXPECT_NEAR(b.value, a.value, 1e-14);
+  EXPECT_NEAR(b.rate, a.rate, 1e-14);
+  EXPECT_NEAR(b.acceleration, a.acceleration, 1e-14);
+  EXPECT_LT((b.gradient - a.gradient).norm(), 1e-14);
+  EXPECT_LT((b.gradient_rate - a.gradient_rate).norm(), 1e-14);
+  EXPECT_LT((b.hessian - a.hessian).norm(), 1e-14);
+}
+
+TEST(Constraints, AHyperDualsFunctionsHaveTheirDerivatives) {
+  const auto expect = [](const HyperDual& f, double value, double slope, double curvature) {
+    EXPECT_NEAR(f.value, value, 1e-15);
+    EXPECT_NEAR(f.d1, 2 * slope, 1e-14);
+    EXPECT_NEAR(f.d2, 3 * slope, 1e-14);
+    EXPECT_NEAR(f.d12, 5 * slope + 6 * curvature, 1e-14);
+  };
+  const HyperDual x(0.7, 2, 3, 5);
+  const double v = 0.7;
+  expect(1 / x, 1 / v, -1 / (v * v), 2 / (v * v * v));
+  expect(sin(x), std::sin(v), std::cos(v), -std::sin(v));
+  expect(cos(x), std::cos(v), -std::sin(v), -std::cos(v));
+  expect(exp(x), std::exp(v), std::exp(v), std::exp(v));
+  expect(log(x), std::log(v), 1 / v, -1 / (v * v));
+  expect(sqrt(x), std::sqrt(v), 0.5 / std::sqrt(v), -0.25 / (v * std::sqrt(v)));
+  expect(pow(x, 3), v * v * v, 3 * v * v, 6 * v);
+  expect(atan(x), std::atan(v), 1 / (1 + v * v), -2 * v / ((1 + v * v) * (1 + v * v)));
+  expect(abs(-x), v, 1, 0);
+}
 
 TEST(Constraints, ADistanceThatIsNotPositiveIsRefusedWithItsLine) {
   for (const char* distance : {"-1", "0", "[0, 1]"}) {

@@ -85,7 +85,11 @@ struct Compare {
   void operator()(const Free&, const Free&) {}
   void operator()(const Locked&, const Locked&) {}
   void operator()(const Driven& a, const Driven& b) { (*this)(a.functions, b.functions); }
+  void operator()(const Coupled& a, const Coupled& b) {
+    (*this)(a.to, b.to), (*this)(a.function, b.function);
+  }
   void operator()(Axes a, Axes b) { equal &= a == b; }
+  void operator()(SplineEnds a, SplineEnds b) { equal &= a == b; }
   void operator()(const Pose& a, const Pose& b) { (*this)(a.R, b.R), (*this)(a.p, b.p); }
   void operator()(const SolidPoint& a, const SolidPoint& b) {
     (*this)(a.solid, b.solid), (*this)(a.point, b.point);
@@ -193,6 +197,13 @@ Scene varied(unsigned seed) {
   first.switches = {{Fixed{{turn(), vector()}}, "", Free{}, {}, {}, {}},
                     {Rotation{-Vector3d::UnitY()}, "a", Free{}, {half(random)}, {number()}, {Range{-1.5, 2}}},
                     {Translation{turn().col(0)}, "b", Driven{{wave}}, {}, {}, {}},
+                    {Screw{-Vector3d::UnitZ(), number()},
+                     "s",
+                     Driven{{Table({0, 1, 2, 4}, {1, 0, 2, 1}, SplineEnds::periodic)}},
+                     {},
+                     {},
+                     {}},
+                    {Screw{Vector3d::UnitX(), number()}, "t", Coupled{"a", ramp}, {}, {}, {}},
                     {Translation{}, "", Free{}, {-0.}, {0.}, {}},
                     {Ball{}, "c", Driven{{ramp, constant(0.1), wave}}, {q.w(), q.x(), q.y(), q.z()}, {}, {}}};
   Solid second{"second", "world", {}, {inertial(), inertial()}, {}};
@@ -230,6 +241,10 @@ Scene varied(unsigned seed) {
       {"pin", PointOnPoint{a, b}},
       {"table", PointOnPlane{a, {w, Vector3d(1, 2, 3)}, wave}},
       {"rod", Distance{a, b, constant(positive())}},
+      {"slot", PointOnLine{a, w, Vector3d(1, 2, 3)}},
+      {"rail", PointOnCurve{a, {"second"}, {vector(), vector(), vector()}, true}},
+      {"lean", AngleConstraint{{"first"}, Vector3d(1, 2, 3), {"world"}, Vector3d::UnitX(), ramp}},
+      {"cam", CoordinateFunction{{"a"}, {"b"}, Table({0, 1, 3}, {number(), number(), number()})}},
       {"rod at its default", Distance{a, b, constant(1)}},
       {"gear", CoordinateCoupling{{{"a"}, {"b"}}, {number(), number()}, ramp}},
       {"glue", WeldConstraint{{"first"}, {"second"}, {turn(), vector()}}},

@@ -35,5 +35,16 @@ TEST(TimeFunction, SineHasItsValuesAndDerivatives) {
   expect_derivatives(f, 0.7);
 }
 
+TEST(TimeFunction, TableHasItsValuesAndDerivatives) {
+  const TimeFunction f = Table({0, 0.5, 1, 2}, {1, 3, -1, 0});
+  EXPECT_DOUBLE_EQ(at(f, 0.5).value, 3);
+  for (double t : {0.3, 0.7, 1.5, 2.5, -0.5}) expect_derivatives(f, t);
+  EXPECT_EQ(complaint_of(f), "");
+  Table changed({0, 1}, {0, 1});
+  changed.times = {0, 2};
+  EXPECT_EQ(complaint_of(changed), "its table was changed: prepare() it");
+  EXPECT_EQ(complaint_of(Table({1, 0}, {0, 1})), "its table: its places must rise, but 0 comes after 1");
+}
+
 }  // namespace
 }  // namespace borelli::test
