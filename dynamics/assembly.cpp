@@ -223,12 +223,13 @@ Result<Assembly> assemble(const System& system, State& state) {
   }
 }
 
-Projection project(const System& system, const Parameters& parameters, State& state, Workspace& w) {
-  Projection out;
+void project(const System& system, const Parameters& parameters, State& state, Workspace& w,
+             Projection& out) {
+  out.unreached = -1;
   double before = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
     out.fault = update_terms(system, parameters, state.t, state.q.data(), state.v.data(), w);
-    if (out.fault) return out;
+    if (out.fault) return;
     if (iteration == 0) out.energy_before = w.terms.group_kinetic + w.terms.group_potential;
     w.solver.prepare(w.rows.L, w.factor, true, RowSet::positions);
     const auto [worst, row] = worst_independent(system, w);
@@ -236,7 +237,7 @@ Projection project(const System& system, const Parameters& parameters, State& st
     if (worst <= reached || (worst <= satisfied && worst > 0.5 * before)) break;
     if (iteration == 20 || !std::isfinite(worst)) {
       out.unreached = row;
-      return out;
+      return;
     }
     before = worst;
     w.wanted = -w.rows.h;
@@ -247,12 +248,11 @@ Projection project(const System& system, const Parameters& parameters, State& st
   w.wanted = -w.rows.rate;
   w.solver.correct(w.factor, w.wanted, w.correction);
   state.v += w.correction;
-  out.velocity_change = Eigen::VectorXd::Zero(system.groups);
+  out.velocity_change.setZero(system.groups);
   for (int i = 0; i < system.nv; ++i) {
     const double part = w.solver.measured()[i];
     out.velocity_change[system.velocity_groups[i]] += part * part / 2;
   }
-  return out;
 }
 
 }  // namespace borelli

@@ -30,13 +30,16 @@ Result<Assembly> assemble(const System& system, const Parameters& parameters, St
 /// The same with a workspace of its own, for one-off use.
 Result<Assembly> assemble(const System& system, State& state);
 
-/// The state after an accepted step is put back on the constraints: positions, then velocities.
+/// What putting a state back on the constraints did.
 struct Projection {
   Eigen::VectorXd energy_before;    ///< kinetic + potential of each independent group at the state given, J
   Eigen::VectorXd velocity_change;  ///< of each group: the energy of what was changed of its velocities, J
   Fault fault;
   int unreached = -1;  ///< the row that would not come back; -1: all did
 };
-Projection project(const System& system, const Parameters& parameters, State& state, Workspace& workspace);
+/// Puts the state after an accepted step back on the constraints: positions, then velocities. Allocates only
+/// where `projection` is new.
+void project(const System& system, const Parameters& parameters, State& state, Workspace& workspace,
+             Projection& projection);
 
 }  // namespace borelli

@@ -191,10 +191,33 @@ void Certifier::note_assembly(const Assembly& assembly) {
   tell("velocities", "/s", assembly.velocity);
 }
 
+void Certifier::observe_contacts(double t, const ContactStep& step) {
+  for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
+    const Contact& contact = system_.contacts[i];
+    ConstraintResidual& residual = certificate_.residuals[contact.constraint];
+    if (const double overlap = -step.gap[Eigen::Index(i)]; overlap > residual.position) {
+      residual.position = overlap;
+      residual.position_time = t;
+    }
+  }
+  certificate_.impacts += step.impacts;
+  certificate_.impact_loss += step.impact_loss;
+  if (const double gain = step.group_work.sum(); gain > 0) {
+    if (contact_gain_ == 0) contact_gain_time_ = t;
+    contact_gain_ += gain;
+  }
+  // below, it is less than what a step's error leaves
+  if (step.unsettled > 1e-4)
+    distrust(t, fmt::format("the impulses of the contacts did not settle at t = {:.6g} s: {:.2g} of their "
+                            "velocities is left",
+                            t, step.unsettled));
+}
+
 void Certifier::count_step(double t, double h, bool whole) {
   ++certificate_.steps_accepted;
   if (!whole && certificate_.smallest_step > 0) return;
-  if (certificate_.smallest_step > 0 && h >= certificate_.smallest_step) return;
+  // steps of one length differ by rounding: the first of them is named
+  if (certificate_.smallest_step > 0 && h >= (1 - 1e-9) * certificate_.smallest_step) return;
   certificate_.smallest_step = h;
   certificate_.smallest_step_time = t;
 }
@@ -222,6 +245,10 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
   c.energy_turnover = energy_.turnover();
   judge_energy(work);
   const double limit = c.energy_threshold;
+  if (contact_gain_ > std::max(limit * energy_.turnover(), energy_.rounding))
+    distrust(contact_gain_time_,
+             fmt::format("contacts gave {:.3g} J, {:.2g} of the {:.3g} J turned over (limit {:.2g})",
+                         contact_gain_, contact_gain_ / energy_.turnover(), energy_.turnover(), limit));
   for (std::size_t i = 0; i < c.conserved.size(); ++i)
     if (const Conserved& conserved = c.conserved[i];
         conserved.drift > std::max(limit * conserved.scale, momentum_rounding_[i]))

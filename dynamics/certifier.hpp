@@ -4,6 +4,7 @@
 
 #include "dynamics/assembly.hpp"
 #include "dynamics/momentum.hpp"
+#include "dynamics/moreau.hpp"
 #include "dynamics/singular_watch.hpp"
 #include "dynamics/work.hpp"
 
@@ -58,6 +59,8 @@ class Certifier {
     ++certificate_.impacts;
     certificate_.impact_loss += lost;
   }
+  /// Takes in what contacts did in a step that ended at t, where the method realises them itself.
+  void observe_contacts(double t, const ContactStep& step);
   /// An explicit method found the scene stiff at time t.
   void find_stiff(double t) { certificate_.stiff_from = t; }
   /// What has happened so far.
@@ -68,7 +71,7 @@ class Certifier {
   template <class Keeper>
   void keep(Keeper& k) {
     k(certificate_, started_, energy_, group_energies_, largest_speeds_, last_time_, start_momenta_,
-      last_momenta_, momentum_rounding_, singular_);
+      last_momenta_, momentum_rounding_, singular_, contact_gain_, contact_gain_time_);
   }
 
   /// The verdict, with the counts.
@@ -90,6 +93,7 @@ class Certifier {
   std::vector<EnergyBalance> group_energies_;  ///< of each independent group
   std::vector<double> largest_speeds_;         ///< of each group, m/s or rad/s, at least 1
   double last_time_ = 0;
+  double contact_gain_ = 0, contact_gain_time_ = 0;  ///< J, s: what contacts have given, and first did
   std::vector<ConservedMomentum> momenta_;
   std::vector<Eigen::Vector3d> start_momenta_, last_momenta_;
   std::vector<double> momentum_rounding_;

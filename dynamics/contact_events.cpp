@@ -59,14 +59,19 @@ Result<void> ContactEvents::look(const State& state) {
   return {};
 }
 
-Result<void> ContactEvents::start(State& state) {
-  if (auto done = look(state); !done) return done;
-  for (std::size_t i = 0; i < modes_.size(); ++i) {
-    const double gap = every_.h[system_.contacts[i].row];
-    if (gap < -closed_gap * length_of(int(i)))
-      return failure(fmt::format("contact '{}'", system_.contacts[i].name),
+Result<void> check_apart(const System& system, const ConstraintRows& every) {
+  for (const Contact& contact : system.contacts) {
+    const double gap = every.h[contact.row];
+    if (gap < -closed_gap * system.row_scale[contact.row])
+      return failure(fmt::format("contact '{}'", contact.name),
                      fmt::format("overlaps by {:.6g} at the start; move what touches apart by that", -gap));
   }
+  return {};
+}
+
+Result<void> ContactEvents::start(State& state) {
+  if (auto done = look(state); !done) return done;
+  if (auto done = check_apart(system_, every_); !done) return done;
   return settle(state, certifier_.events());
 }
 

@@ -13,6 +13,9 @@
 
 namespace borelli {
 
+/// Fails where things overlap at a run's start, with their name and how far; `every`: rows of all contacts.
+Result<void> check_apart(const System& system, const ConstraintRows& every);
+
 class ContactEvents : public EventSource {
  public:
   /// `stepping` and `probing`: the workspaces of the run, which are told of the modes.

@@ -254,8 +254,8 @@ class Resolution {
         Vector2d t = p.segment<2>(row + 1) - u.segment<2>(row + 1) / across;
         if (slides(i))
           t = -friction * p[row] * shock_.slip[i];
-        else if (t.norm() > friction * p[row])
-          t *= friction * p[row] / t.norm();
+        else
+          t = on_friction_cone(t, friction * p[row]);
         change = std::max({change, move(row + 1, t[0]), move(row + 2, t[1])});
       }
       if (change <= still_) return true;

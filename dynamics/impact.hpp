@@ -36,6 +36,12 @@ struct ShockResult {
   Eigen::VectorXd lost;      ///< n: minus the work of each contact's impulse, J
 };
 
+/// Friction no larger than its limit: projected on Coulomb's cone (a disc, the normal part being given).
+inline Eigen::Vector2d on_friction_cone(const Eigen::Vector2d& friction, double limit) {
+  const double size = friction.norm();
+  return size > limit ? Eigen::Vector2d(friction * (limit / size)) : friction;
+}
+
 /// Contacts that approach more slowly than `rest_speed` do not rebound.
 ShockResult resolve(const Shock& shock, ImpactLaw law, RestitutionLaw restitution, double rest_speed);
 

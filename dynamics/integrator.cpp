@@ -6,6 +6,8 @@
 #include "dynamics/embedded_runge_kutta.hpp"
 #include "dynamics/extrapolation.hpp"
 #include "dynamics/gauss_legendre.hpp"
+#include "dynamics/generalized_alpha.hpp"
+#include "dynamics/moreau.hpp"
 #include "dynamics/splitting.hpp"
 #include "dynamics/step_doubling.hpp"
 #include "dynamics/sundials_integrator.hpp"
@@ -14,34 +16,38 @@ namespace borelli {
 
 namespace {
 
+struct Choice {
+  double tolerance, spectral_radius;
+};
+
 struct Method {
   const char* name;
-  std::unique_ptr<Integrator> (*make)(double tolerance);
+  std::unique_ptr<Integrator> (*make)(const Choice& choice);
 };
 
 template <const Tableau& (*tableau)()>
-std::unique_ptr<Integrator> fixed(double) {
+std::unique_ptr<Integrator> fixed(const Choice&) {
   return std::make_unique<ExplicitRungeKutta>(tableau());
 }
 
 template <class Kind>
-std::unique_ptr<Integrator> plain(double) {
+std::unique_ptr<Integrator> plain(const Choice&) {
   return std::make_unique<Kind>();
 }
 
 template <class Kind>
-std::unique_ptr<Integrator> with_tolerance(double tolerance) {
-  return std::make_unique<Kind>(tolerance);
+std::unique_ptr<Integrator> with_tolerance(const Choice& choice) {
+  return std::make_unique<Kind>(choice.tolerance);
 }
 
 template <int stages>
-std::unique_ptr<Integrator> gauss(double) {
+std::unique_ptr<Integrator> gauss(const Choice&) {
   return std::make_unique<GaussLegendre>(stages);
 }
 
 template <const EmbeddedTableau& (*tableau)()>
-std::unique_ptr<Integrator> embedded(double tolerance) {
-  return std::make_unique<EmbeddedRungeKutta>(tableau(), tolerance);
+std::unique_ptr<Integrator> embedded(const Choice& choice) {
+  return std::make_unique<EmbeddedRungeKutta>(tableau(), choice.tolerance);
 }
 
 constexpr Method methods[] = {
@@ -49,8 +55,8 @@ constexpr Method methods[] = {
     {"rk2", fixed<midpoint>},
     {"rk4", fixed<classical_runge_kutta>},
     {"rk4_adaptive",
-     [](double tolerance) -> std::unique_ptr<Integrator> {
-       return std::make_unique<StepDoubling>(classical_runge_kutta(), tolerance);
+     [](const Choice& choice) -> std::unique_ptr<Integrator> {
+       return std::make_unique<StepDoubling>(classical_runge_kutta(), choice.tolerance);
      }},
     {"dopri5", embedded<dormand_prince_5>},
     {"dop853", embedded<dormand_prince_853>},
@@ -60,6 +66,11 @@ constexpr Method methods[] = {
     {"implicit_midpoint", gauss<1>},
     {"gauss4", gauss<2>},
     {"gauss6", gauss<3>},
+    {"generalized_alpha",
+     [](const Choice& choice) -> std::unique_ptr<Integrator> {
+       return std::make_unique<GeneralizedAlpha>(choice.spectral_radius);
+     }},
+    {"moreau", plain<MoreauStepping>},
     {"cvode", with_tolerance<CvodeBdf>},
     {"arkode", with_tolerance<ArkodeDirk>},
 };
@@ -87,9 +98,10 @@ std::vector<std::string> integrator_names() {
   return names;
 }
 
-Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, double tolerance) {
+Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, double tolerance,
+                                                    double spectral_radius) {
   for (const Method& method : methods)
-    if (name == method.name) return method.make(tolerance);
+    if (name == method.name) return method.make({tolerance, spectral_radius});
   return bad_use(fmt::format("method '{}'", name),
                  fmt::format("is not known; there are {}", fmt::join(integrator_names(), ", ")));
 }

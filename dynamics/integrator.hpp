@@ -12,6 +12,9 @@
 
 namespace borelli {
 
+class MotionFlow;
+struct ContactStep;
+
 /// What is integrated.
 class Flow {
  public:
@@ -26,6 +29,8 @@ class Flow {
   virtual Eigen::Index positions() const { return 0; }
   /// The positions' part of the derivative alone, which costs little.
   virtual void position_rate(const Eigen::VectorXd& /*y*/, Eigen::VectorXd& /*dy*/) {}
+  /// The flow as the motion of a system, for methods that ask for more than slopes; null: it is none.
+  virtual const MotionFlow* motion() const { return nullptr; }
 };
 
 /// What came of one attempted step.
@@ -71,6 +76,11 @@ class Integrator {
   /// implicit methods take longer ones. Methods without a test for it never say so.
   virtual bool stiff() const { return false; }
 
+  /// Whether it realises the contacts of a scene itself, step by step; else they are events of the run.
+  virtual bool handles_contacts() const { return false; }
+  /// Of such a method: what they did in the step last attempted; null before the first, or without contacts.
+  virtual const ContactStep* contact_step() const { return nullptr; }
+
   /// Whether y must go on from step to step as the method left it, in one chart, until reset().
   virtual bool keeps_history() const { return false; }
   /// Puts away or fills in what it remembers of earlier steps. False: that cannot be.
@@ -87,8 +97,9 @@ class Integrator {
 std::vector<std::string> integrator_names();
 
 /// The method of that name; `tolerance` is for adaptive ones: the largest error per step, relative to
-/// error_scale.
-Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, double tolerance);
+/// error_scale; `spectral_radius` for generalized_alpha.
+Result<std::unique_ptr<Integrator>> make_integrator(const std::string& name, double tolerance,
+                                                    double spectral_radius = 0.8);
 
 /// Whether that method chooses its own steps; false too where no method has that name.
 bool method_is_adaptive(const std::string& name);

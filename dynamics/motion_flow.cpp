@@ -17,7 +17,12 @@ constexpr double recentring_turn = 1;  // rad
 }  // namespace
 
 MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings, Workspace& workspace)
-    : system_(system), w_(workspace), scale_(size()), q_(system.nq), last_v_(system.nv) {
+    : system_(system),
+      w_(workspace),
+      projects_(settings.constraints == ConstraintTreatment::projection),
+      scale_(size()),
+      q_(system.nq),
+      last_v_(system.nv) {
   if (settings.constraints == ConstraintTreatment::baumgarte) {
     handling_.alpha = settings.baumgarte_alpha;
     handling_.beta = settings.baumgarte_beta;
@@ -106,6 +111,23 @@ void MotionFlow::take(const Eigen::VectorXd& y, State& state, Work& work) const 
   work.constraints = done[2];
   work.violation = done[3];
   work.groups = y.tail(system_.groups);
+}
+
+double MotionFlow::distance(const Eigen::VectorXd& y, const State& state) {
+  const int n = system_.nv;
+  solved_ = false;  // q_ is scratch here
+  from_chart(system_, q0_.data(), y.data(), q_.data());
+  double most = 0;
+  for (const CoordinateInfo& info : system_.coordinates) {
+    const int i = info.v_index;
+    // a turn by the chord of the quaternions, half its angle
+    const double moved =
+        (state.q - q_).segment(info.q_index, info.q_size).norm() * (info.q_size == 4 ? 2 : 1);
+    most = std::max(most, moved / scale_[i]);
+    for (int k = n + i; k < n + i + info.v_size; ++k)
+      most = std::max(most, std::abs(state.v[k - n] - y[k]) / scale_[k]);
+  }
+  return most;
 }
 
 Error MotionFlow::failure(double t) const {

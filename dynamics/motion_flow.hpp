@@ -34,6 +34,16 @@ class MotionFlow : public Flow {
   /// The position, velocity and work that y stands for.
   void take(const Eigen::VectorXd& y, State& state, Work& work) const;
 
+  const MotionFlow* motion() const override { return this; }
+  const System& system() const { return system_; }
+  /// The equations as last solved.
+  const Workspace& workspace() const { return w_; }
+  /// Whether constraint rows are kept by projection.
+  bool projects() const { return system_.rows > 0 && projects_; }
+
+  /// How far a state is from that which y stands for, on error_scale(): the component most so.
+  double distance(const Eigen::VectorXd& y, const State& state);
+
   /// How the constraint rows enter the equations; with the rank decided anew.
   const RowHandling& handling() const { return handling_; }
   /// Why the last slope could not be had, at time t.
@@ -54,6 +64,7 @@ class MotionFlow : public Flow {
   const System& system_;
   Workspace& w_;
   RowHandling handling_, within_step_;
+  bool projects_;
   Fault fault_;
   int turned_ = -1;  ///< the velocity whose ball turned too far for the chart; -1: none
   Eigen::VectorXd q0_, scale_;

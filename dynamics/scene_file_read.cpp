@@ -176,6 +176,10 @@ SimulationSettings read_simulation(TomlTable& table) {
   positive("step", s.step);
   positive("tolerance", s.tolerance);
   not_negative("accuracy", s.accuracy);
+  not_negative("spectral_radius", s.spectral_radius);
+  if (s.spectral_radius > 1)
+    table.refuse(table.require("spectral_radius"),
+                 fmt::format("spectral_radius is {}, expected 0 to 1", s.spectral_radius));
   not_negative("output_interval", s.output_interval);
   if (const toml::node* node = table.find("equations")) {
     const std::string text = table.text(*node, "equations");

@@ -20,6 +20,8 @@ Result<void> check_settings(const SimulationSettings& settings, double start) {
     return refuse("tolerance", settings.tolerance, "a positive number");
   if (settings.accuracy != 0 && !(settings.accuracy >= 1e-11 && settings.accuracy <= 0.1))
     return refuse("accuracy", settings.accuracy, "1e-11 to 0.1, or 0 for none");
+  if (!(settings.spectral_radius >= 0 && settings.spectral_radius <= 1))
+    return refuse("spectral_radius", settings.spectral_radius, "0 to 1");
   if (!std::isfinite(settings.output_interval) || settings.output_interval < 0)
     return refuse("output_interval", settings.output_interval, "a time (s), or 0 for every step");
   if (!std::isfinite(settings.rest_speed) || settings.rest_speed <= 0)

@@ -24,6 +24,9 @@ namespace {
 // beyond these no scene of solids means anything: the run has diverged
 constexpr double largest_number = 1e12;
 
+// of projections, in tolerances: a method whose estimate holds leaves the constraints by about its error
+constexpr double largest_leap = 10;
+
 // impacts that follow each other at one moment: more than any scene's own count of them in a chain
 constexpr int most_events_at_once = 1000;
 
@@ -64,7 +67,12 @@ class Run {
     landing_.state = state_;
     if (auto done = begin_step(); !done) return tl::unexpected(done.error());
     std::optional<ContactEvents> contacts;
-    if (!system_.contacts.empty()) {
+    if (steps_contacts()) {
+      ConstraintRows every(system_);
+      every.every_row = true;
+      scan_constraints(system_, system_.parameters, workspace_.kinematics, every);
+      if (auto apart = check_apart(system_, every); !apart) return diverged(apart.error());
+    } else if (!system_.contacts.empty()) {
       contacts.emplace(system_, settings_, workspace_, probe_, certifier);
       energy_before_event_ = workspace_.terms.group_kinetic + workspace_.terms.group_potential;
       if (auto done = contacts->start(state_); !done) return diverged(done.error());
@@ -102,6 +110,9 @@ class Run {
   }
 
  private:
+  /// Whether the method realises the scene's contacts within its steps.
+  bool steps_contacts() const { return integrator_.handles_contacts() && !system_.contacts.empty(); }
+
   /// Of the k-th row after the first.
   double output_time(long k) const {
     return k == outputs_ ? settings_.end_time : start_ + double(k) * settings_.output_interval;
@@ -122,7 +133,7 @@ class Run {
     keeping_ = integrator_.keeps_history();
     if (landing_.projected) {
       landing_.book_projection(workspace_);
-      certifier_->observe_projection(state_.t, landing_.velocity_change, workspace_);
+      certifier_->observe_projection(state_.t, landing_.projection.velocity_change, workspace_);
       work_ = landing_.work;
       landing_.projected = false;
     }
@@ -158,6 +169,7 @@ class Run {
         if (!attempt.evaluated) return diverged(motion_.failure(t));
         const bool whole = even_.whole;
         even_.whole = false;
+        if (auto done = land(next, next - t); !done) return done;
         if (auto done = accept(next, next - t, whole); !done) return done;
       }
     }
@@ -195,22 +207,53 @@ class Run {
       // a step cut short says little about the next; do not let it shrink that
       step_ = whole ? attempt.next_step : std::max(step_, attempt.next_step);
       const bool cut = attempt.made > 0 && attempt.made < h * (1 - 1e-12);
-      const double made = cut ? attempt.made : h;
-      if (auto done = accept(last && !cut ? target : t + made, made, whole || cut); !done) return done;
+      const double made = cut ? attempt.made : h, end = last && !cut ? target : t + made;
+      if (auto done = land(end, made); !done) return done;
+      if (leaps(made)) {
+        certifier_->count_rejection();
+        ++leaps_;
+        integrator_.reset();
+        step_ = made / 4;
+        continue;
+      }
+      if (auto done = accept(end, made, whole || cut); !done) return done;
     }
     return {};
   }
 
-  /// Takes the step just made: onto the constraints, up to its first event that changes anything, into the
-  /// books.
+  /// Puts the end of the step of h just made, at time t, on the constraints.
+  Result<void> land(double t, double h) {
+    path_.begin(state_.t, h, y_, dy_, out_, work_);
+    if (auto done = path_.land_at_end(t, landing_); !done) return diverged(done.error());
+    return {};
+  }
+
+  /// Whether the projection of the step of h moved its end far beyond what its error was estimated at, so
+  /// that the estimate is not to be relied upon: a shorter step is to be tried. Not again where a shorter one
+  /// moved no less: at a singular position no step is short enough (the certificate judges that).
+  bool leaps(double h) {
+    if (!landing_.projected) return false;
+    const double allowed = std::max(largest_leap * settings_.tolerance, 1e-9);
+    const double moved = motion_.distance(out_, landing_.state);
+    const bool first = state_.t != leap_time_ || h >= leap_step_;
+    const bool leaps = moved > allowed && (first || moved < 0.7 * leap_);
+    leap_time_ = state_.t;
+    leap_step_ = h;
+    leap_ = moved;
+    return leaps;
+  }
+
+  /// Takes the step that land() has seen: up to its first event that changes anything, into the books.
   Result<void> accept(double t, double h, bool whole) {
     const double from = state_.t;
-    path_.begin(from, h, y_, dy_, out_, work_);
-    if (auto done = path_.land_at_end(t, landing_); !done) return diverged(done.error());
     if (auto done = check_bounds(); !done) return done;
     if (auto done = pass_events(h); !done) return done;
     const double made = landing_.state.t < t ? landing_.state.t - from : h;
     if (auto done = record_between(h, landing_.state.t); !done) return done;
+    if (const ContactStep* step = steps_contacts() ? integrator_.contact_step() : nullptr) {
+      landing_.work.add_event(step->group_work);
+      certifier_->observe_contacts(landing_.state.t, *step);
+    }
     state_ = landing_.state;
     work_ = landing_.work;
     if (made > 0) {
@@ -260,7 +303,7 @@ class Run {
   bool keep(Keeper& k, RangeEvents& ranges) {
     k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, longest_made_, held_, attempts_, rows_,
       start_, output_, even_, stiff_, keeping_, last_event_, events_at_once_, motion_, workspace_, probe_,
-      *certifier_, recorder_, *watch_, ranges);
+      leaps_, leap_time_, leap_step_, leap_, *certifier_, recorder_, *watch_, ranges);
     if (contacts_) k(*contacts_);
     return integrator_.keep(k);
   }
@@ -375,8 +418,14 @@ class Run {
                                settings_.output_interval > 0 ? "" : ", or set an output_interval"));
   }
 
-  /// Whether the steps followed the scene's fastest change in time.
+  /// What is to be said of the steps: those tried again, and whether they followed the scene's fastest change
+  /// in time.
   void judge_steps() {
+    if (leaps_ > 0)
+      certifier_->note(
+          fmt::format("{} steps were tried again, shorter, since the constraints moved their ends "
+                      "by more than {:g} times the tolerance",
+                      leaps_, largest_leap));
     if (held_)
       certifier_->note(fmt::format("steps were held to {:.4g} s, an eighth of the {} of {}", longest_step_,
                                    change_.wave, change_.name));
@@ -393,6 +442,8 @@ class Run {
     if (settings_.energy_threshold > 0) return settings_.energy_threshold;
     // a fixed step promises nothing: a thousandth is what an eye lets pass. A tolerance per step adds up over
     // steps.
+    // and over impacts the first order a hundredth
+    if (steps_contacts()) return 1e-2;
     return integrator_.adaptive() ? std::clamp(1e3 * settings_.tolerance, 1e-9, 1e-3) : 1e-3;
   }
 
@@ -417,13 +468,16 @@ class Run {
   double longest_step_ = std::numeric_limits<double>::infinity();  ///< s, that follows the fastest change
   double longest_made_ = 0;                                        ///< s, of the accepted ones
   bool held_ = false;                                              ///< a step was cut to longest_step_
-  long attempts_ = 0, rows_ = 0;
+  long attempts_ = 0, rows_ = 0, leaps_ = 0;
   double start_ = 0;
   long outputs_ = 1, output_ = 1;  ///< rows to come to after the first, and the next of them
   bool stopped_ = false;
   ContactEvents* contacts_ = nullptr;
   bool stiff_ = false;
-  bool keeping_ = false;  ///< the method keeps its history from the step before
+  double leap_time_ =
+      std::numeric_limits<double>::quiet_NaN();  ///< s: of the last step whose leap was looked
+  double leap_step_ = 0, leap_ = 0;              ///< at; its length, and how far
+  bool keeping_ = false;                         ///< the method keeps its history from the step before
   EventWatch* watch_ = nullptr;
   RangeEvents* ranges_ = nullptr;
   bool recorded_ = false;  ///< the state reached has its row
@@ -446,13 +500,17 @@ namespace {
 /// One run with a named method.
 Result<Trajectory> simulate_once(const System& system, const State& state, const SimulationSettings& settings,
                                  const Observer& observer, bool leave_if_stiff) {
-  auto integrator = make_integrator(settings.method, settings.tolerance);
+  auto integrator = make_integrator(settings.method, settings.tolerance, settings.spectral_radius);
   if (!integrator) return tl::unexpected(integrator.error());
   if ((*integrator)->keeps_history() && system.rows > 0 &&
       settings.constraints == ConstraintTreatment::projection)
     return bad_use(fmt::format("method '{}'", settings.method),
                    "goes on from several earlier steps, which a projection after each would spoil; set "
                    "constraints to baumgarte");
+  if ((*integrator)->handles_contacts() && !system.contacts.empty() && !observer.events.empty())
+    return bad_use(
+        fmt::format("method '{}'", settings.method),
+        "realises contacts within its steps, of which a user's own event would cut one; name another");
   if (auto ok = check_counts(system, state.t, settings, (*integrator)->adaptive()); !ok)
     return tl::unexpected(ok.error());
   if (observer.keep || !observer.checkpoint.empty()) {

@@ -1,9 +1,9 @@
 #include "dynamics/sliding_friction.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "dynamics/branch_sparse.hpp"
+#include "dynamics/elimination.hpp"
 #include "dynamics/equations.hpp"
 
 namespace borelli {
@@ -17,30 +17,6 @@ SlidingFriction::SlidingFriction(const System& system) {
   D = Rows::Zero(count, count);
   row = Eigen::VectorXd::Zero(count == 0 ? 0 : system.rows);
 }
-
-namespace {
-
-/// x <- M^-1 x for the first n rows and columns, by elimination with row pivots; M is lost.
-void solve(Rows& M, Eigen::VectorXd& x, int n) {
-  for (int k = 0; k < n; ++k) {
-    int pivot = k;
-    for (int i = k + 1; i < n; ++i)
-      if (std::abs(M(i, k)) > std::abs(M(pivot, k))) pivot = i;
-    M.row(k).head(n).swap(M.row(pivot).head(n));
-    std::swap(x[k], x[pivot]);
-    for (int i = k + 1; i < n; ++i) {
-      const double c = M(i, k) / M(k, k);
-      for (int j = k; j < n; ++j) M(i, j) -= c * M(k, j);
-      x[i] -= c * x[k];
-    }
-  }
-  for (int k = n - 1; k >= 0; --k) {
-    for (int j = k + 1; j < n; ++j) x[k] -= M(k, j) * x[j];
-    x[k] /= M(k, k);
-  }
-}
-
-}  // namespace
 
 void add_sliding_friction(const System& system, const Parameters& parameters, Workspace& w) {
   SlidingFriction& f = w.friction;
@@ -70,7 +46,7 @@ void add_sliding_friction(const System& system, const Parameters& parameters, Wo
     for (int j = 0; j < count; ++j) f.D(k, j) = (k == j) - f.multipliers(j, normal);
     f.gain[f.sliding[k]] = f.multipliers(k, normal);
   }
-  solve(f.D, f.normal, count);
+  eliminate(f.D, f.normal, count);
   for (int k = 0; k < count; ++k) {
     const int i = f.sliding[k], row = system.contacts[i].row;
     w.a += f.normal[k] * f.response.row(k).transpose();

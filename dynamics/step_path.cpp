@@ -6,7 +6,8 @@ namespace borelli {
 
 void Landing::book_projection(const Workspace& workspace) {
   if (!projected) return;
-  work.add_projection(workspace.terms.group_kinetic + workspace.terms.group_potential - energy_before);
+  work.add_projection(workspace.terms.group_kinetic + workspace.terms.group_potential -
+                      projection.energy_before);
   projected = false;
 }
 
@@ -54,13 +55,12 @@ Result<void> StepPath::settle(const Eigen::VectorXd& y, double t, Landing& landi
   landing.state.t = t;
   landing.projected = false;
   if (!projecting_ || !landing.state.q.allFinite() || !landing.state.v.allFinite()) return {};
-  const Projection projection = project(system_, system_.parameters, landing.state, probe_);
+  const Projection& projection = landing.projection;
+  project(system_, system_.parameters, landing.state, probe_, landing.projection);
   if (projection.fault) return tl::unexpected(describe(system_, projection.fault, t));
   if (projection.unreached >= 0)
     return failure(system_.row_place(projection.unreached),
                    "the step left it so far off that it cannot be put right; take a smaller step");
-  landing.energy_before = projection.energy_before;
-  landing.velocity_change = projection.velocity_change;
   landing.projected = true;
   return {};
 }

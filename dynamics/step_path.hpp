@@ -10,10 +10,9 @@ namespace borelli {
 /// A state of a step, put on the constraints if that is how they are kept.
 struct Landing {
   State state;
-  Work work;                        ///< done until then; what the projection at this state does is not in it
-  bool projected = false;           ///< was put on the constraints, and that is not booked yet
-  Eigen::VectorXd energy_before;    ///< J, of each independent group, before it was
-  Eigen::VectorXd velocity_change;  ///< J, of each group: see Projection
+  Work work;               ///< done until then; what the projection at this state does is not in it
+  bool projected = false;  ///< was put on the constraints, and that is not booked yet
+  Projection projection;   ///< what that did
   explicit Landing(const System& system) : work(system.groups) {}
   /// Books what the projection did, once, from the equations solved at the state.
   void book_projection(const Workspace& workspace);

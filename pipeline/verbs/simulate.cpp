@@ -30,8 +30,8 @@ struct Options {
   double checkpoint_every = 60;
   ModelOptions model;
   std::optional<std::string> method, equations, constraints, impacts, restitution;
-  std::optional<double> rest_speed, step, tolerance, accuracy, end, output_interval, alpha, beta,
-      energy_threshold;
+  std::optional<double> rest_speed, step, tolerance, accuracy, spectral_radius, end, output_interval, alpha,
+      beta, energy_threshold;
   bool allow_untrusted = false, reactions = false;
 };
 
@@ -44,6 +44,7 @@ SimulationSettings settings_of(SimulationSettings s, const Options& o) {
   s.step = o.step.value_or(s.step);
   s.tolerance = o.tolerance.value_or(s.tolerance);
   s.accuracy = o.accuracy.value_or(o.method || o.tolerance ? 0 : s.accuracy);
+  s.spectral_radius = o.spectral_radius.value_or(s.spectral_radius);
   s.end_time = o.end.value_or(s.end_time);
   s.output_interval = o.output_interval.value_or(s.output_interval);
   s.baumgarte_alpha = o.alpha.value_or(s.baumgarte_alpha);
@@ -61,6 +62,9 @@ Result<void> check_effect(const Options& o, const SimulationSettings& settings) 
   if (o.tolerance && !method_is_adaptive(settings.method))
     return bad_use("--tolerance", "has no effect with " + settings.method +
                                       ", whose steps are all of one length: give --step");
+  if (o.spectral_radius && settings.method != "generalized_alpha")
+    return bad_use("--spectral-radius",
+                   "is a setting of generalized_alpha, and has no effect with " + settings.method);
   if ((o.alpha || o.beta) && settings.constraints != ConstraintTreatment::baumgarte)
     return bad_use(o.alpha ? "--baumgarte-alpha" : "--baumgarte-beta",
                    "has no effect where constraints are kept by projection: add --constraints baumgarte");
@@ -205,6 +209,9 @@ void add_simulate(CLI::App& program, Command& command) {
       ->check(CLI::Range(1e-11, 0.1))
       ->excludes("--method")
       ->excludes("--tolerance");
+  verb->add_option("--spectral-radius", o->spectral_radius,
+                   "generalized_alpha: what is left per step of infinitely stiff modes, 0 to 1")
+      ->check(CLI::Range(0., 1.));
   verb->add_option("--end", o->end, "End time, s")->check(positive_number());
   verb->add_option("--output-interval", o->output_interval, "Time between rows, s; 0: every accepted step")
       ->check(number_not_negative());

@@ -111,7 +111,8 @@ TEST(Projection, PutsAStateBackByTheLeastMove) {
   State off = state;
   off.q += Vector3d(1e-4, -2e-4, 1e-4);
   off.v += Vector3d(1e-3, 1e-3, 0);
-  const Projection projection = project(system, system.parameters, off, w);
+  Projection projection;
+  project(system, system.parameters, off, w, projection);
   ASSERT_FALSE(projection.fault);
   EXPECT_EQ(projection.unreached, -1);
   ASSERT_FALSE(update_terms(system, system.parameters, 0, off.q.data(), off.v.data(), w));

@@ -54,6 +54,23 @@ TEST(Gallery, AndrewsSqueezerEndsAtThePublishedAngles) {
   EXPECT_EQ(t.certificate.residuals.size(), 6u);
 }
 
+TEST(Gallery, StepsThatTheConstraintsMoveFarAreTriedAgain) {
+  // at a coarse tolerance the mechanism's whirl makes steps whose estimate says less than how far they leave
+  // the constraints; at a fine one estimates hold
+  const auto tried_again = [](double tolerance) {
+    Scene scene = sample("andrews.toml");
+    scene.simulation.method = "dopri5";
+    scene.simulation.tolerance = tolerance;
+    const Trajectory t = run(scene);
+    return std::any_of(t.certificate.notes.begin(), t.certificate.notes.end(), [](const std::string& note) {
+      return note.find("steps were tried again, shorter, since the constraints moved their ends") !=
+             std::string::npos;
+    });
+  };
+  EXPECT_TRUE(tried_again(1e-3));
+  EXPECT_FALSE(tried_again(1e-8));
+}
+
 TEST(Gallery, PointOnACircleEndsWhereTheBenchmarkSays) {
   const Trajectory t = run(sample("a01.toml"));
   // IFToMM A01; 300 steps at a tolerance of 1e-11 a step, and errors that grow like the time

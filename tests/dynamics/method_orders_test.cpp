@@ -18,12 +18,20 @@ struct Row {
 };
 // gbs in equal steps at a tolerance that any error meets ends in its second row, of order 4; with a tolerance
 // to meet it goes to higher ones
-const Row table[] = {{"euler", 1, 4096}, {"rk2", 2, 512},
-                     {"rk4", 4, 256},    {"rk4_adaptive", 5, 64},
-                     {"dopri5", 5, 128}, {"dop853", 8, 16},
-                     {"gbs", 4, 512},    {"semi_implicit_euler", 1, 4096},
-                     {"verlet", 2, 512}, {"implicit_midpoint", 2, 512},
-                     {"gauss4", 4, 64},  {"gauss6", 6, 12},
+const Row table[] = {{"euler", 1, 4096},
+                     {"rk2", 2, 512},
+                     {"rk4", 4, 256},
+                     {"rk4_adaptive", 5, 64},
+                     {"dopri5", 5, 128},
+                     {"dop853", 8, 16},
+                     {"gbs", 4, 512},
+                     {"semi_implicit_euler", 1, 4096},
+                     {"verlet", 2, 512},
+                     {"implicit_midpoint", 2, 512},
+                     {"gauss4", 4, 64},
+                     {"gauss6", 6, 12},
+                     {"generalized_alpha", 2, 512},
+                     {"moreau", 2, 512},
                      {"arkode", 4, 16}};
 
 TEST(MethodOrders, EveryMethodIsInTheTable) {
@@ -48,7 +56,8 @@ State in_equal_steps(const System& system, const std::string& method, double end
   Eigen::VectorXd y(motion.size()), dy(motion.size()), out(motion.size());
   for (int i = 0; i < steps; ++i) {
     const double t = landing.state.t, next = end * (i + 1) / steps;
-    integrator->reset();
+    if (method != "generalized_alpha")
+      integrator->reset();  // its own accelerations lag behind the equations'
     EXPECT_TRUE(motion.start(landing.state, landing.work, y, dy));
     EXPECT_TRUE(integrator->attempt(motion, t, next - t, y, dy, out).evaluated);
     const Work work = landing.work;

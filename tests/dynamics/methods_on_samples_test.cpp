@@ -77,6 +77,9 @@ TEST_P(Sample, MeetsItsToleranceOrFailsByNameByEveryMethod) {
       EXPECT_NE(t.error().message().find("the run ends at t = "), std::string::npos) << t.error().message();
       continue;
     }
+    // impulses of whole steps have a solution where forces have none (Stewart, Rigid-body dynamics with
+    // friction and impact, SIAM Review 42, 2000)
+    if (!fine && method == "moreau") continue;
     ASSERT_TRUE(fine) << "a method gets through, but not the finest: " << fine.error().message();
     const Certificate& c = t->certificate;
     if (!c.trusted) {

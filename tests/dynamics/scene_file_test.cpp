@@ -129,7 +129,7 @@ struct Compare {
   }
   void operator()(const SimulationSettings& a, const SimulationSettings& b) {
     (*this)(a.end_time, b.end_time), (*this)(a.method, b.method), (*this)(a.step, b.step);
-    (*this)(a.accuracy, b.accuracy);
+    (*this)(a.accuracy, b.accuracy), (*this)(a.spectral_radius, b.spectral_radius);
     (*this)(a.tolerance, b.tolerance), (*this)(a.output_interval, b.output_interval);
     equal &= a.constraints == b.constraints;
     (*this)(a.baumgarte_alpha, b.baumgarte_alpha), (*this)(a.baumgarte_beta, b.baumgarte_beta);
@@ -187,9 +187,18 @@ Scene varied(unsigned seed) {
   scene.name = "varied \"scene\" \\ of many kinds";
   scene.description = "first line\nsecond, with a tab\t, a \"quote\" and a \\\n\nend";
   scene.gravity = vector();
-  scene.simulation = {positive(), "rk4",      positive(),          positive(),
-                      positive(), positive(), Equations::lagrange, ConstraintTreatment::baumgarte,
-                      positive(), positive(), positive()};
+  scene.simulation = {positive(),
+                      "rk4",
+                      positive(),
+                      positive(),
+                      positive(),
+                      std::abs(half(random)),
+                      positive(),
+                      Equations::lagrange,
+                      ConstraintTreatment::baumgarte,
+                      positive(),
+                      positive(),
+                      positive()};
   scene.simulation.impacts = ImpactLaw::simultaneous;
   scene.simulation.restitution = RestitutionLaw::poisson;
   scene.simulation.rest_speed = positive();

@@ -1,0 +1,89 @@
+// Nothing allocates inside a step: every call of malloc is counted while each method steps a constrained
+// scene on.
+#include <cstdlib>
+
+#include "dynamics/motion_flow.hpp"
+#include "dynamics/step_path.hpp"
+#include "scenes.hpp"
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define BORELLI_COUNTS_ALLOCATIONS
+
+namespace {
+bool counting = false;
+long allocations = 0;
+}  // namespace
+
+// Eigen and operator new both come by it.
+extern "C" void* __libc_malloc(std::size_t);
+extern "C" void* malloc(std::size_t size) {
+  if (counting) ++allocations;
+  return __libc_malloc(size);
+}
+#endif
+
+namespace borelli::test {
+namespace {
+
+#ifdef BORELLI_COUNTS_ALLOCATIONS
+
+/// In `steps` steps, after ten that may.
+long allocations_in(const System& system, const std::string& method, int steps) {
+  SimulationSettings how;
+  Workspace workspace(system), probe(system);
+  MotionFlow motion(system, how, workspace);
+  const auto integrator = need(make_integrator(method, 1e-6));
+  StepPath path(system, how, motion, *integrator, probe);
+  Landing landing(system);
+  landing.state = system.initial;
+  need(assemble(system, system.parameters, landing.state, workspace));
+  Eigen::VectorXd y(motion.size()), dy(motion.size()), out(motion.size());
+  Work work = landing.work;
+  const double h = 1e-3;
+  for (int i = 0; i < 10 + steps; ++i) {
+    counting = i >= 10;
+    const double t = landing.state.t;
+    bool fine = motion.start(landing.state, landing.work, y, dy);
+    const Attempt attempt = integrator->attempt(motion, t, h, y, dy, out);
+    fine = fine && attempt.evaluated;
+    work = landing.work;
+    path.begin(t, h, y, dy, out, work);
+    fine = fine && path.land_at_end(t + h, landing).has_value();
+    counting = false;
+    EXPECT_TRUE(fine) << method;
+  }
+  return std::exchange(allocations, 0);
+}
+
+TEST(Allocations, NoneWhileSteppingByAnyMethod) {
+  // a ball joint, a hinge and a rod that closes the loop; and a ball that rests on a floor
+  Scene scene;
+  scene.solids = {solid("upper", "world", {ball("shoulder")}, {inertial(2, {0.3, 0, 0}, {0.01, 0.1, 0.1})}),
+                  solid("lower", "upper", {fixed({0.6, 0, 0}), hinge("elbow", Vector3d::UnitY(), 1)},
+                        {inertial(1, {0.2, 0, 0}, {0.01, 0.05, 0.05})})};
+  scene.constraints = {{"rod", Distance{{"lower", {0.4, 0, 0}}, {"world", {0.3, 0.5, 0.2}}, constant(1)}}};
+  Solid marble = solid("marble", "world", free_switches("marble"), {inertial(1, {0, 0, 0}, {1, 1, 1})});
+  marble.switches[2].q = {0.1};
+  scene.solids.push_back(marble);
+  SphereOverPlane floor;
+  floor.sphere = {"marble", {0, 0, 0}};
+  floor.radius = 0.1;
+  floor.plane = {"world", {0, 0, 0}};
+  floor.friction = 0.5;
+  scene.constraints.push_back({"floor", floor});
+  const System system = compiled(scene);
+  for (const std::string& method : integrator_names()) {
+    if (method == "cvode" || method == "arkode") continue;  // SUNDIALS' own affair
+    EXPECT_EQ(allocations_in(system, method, 20), 0) << method;
+  }
+  counting = true;  // and it does count
+  Eigen::VectorXd* const one = new Eigen::VectorXd(100);
+  counting = false;
+  EXPECT_GE(std::exchange(allocations, 0), 2);
+  delete one;
+}
+
+#endif
+
+}  // namespace
+}  // namespace borelli::test

@@ -1,0 +1,177 @@
+// Moreau's time stepping: a block on a slope, a ball that comes to rest, a heap of balls, momentum and energy
+// at impacts, its order against the run that locates each impact.
+#include "dynamics/moreau.hpp"
+
+#include <cmath>
+
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+Solid free_ball(const std::string& name, const Vector3d& at, double radius, double mass) {
+  Solid out;
+  out.name = name;
+  out.parent = "world";
+  out.switches = free_switches(name);
+  for (int i = 0; i < 3; ++i) out.switches[i].q = {at[i]};
+  const double I = 0.4 * mass * radius * radius;
+  out.inertials = {inertial(mass, {0, 0, 0}, {I, I, I})};
+  return out;
+}
+
+Constraint over_floor(const std::string& solid, double radius, double restitution, double friction) {
+  SphereOverPlane kind;
+  kind.sphere = {solid, {0, 0, 0}};
+  kind.radius = radius;
+  kind.plane = {"world", {0, 0, 0}};
+  kind.restitution = restitution;
+  kind.friction = friction;
+  return {solid + " on floor", kind};
+}
+
+Constraint between(const std::string& a, const std::string& b, double radius, double restitution,
+                   double friction) {
+  SphereOverSphere kind;
+  kind.a = {a, {0, 0, 0}};
+  kind.b = {b, {0, 0, 0}};
+  kind.radius_a = kind.radius_b = radius;
+  kind.restitution = restitution;
+  kind.friction = friction;
+  return {a + " on " + b, kind};
+}
+
+TEST(Moreau, ABlockOnASlopeSticksOrSlidesByCoulombsLaw) {
+  const double tilt = 0.5, g = 9.81;
+  for (double friction : {0.3, 0.7}) {  // tan(0.5) = 0.546
+    Scene scene;
+    Solid block = free_ball("block", {0, 0, 0.1}, 0.1, 2);
+    block.inertials = {inertial(2, {0, 0, 0}, {0.02, 0.02, 0.02})};
+    scene.gravity = {g * std::sin(tilt), 0, -g * std::cos(tilt)};  // the slope's own axes
+    scene.solids = {block};
+    BoxOverPlane kind;
+    kind.box = {"block", {0, 0, 0}};
+    kind.size = {0.4, 0.4, 0.2};
+    kind.plane = {"world", {0, 0, 0}};
+    kind.friction = friction;
+    scene.constraints = {{"slope", kind}};
+    const Trajectory path = run(scene, settings("moreau", 1, 1e-3));
+    const double a = std::max(0., g * (std::sin(tilt) - friction * std::cos(tilt)));
+    // with constant forces the scheme is exact, but for what the sweeps leave: 1e-10 of velocities a step
+    EXPECT_NEAR(last(path.q)[0], a / 2, 1e-6) << friction;
+    EXPECT_NEAR(last(path.v)[0], a, 1e-6) << friction;
+    EXPECT_NEAR(last(path.q)[2], 0.1, 1e-6) << friction;
+    EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+    // friction's work is in the books
+    EXPECT_NEAR(path.certificate.work_events, -2 * g * std::cos(tilt) * friction * a / 2, 1e-5) << friction;
+  }
+}
+
+TEST(Moreau, ABallThatBouncesComesToRest) {
+  const double e = 0.5, height = 0.5, g = 9.81, h = 1e-4;
+  Scene scene;
+  scene.solids = {free_ball("ball", {0, 0, height + 0.1}, 0.1, 1)};
+  scene.constraints = {over_floor("ball", 0.1, e, 0)};
+  const double fall = std::sqrt(2 * height / g), rest = fall * (1 + 2 * e / (1 - e));
+  const Trajectory path = run(scene, settings("moreau", 1.2 * rest, h));
+  // it may overlap by one step of its first impact, and rests where the last one left it
+  const double deepest = h * std::sqrt(2 * g * height);
+  EXPECT_LT(path.certificate.residuals[0].position, deepest);
+  EXPECT_NEAR(last(path.q)[2], 0.1, deepest);
+  EXPECT_LT(std::abs(last(path.v)[2]), 1e-9);
+  EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+  EXPECT_NEAR(path.certificate.work_events, -g * height, 10 * g * deepest);
+  // before its end it still moves
+  EXPECT_GT(std::abs(last(run(scene, settings("moreau", 0.8 * rest, h)).v)[2]), 0.01);
+}
+
+TEST(Moreau, ConvergesToTheRunThatLocatesImpacts) {
+  // a ball thrown with spin on a floor that rubs, past its first two impacts
+  Scene scene;
+  Solid thrown = free_ball("ball", {0, 0, 0.4}, 0.1, 1);
+  thrown.switches[0].v = {2};
+  thrown.switches[3].v = {1, -20, 3};
+  scene.solids = {thrown};
+  scene.constraints = {over_floor("ball", 0.1, 0.8, 0.3)};
+  const Eigen::VectorXd reference = last(run(scene, settings("dop853", 0.7, 1e-3, 1e-12)).q).head(3);
+  const auto error = [&](double h) {
+    return (last(run(scene, settings("moreau", 0.7, h)).q).head(3) - reference).norm();
+  };
+  // first order: where in a step an impact falls is chance, so over a factor of 64
+  const double coarse = error(3.2e-3), fine = error(5e-5);
+  EXPECT_LT(fine, 5e-5 * 5);  // two impacts of 2.4 m/s and less, within a step
+  EXPECT_LT(fine, coarse / 16);
+}
+
+TEST(Moreau, KeepsMomentumAndNeverGivesEnergy) {
+  Scene scene;
+  scene.gravity.setZero();
+  Random random(5);
+  const double radius = 0.1;
+  for (int i = 0; i < 6; ++i) {
+    Solid one = free_ball(fmt::format("b{}", i), {0.3 * i, 0.04 * (i % 2), 0.03 * (i % 3)}, radius, 1 + i);
+    one.switches[0].v = {1.5 - 0.6 * i};
+    one.switches[3].v = {0, 0, 5. * (i - 3)};
+    scene.solids.push_back(one);
+  }
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < i; ++j)
+      scene.constraints.push_back(between(scene.solids[i].name, scene.solids[j].name, radius, 0.9, 0.4));
+  SimulationSettings how = settings("moreau", 1, 2.5e-4);
+  how.output_interval = 1e-3;
+  const Trajectory path = run(scene, how);
+  EXPECT_GT(path.certificate.impacts, 4);
+  double before = path.kinetic[0];
+  for (std::size_t i = 1; i < path.kinetic.size(); ++i) {
+    EXPECT_LE(path.kinetic[i], before * (1 + 1e-12)) << path.times[i];
+    before = path.kinetic[i];
+  }
+  EXPECT_LT(before, 0.95 * path.kinetic[0]);
+  ASSERT_FALSE(path.certificate.conserved.empty());
+  EXPECT_LT(path.certificate.conserved[0].drift, 1e-11 * path.certificate.conserved[0].scale);
+  EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+}
+
+TEST(Moreau, AHeapOfTwentyBallsComesToRest) {
+  Scene scene;
+  const double radius = 0.1, h = 2e-3;
+  for (int i = 0; i < 20; ++i)  // five layers of four, each turned and shifted a little
+    scene.solids.push_back(free_ball(fmt::format("b{}", i),
+                                     {0.102 * (2 * (i % 2) - 1) + 0.01 * (i / 4), 0.102 * (i % 4 / 2 * 2 - 1),
+                                      radius + 0.21 * (i / 4) + 0.001 * (i % 4)},
+                                     radius, 1));
+  for (int i = 0; i < 20; ++i) {
+    scene.constraints.push_back(over_floor(scene.solids[i].name, radius, 0.2, 0.6));
+    for (int j = 0; j < i; ++j)
+      scene.constraints.push_back(between(scene.solids[i].name, scene.solids[j].name, radius, 0.2, 0.6));
+    // rolling is damped a little, or balls roll on for ever
+    for (const char* axis : {"x", "y", "z"}) {
+      const std::string coordinate = scene.solids[i].name + "." + axis;
+      scene.efforts.push_back({coordinate + " drag", CoordinateSpring{{coordinate}, 0, 3, 0}});
+    }
+  }
+  const Trajectory path = run(scene, settings("moreau", 4, h));
+  const Certificate& c = path.certificate;
+  double deepest = 0;
+  for (const auto& residual : c.residuals) deepest = std::max(deepest, residual.position);
+  // an impact of neighbours may close a contact anew, each by one step of its speed (a fall of 1 m at most)
+  EXPECT_LT(deepest, 4 * h * std::sqrt(2 * 9.81));
+  EXPECT_LT(last(path.v).cwiseAbs().maxCoeff(), 0.02);
+  EXPECT_LT(path.kinetic.back(), 1e-4);
+  EXPECT_GT(c.impacts, 20);
+  EXPECT_LT(c.work_events, 0);
+  EXPECT_LT(c.energy_drift, 1e-2 * c.energy_turnover);
+}
+
+TEST(Moreau, RefusesWhatOverlapsAtTheStart) {
+  Scene scene;
+  scene.solids = {free_ball("ball", {0, 0, 0.09}, 0.1, 1)};
+  scene.constraints = {over_floor("ball", 0.1, 0, 0)};
+  const System system = compiled(scene);
+  const auto out = simulate(system, system.initial, settings("moreau", 1, 1e-3));
+  ASSERT_FALSE(out);
+  EXPECT_NE(out.error().what.find("overlaps by 0.01 at the start"), std::string::npos) << out.error().what;
+}
+
+}  // namespace
+}  // namespace borelli::test
