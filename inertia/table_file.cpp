@@ -316,6 +316,8 @@ Result<InertiaTable> table_from_json(const std::string& bytes, const std::string
   try {
     return table_from(Json::parse(bytes));
   } catch (const Json::exception& e) {
+    if (where.ends_with(".csv"))
+      return bad_use(where, "is the table as CSV; expected the JSON that `borelli inertia` writes beside it");
     return failure(where, fmt::format("is not a JSON file: {}", e.what()));
   } catch (const Damaged& damaged) {
     return failure(where, "is no whole inertia table: " + damaged.what);

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include "dynamics/integrator.hpp"
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
 #include "inertia/table_file.hpp"
@@ -264,9 +265,11 @@ Result<json> Run::move(const Progress& progress) {
   if (!trajectory) return tl::unexpected(trajectory.error());
   const Certificate& certificate = trajectory->certificate;
   if (!certificate.trusted && !settings_.untrusted_is_fine)
-    return failure((*scene)->name,
-                   fmt::format("the motion is not to be trusted: {} (--allow-untrusted goes on with it)",
-                               certificate.reason));
+    return failure(
+        (*scene)->name,
+        fmt::format("the motion is not to be trusted: {} ({}--allow-untrusted goes on with it)",
+                    certificate.reason,
+                    method_is_adaptive((*scene)->simulation.method) ? "" : "give a shorter --step; "));
   const auto text = write_scene(**scene);
   if (!text) return tl::unexpected(text.error());
   for (const char* name : {"motion/trajectory.h5", "motion/trajectory.csv"})

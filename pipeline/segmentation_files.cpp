@@ -58,6 +58,10 @@ Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path
   std::array<PartFinding, parts.size()> findings{};
   try {
     const json account = json::parse(*bytes);
+    if (!account.is_object() || !account.contains("parts") || !account["parts"].is_object())
+      return bad_use(
+          path.string(),
+          "is no account of a segmentation: expected segmentation.json as `borelli segment` leaves it");
     for (const auto& [name, entry] : account.at("parts").items()) {
       const int label = part_label(name);
       if (label == 0) return failure(path.string(), "names a part that is none: " + name);

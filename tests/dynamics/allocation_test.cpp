@@ -68,8 +68,8 @@ TEST(Allocations, NoneWhileSteppingByAnyMethod) {
   SphereOverPlane floor;
   floor.sphere = {"marble", {0, 0, 0}};
   floor.radius = 0.1;
-  floor.plane = {"world", {0, 0, 0}};
-  floor.friction = 0.5;
+  floor.plane.on = {"world", {0, 0, 0}};
+  floor.surface.friction = 0.5;
   scene.constraints.push_back({"floor", floor});
   const System system = compiled(scene);
   for (const std::string& method : integrator_names()) {

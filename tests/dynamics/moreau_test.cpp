@@ -24,9 +24,9 @@ Constraint over_floor(const std::string& solid, double radius, double restitutio
   SphereOverPlane kind;
   kind.sphere = {solid, {0, 0, 0}};
   kind.radius = radius;
-  kind.plane = {"world", {0, 0, 0}};
-  kind.restitution = restitution;
-  kind.friction = friction;
+  kind.plane.on = {"world", {0, 0, 0}};
+  kind.surface.restitution = restitution;
+  kind.surface.friction = friction;
   return {solid + " on floor", kind};
 }
 
@@ -36,8 +36,8 @@ Constraint between(const std::string& a, const std::string& b, double radius, do
   kind.a = {a, {0, 0, 0}};
   kind.b = {b, {0, 0, 0}};
   kind.radius_a = kind.radius_b = radius;
-  kind.restitution = restitution;
-  kind.friction = friction;
+  kind.surface.restitution = restitution;
+  kind.surface.friction = friction;
   return {a + " on " + b, kind};
 }
 
@@ -52,8 +52,8 @@ TEST(Moreau, ABlockOnASlopeSticksOrSlidesByCoulombsLaw) {
     BoxOverPlane kind;
     kind.box = {"block", {0, 0, 0}};
     kind.size = {0.4, 0.4, 0.2};
-    kind.plane = {"world", {0, 0, 0}};
-    kind.friction = friction;
+    kind.plane.on = {"world", {0, 0, 0}};
+    kind.surface.friction = friction;
     scene.constraints = {{"slope", kind}};
     const Trajectory path = run(scene, settings("moreau", 1, 1e-3));
     const double a = std::max(0., g * (std::sin(tilt) - friction * std::cos(tilt)));
