@@ -35,7 +35,7 @@ Constraint between(const std::string& a, const std::string& b, double radius, do
   SphereOverSphere kind;
   kind.a = {a, {0, 0, 0}};
   kind.b = {b, {0, 0, 0}};
-  kind.radius_a = kind.radius_b = radius;
+  kind.radii = {radius, radius};
   kind.surface.restitution = restitution;
   kind.surface.friction = friction;
   return {a + " on " + b, kind};
