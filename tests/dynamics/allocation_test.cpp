@@ -2,21 +2,22 @@
 // scene on.
 #include <cstdlib>
 
+#include "allocation_count.hpp"
 #include "dynamics/motion_flow.hpp"
 #include "dynamics/step_path.hpp"
 #include "scenes.hpp"
 
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define BORELLI_COUNTS_ALLOCATIONS
+#ifdef BORELLI_COUNTS_ALLOCATIONS
+std::atomic<long> borelli::test::allocation_count = 0;
 
 namespace {
 bool counting = false;
 long allocations = 0;
 }  // namespace
 
-// Eigen and operator new both come by it.
 extern "C" void* __libc_malloc(std::size_t);
 extern "C" void* malloc(std::size_t size) {
+  borelli::test::allocation_count.fetch_add(1, std::memory_order_relaxed);
   if (counting) ++allocations;
   return __libc_malloc(size);
 }
