@@ -507,6 +507,11 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
     return bad_use(fmt::format("method '{}'", settings.method),
                    "goes on from several earlier steps, which a projection after each would spoil; set "
                    "constraints to baumgarte");
+  if (settings.method == "generalized_alpha" && system.has_kinematic_rows() &&
+      settings.constraints == ConstraintTreatment::projection)
+    return bad_use(fmt::format("method '{}'", settings.method),
+                   "holds positions, and falls to first order where rows hold velocities alone; set "
+                   "constraints to baumgarte");
   if ((*integrator)->handles_contacts() && !system.contacts.empty() && !observer.events.empty())
     return bad_use(
         fmt::format("method '{}'", settings.method),

@@ -249,5 +249,17 @@ TEST(KinematicConstraints, ARadiusThatIsNoneIsRefusedWithItsLine) {
   }
 }
 
+TEST(KinematicRows, AreRefusedByGeneralizedAlphaUnderProjection) {
+  const Scene scene = need(read_scene(BORELLI_SOURCE "/samples/chaplygin_sleigh.toml"));
+  const System system = compiled(scene);
+  SimulationSettings how = scene.simulation;
+  how.method = "generalized_alpha";
+  const auto refused = simulate(system, system.initial, how);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("set constraints to baumgarte"), std::string::npos);
+  how.constraints = ConstraintTreatment::baumgarte;
+  EXPECT_TRUE(simulate(system, system.initial, how));
+}
+
 }  // namespace
 }  // namespace borelli::test
