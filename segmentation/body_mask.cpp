@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "segmentation/tissues.hpp"
+
 namespace borelli {
 namespace {
 
@@ -10,6 +12,10 @@ namespace {
 constexpr double thin = 7.5;
 // a thin thing that hangs on the body and is no longer than this belongs to it (hand with fingers spread), mm
 constexpr double small_extent = 170;
+// the least bone that a finger or toe parted from the body holds, mm^3 (the thumb's phalanges have some 2000)
+constexpr double finger_bone = 250;
+// the widest gap over which a finger still belongs to a body, mm
+constexpr double finger_gap = 10;
 // half the width of the widest passage that does not count as open to the outside air (nostrils, mouth), mm
 constexpr double passage = 9;
 
@@ -53,14 +59,100 @@ Mask without_sheets(const Mask& dense, double step) {
   return body;
 }
 
-// the largest piece and those others that can be a limb cut off by the scan's edge
-void keep_pieces(Mask& body) {
+// What of a small piece speaks for a finger: bone within flesh.
+struct Flesh {
+  std::int64_t bone = 0, flesh = 0;  // voxels
+  std::int64_t faces = 0, bare = 0;  // of its bone, and those towards what is not the piece
+  bool finger(std::int64_t voxels, double step) const {
+    return static_cast<double>(bone) * step * step * step >= finger_bone && 3 * flesh >= voxels &&
+           10 * bare <= faces;
+  }
+};
+
+std::vector<Flesh> flesh_of(const Mask& body, const Regions& pieces, const Volume<std::int16_t>& hu) {
+  std::vector<Flesh> out(pieces.list.size());
+  const auto& g = body.grid;
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const auto number = pieces.number.at(i, j, k);
+        if (!number) continue;
+        Flesh& piece = out[static_cast<std::size_t>(number - 1)];
+        const Tissue tissue = tissue_of(hu.at(i, j, k));
+        piece.flesh += tissue == Tissue::fat || tissue == Tissue::soft;
+        if (tissue != Tissue::bone) continue;
+        ++piece.bone;
+        const std::array<std::array<std::int64_t, 3>, 6> around{
+            {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
+        for (const auto& a : around) {
+          ++piece.faces;
+          piece.bare += !g.holds(a[0], a[1], a[2]) || pieces.number.at(a[0], a[1], a[2]) != number;
+        }
+      }
+  return out;
+}
+
+// Joins a finger to the body beside it by a row of voxels over the gap, since flesh and bones are followed
+// from the body outwards. It hangs where the way on to the body's bone is shortest: on the hand, whose bones
+// lie near the skin, and not on the thigh. False where the gap is wider than a finger's.
+bool join(Mask& body, const Regions& pieces, std::size_t finger, const Volume<float>& off_bone, double step) {
+  const Region& box = pieces.list[finger];
+  const auto& g = body.grid;
+  const auto n = static_cast<std::int64_t>(finger_gap / step) + 1;
+  const double widest = finger_gap + step;  // between the centres of the voxels beside the gap
+  double best = 1e9;
+  std::array<std::int64_t, 3> from{}, way{};
+  for (std::int64_t k = box.low[2]; k <= box.high[2]; ++k)
+    for (std::int64_t j = box.low[1]; j <= box.high[1]; ++j)
+      for (std::int64_t i = box.low[0]; i <= box.high[0]; ++i) {
+        if (pieces.number.at(i, j, k) != static_cast<std::int32_t>(finger + 1)) continue;
+        for (std::int64_t c = -n; c <= n; ++c)
+          for (std::int64_t b = -n; b <= n; ++b)
+            for (std::int64_t a = -n; a <= n; ++a) {
+              if (!g.holds(i + a, j + b, k + c) || !body.at(i + a, j + b, k + c)) continue;
+              const double gap = step * std::sqrt(static_cast<double>(a * a + b * b + c * c));
+              const double length = gap + off_bone.at(i + a, j + b, k + c);
+              if (gap > widest || length >= best) continue;
+              best = length;
+              from = {i, j, k};
+              way = {a, b, c};
+            }
+      }
+  if (best == 1e9) return false;
+  const std::int64_t steps = std::max({std::abs(way[0]), std::abs(way[1]), std::abs(way[2])});
+  for (std::int64_t s = 1; s < steps; ++s) {
+    const auto at = [&](std::size_t axis) {
+      return from[axis] + std::lround(static_cast<double>(s * way[axis]) / static_cast<double>(steps));
+    };
+    body.at(at(0), at(1), at(2)) = 1;
+  }
+  return true;
+}
+
+// The largest piece, those others that can be a limb cut off by the scan's edge, and fingers that a crevice
+// parts from either.
+void keep_pieces(Mask& body, const Volume<std::int16_t>& hu, double step) {
   const Regions pieces = connected_regions(body);
   if (pieces.list.empty()) return;
   std::vector<bool> keep(pieces.list.size());
   for (std::size_t n = 0; n < keep.size(); ++n)
     keep[n] = static_cast<double>(pieces.list[n].voxels) > 0.003 * static_cast<double>(pieces.list[0].voxels);
+  const auto flesh = flesh_of(body, pieces, hu);
   drop_regions(body, pieces, keep);
+  Volume<float> off_bone;
+  for (std::size_t n = 0; n < keep.size(); ++n) {
+    const Region& region = pieces.list[n];
+    if (keep[n] || !flesh[n].finger(region.voxels, step) || extent(region, step) >= small_extent) continue;
+    if (off_bone.voxels.empty()) {
+      Mask bone = body;
+      for (std::size_t o = 0; o < bone.voxels.size(); ++o)
+        bone.voxels[o] = body.voxels[o] && tissue_of(hu.voxels[o]) == Tissue::bone;
+      off_bone = distance_to(bone, 60);
+    }
+    if (!join(body, pieces, n, off_bone, step)) continue;
+    for (std::size_t o = 0; o < body.voxels.size(); ++o)
+      if (pieces.number.voxels[o] == static_cast<std::int32_t>(n + 1)) body.voxels[o] = 1;
+  }
 }
 
 // Air that each slice's sides reach within the slice. Where the scan ends, a lung that it cuts is then still
@@ -138,7 +230,7 @@ Mask body_mask(const WorkVolume& scan) {
   for (std::size_t o = 0; o < dense.voxels.size(); ++o)
     dense.voxels[o] = scan.seen.voxels[o] && scan.hu.voxels[o] > skin_edge_hu;
   Mask body = without_sheets(dense, step);
-  keep_pieces(body);
+  keep_pieces(body, scan.hu, step);
   fill(body, scan.seen);
   for (std::size_t o = 0; o < body.voxels.size(); ++o) body.voxels[o] = body.voxels[o] && scan.seen.voxels[o];
   return body;

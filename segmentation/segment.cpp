@@ -1,5 +1,7 @@
 #include "segmentation/segment.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -239,9 +241,9 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
               "density_kgm3)");
   if (volume.grid.count() == 0 || volume.voxels.size() != volume.grid.count())
     return failure("segmentation", "the volume holds no voxels");
-  if (!(options.step >= 1 && options.step <= 10))
-    return bad_use("segmentation",
-                   "the work grid's step is " + std::to_string(options.step) + " mm: choose 1 to 10 mm");
+  if (!(options.step >= finest_step && options.step <= coarsest_step))
+    return bad_use("segmentation", fmt::format("the work grid's step is {:.6g} mm: choose {:g} to {:g} mm",
+                                               options.step, finest_step, coarsest_step));
   const auto progress = [&](double share, std::string_view what) {
     if (options.progress) options.progress(share, what);
   };

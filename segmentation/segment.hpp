@@ -43,8 +43,11 @@ struct Segmentation {
   std::vector<std::string> warnings;  ///< in plain words
 };
 
+/// Steps of the work grid that parts are found on, mm: on coarser grids ankles and feet are lost unnoticed.
+inline constexpr double finest_step = 1, coarsest_step = 8;
+
 struct SegmentOptions {
-  double step = 3;    ///< of the work grid, mm
+  double step = 3;    ///< of the work grid, mm, from finest_step to coarsest_step
   int threads = 0;    ///< 0: as many as the machine has
   Landmarks given{};  ///< placed by hand: these take the place of those found
   /// Called with the share done (0 to 1) and what is done next.

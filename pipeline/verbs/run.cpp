@@ -10,6 +10,7 @@
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
+#include "segmentation/segment.hpp"
 
 namespace borelli {
 namespace {
@@ -99,7 +100,7 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine");
   verb->add_option("--density-curve", s.density_curve, "From CT numbers to density, by name");
   verb->add_option("--work-grid", s.work_grid_mm, "Grid on which parts are looked for, mm")
-      ->check(number_within(1.0, 10.0))
+      ->check(number_within(finest_step, coarsest_step))
       ->capture_default_str();
   verb->add_option("--method", s.method, "Integrator")
       ->check(CLI::IsMember(integrator_names()))

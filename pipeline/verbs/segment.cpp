@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
@@ -75,7 +76,7 @@ void add_segment(CLI::App& program, Command& command) {
   verb->add_option("--landmarks", asked->landmarks,
                    "Landmarks placed by hand (JSON): they replace those found");
   verb->add_option("--step", asked->step, "Grid on which parts are looked for, mm")
-      ->check(CLI::Range(1.0, 10.0));
+      ->check(number_within(finest_step, coarsest_step));
   verb->callback(
       [&command, asked] { command.work = [asked](const Command& chosen) { return run(*asked, chosen); }; });
 }

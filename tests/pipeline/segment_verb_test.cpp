@@ -65,6 +65,16 @@ TEST(RunOptions, WithoutEffectAreRefused) {
   EXPECT_EQ(folder.count(), 0);
 }
 
+TEST(SegmentVerb, GridTooCoarseForAnklesIsRefusedAndRunRefusesItToo) {
+  const TestFolder folder;
+  const std::string output = " -o " + (folder / "out").string();
+  for (const char* asked : {"segment x.nii --step 10", "run x.nii --work-grid 10"}) {
+    const auto refused = run_program(asked + output);
+    EXPECT_EQ(refused.code, 2) << asked;
+    EXPECT_NE(refused.err.find("is 10, expected a number from 1 to 8"), std::string::npos) << refused.err;
+  }
+}
+
 TEST(SegmentVerb, BadUseAndFailureAreTold) {
   const TestFolder folder;
   const auto missing =

@@ -72,6 +72,25 @@ TEST_F(BodyMask, EarsAndFingersStay) {
   EXPECT_EQ(share(body, finger), 1);
 }
 
+TEST_F(BodyMask, FingerPartedFromTheBodyStaysAndThingsBesideItGo) {
+  // rods along z, 16 mm thick, 7 mm off the torso: of flesh with a bone in it, of flesh alone, of dense stuff
+  const auto rod = [](double x, double y, double r) {
+    return [=](const Vector3d& p) { return std::hypot(p[0] - x, p[1] - y) < r && std::abs(p[2] - 120) < 22; };
+  };
+  const auto finger = rod(95, 0, 8), pad = rod(-95, 0, 8), bar = rod(0, -95, 8), far = rod(125, 0, 8);
+  paint(40, finger), paint(1000, rod(95, 0, 4));
+  paint(40, pad);
+  paint(1000, bar);
+  Mask body = body_mask(scan_);
+  EXPECT_EQ(share(body, finger), 1);
+  EXPECT_EQ(share(body, pad), 0);
+  EXPECT_EQ(share(body, bar), 0);
+  EXPECT_EQ(connected_regions(body).list.size(), 1u) << "joined, so that its flesh has an owner";
+  // a finger that lies 35 mm off is none of this body's
+  paint(-1000, finger), paint(40, far), paint(1000, rod(125, 0, 4));
+  EXPECT_EQ(share(body_mask(scan_), far), 0);
+}
+
 TEST_F(BodyMask, LungsAndGutAreFilledAlsoThroughTheMouthAndAtTheScansEnd) {
   const auto lung = [](const Vector3d& p) { return (p - Vector3d(30, 0, 110)).norm() < 35; };
   const auto windpipe = [](const Vector3d& p) { return std::hypot(p[1], p[2] - 110) < 6 && p[0] > 30; };
