@@ -86,7 +86,8 @@ TEST(Samples, WindowsEndWhereTheBenchmarkSays) {
 TEST(Samples, HeavyTopEndsWhereTheLiteratureSays) {
   const Trajectory t = run(sample("heavy_top.toml"));
   const Vector3d centre = t.gravity_centre.bottomRows(1).transpose();
-  // Arnold & Bruels' heavy top at 2 s, published to eleven digits; 47 turns, 1190 steps at a tolerance of 1e-11
+  // Arnold & Bruels' heavy top at 2 s, published to eleven digits; 47 turns, 1190 steps at a tolerance of
+  // 1e-11
   EXPECT_LT((centre - Vector3d(-0.15041682275, -0.72416559164, -0.67302226956)).norm(), 1e-8);
 }
 
