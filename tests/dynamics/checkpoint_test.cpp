@@ -81,10 +81,6 @@ TEST(Checkpoint, HoldsDrivesRangesAndPeriods) {
   EXPECT_FALSE(motion.certificate.events.empty());
 }
 
-Scene sample(const std::string& name) {
-  return need(read_scene(std::string(BORELLI_SOURCE) + "/samples/" + name));
-}
-
 TEST(Checkpoint, HoldsContactsAndWhatTheyLost) {
   for (const char* name : {"bouncing_ball.toml", "block_on_slope.toml", "cradle.toml"}) {
     Scene scene = sample(name);

@@ -1,28 +1,12 @@
 // Runs with contacts, against closed forms: rebounds, rows of balls, rest, stick and slip, Painleve's rod.
 #include "dynamics/contact_events.hpp"
 
-#include "dynamics/scene_file.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {
 namespace {
 
 constexpr double g = 9.81, degree_for_tests = 0.017453292519943295;
-
-Scene sample(const std::string& name) {
-  auto scene = read_scene(std::string(BORELLI_SOURCE) + "/samples/" + name);
-  EXPECT_TRUE(scene) << scene.error().message();
-  return scene.value_or(Scene{});
-}
-
-Trajectory run(const Scene& scene) {
-  auto trajectory = compile(scene).and_then([](const System& system) { return simulate(system); });
-  EXPECT_TRUE(trajectory) << trajectory.error().message();
-  if (trajectory) {
-    EXPECT_TRUE(trajectory->certificate.trusted) << trajectory->certificate.reason;
-  }
-  return trajectory.value_or(Trajectory{});
-}
 
 std::vector<LoggedEvent> events(const Trajectory& t, const std::string& kind) {
   std::vector<LoggedEvent> out;

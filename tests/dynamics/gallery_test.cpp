@@ -8,27 +8,12 @@
 #include <numbers>
 #include <vector>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "scenes.hpp"
 
-namespace borelli {
+namespace borelli::test {
 namespace {
 
 using Eigen::Vector3d;
-
-Scene sample(const std::string& name) {
-  auto scene = read_scene(std::string(BORELLI_SOURCE) + "/samples/" + name);
-  EXPECT_TRUE(scene) << scene.error().message();
-  return scene.value_or(Scene{});
-}
-
-Trajectory run(const Scene& scene) {
-  auto trajectory = compile(scene).and_then([](const System& system) { return simulate(system); });
-  EXPECT_TRUE(trajectory) << trajectory.error().message();
-  if (!trajectory) return {};
-  EXPECT_TRUE(trajectory->certificate.trusted) << trajectory->certificate.reason;
-  return std::move(*trajectory);
-}
 
 // Hairer and Wanner, Solving ODEs II, VII.7; CWI/Bari test set, problem `andrews`: the angles at 0.03 s.
 // Published to 16 digits, of which a computation in long double with three gains of stabilisation bears out
@@ -213,4 +198,4 @@ TEST(Gallery, DzhanibekovsPlateFlipsInItsPeriodAndKeepsEnergyAndMomentum) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test

@@ -10,10 +10,6 @@
 namespace borelli::test {
 namespace {
 
-Scene sample(const std::string& name) {
-  return need(read_scene(std::string(BORELLI_SOURCE) + "/samples/" + name));
-}
-
 // ---- what the rows hold ----
 
 /// The poses of the solids of a system that moves with the velocities of a state, s later.
@@ -250,7 +246,7 @@ TEST(KinematicConstraints, ARadiusThatIsNoneIsRefusedWithItsLine) {
 }
 
 TEST(KinematicRows, AreRefusedByGeneralizedAlphaUnderProjection) {
-  const Scene scene = need(read_scene(BORELLI_SOURCE "/samples/chaplygin_sleigh.toml"));
+  const Scene scene = sample("chaplygin_sleigh.toml");
   const System system = compiled(scene);
   SimulationSettings how = scene.simulation;
   how.method = "generalized_alpha";

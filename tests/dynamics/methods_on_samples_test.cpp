@@ -11,13 +11,14 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli {
 namespace {
 
 std::vector<std::string> sample_names() {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(BORELLI_SOURCE "/samples"))
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() + "/samples"))
     // forty windows are two windows twenty times over
     if (entry.path().extension() == ".toml" && entry.path().stem() != "four_bar_40")
       names.push_back(entry.path().stem());
@@ -28,7 +29,7 @@ std::vector<std::string> sample_names() {
 class Sample : public testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
-    scene = read_scene(std::string(BORELLI_SOURCE "/samples/") + GetParam() + ".toml").value();
+    scene = read_scene(test::source_folder() + "/samples/" + GetParam() + ".toml").value();
     // chains' motion is chaotic: after that any two methods part
     if (GetParam().starts_with("pendulum_")) scene.simulation.end_time = 2;
     scene.simulation.output_interval = scene.simulation.end_time;

@@ -1,6 +1,7 @@
 // Models in MJCF, read by us and by MuJoCo itself: mass matrix, what drives, and accelerations at random
 // states.
 #include "dynamics/mjcf.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -39,7 +40,7 @@ std::string model(const std::string& bodies, const std::string& before = "") {
 // ---- whole models ----
 
 void expect_same_shared(const std::string& name) {
-  const std::filesystem::path path = std::string(BORELLI_SHARED) + "/models/" + name;
+  const std::filesystem::path path = test::shared_folder() + "/models/" + name;
   if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
   expect_same(path);
 }

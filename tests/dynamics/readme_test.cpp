@@ -10,13 +10,14 @@
 #include "dynamics/scan.hpp"
 #include "dynamics/switch_swing.hpp"
 #include "scenes.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli::test {
 namespace {
 
 TEST(Readme, ExamplesAreOfFewerThanFortyLines) {
   for (const char* name : {"switch_swing", "effort_attraction", "constraint_same_height", "heun"}) {
-    std::ifstream file(std::string(BORELLI_README) + "/dynamics/" + name + ".hpp");
+    std::ifstream file(test::readme_examples() + "/dynamics/" + name + ".hpp");
     int lines = 0;
     for (std::string line; std::getline(file, line);) ++lines;
     EXPECT_GT(lines, 10) << name;

@@ -7,29 +7,17 @@
 #include <fstream>
 #include <tuple>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "scenes.hpp"
+#include "tests/paths.hpp"
 
 #ifdef BORELLI_MUJOCO
 #include <mujoco/mujoco.h>
 #endif
 
-namespace borelli {
+namespace borelli::test {
 namespace {
 
 using Eigen::Vector3d;
-
-Scene sample(const std::string& name) {
-  auto scene = read_scene(std::string(BORELLI_SOURCE) + "/samples/" + name);
-  EXPECT_TRUE(scene) << scene.error().message();
-  return scene.value_or(Scene{});
-}
-
-Trajectory run(const Scene& scene) {
-  auto trajectory = compile(scene).and_then([](const System& system) { return simulate(system); });
-  EXPECT_TRUE(trajectory) << trajectory.error().message();
-  return trajectory.value_or(Trajectory{});
-}
 
 double last(const Trajectory& t, int i) { return t.q(t.q.rows() - 1, i); }
 double last_velocity(const Trajectory& t, int i) { return t.v(t.v.rows() - 1, i); }
@@ -37,7 +25,7 @@ double last_velocity(const Trajectory& t, int i) { return t.v(t.v.rows() - 1, i)
 // Each sample, run by its own settings, is trusted by its certificate.
 TEST(Samples, AllRunAndAreTrusted) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(BORELLI_SOURCE "/samples")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() + "/samples")) {
     if (entry.path().extension() != ".toml") continue;
     if (entry.path().filename() == "painleve_rod.toml") continue;  // has no motion; see contact_events_test
     SCOPED_TRACE(entry.path().filename());
@@ -176,4 +164,4 @@ TEST(Samples, DoublePendulumEndsWhereMuJoCoEnds) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::test

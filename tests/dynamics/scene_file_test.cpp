@@ -1,6 +1,7 @@
 // Scene files: what they say is what is read, what is written reads back exactly, and what is wrong is
 // refused with its line. The samples are damaged in thousands of ways, and none of it crashes the reader.
 #include "dynamics/scene_file.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,7 @@ using Eigen::Vector3d;
 
 std::vector<fs::path> samples() {
   std::vector<fs::path> out;
-  for (const auto& entry : fs::directory_iterator(BORELLI_SOURCE "/samples"))
+  for (const auto& entry : fs::directory_iterator(test::source_folder() + "/samples"))
     if (entry.path().extension() == ".toml") out.push_back(entry.path());
   std::sort(out.begin(), out.end());
   return out;
@@ -549,7 +550,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(SceneFile, RefusesWhatIsNoFile) {
   EXPECT_EQ(read_scene("/no/such/scene.toml").error().message(), "/no/such/scene.toml: no such file");
-  EXPECT_NE(read_scene(BORELLI_SOURCE).error().message().find("is a folder"), std::string::npos);
+  EXPECT_NE(read_scene(test::source_folder()).error().message().find("is a folder"), std::string::npos);
 }
 
 TEST(SceneFile, FunctionConstraintsAreNotWritten) {

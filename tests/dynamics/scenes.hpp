@@ -6,7 +6,9 @@
 
 #include <random>
 
+#include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli::test {
 
@@ -221,6 +223,18 @@ inline Trajectory run(const System& system, const SimulationSettings& how) {
 }
 
 inline Trajectory run(const Scene& scene, const SimulationSettings& how) { return run(compiled(scene), how); }
+
+/// One of samples/.
+inline Scene sample(const std::string& file) {
+  return need(read_scene(source_folder() + "/samples/" + file));
+}
+
+/// A run by the scene's own settings, which must be trusted.
+inline Trajectory run(const Scene& scene) {
+  Trajectory out = need(simulate(compiled(scene)));
+  EXPECT_TRUE(out.certificate.trusted) << scene.name << ": " << out.certificate.reason;
+  return out;
+}
 
 /// The row of the trajectory's last time.
 inline Eigen::VectorXd last(const Rows& rows) { return rows.row(rows.rows() - 1).transpose(); }

@@ -232,7 +232,7 @@ TEST(Crossing, AMotionThatIsPushedAsideThereIsDistrusted) {
 
 TEST(Crossing, AStepThatComesOutOnAnotherBranchIsDistrusted) {
   // the shock's bar may go on or fold back where it comes upright, faster than steps of 1 ms follow
-  const Scene scene = need(read_scene(BORELLI_SOURCE "/samples/shock.toml"));
+  const Scene scene = sample("shock.toml");
   SimulationSettings how = settings("rk4", 5, 1e-3);
   how.energy_threshold = 1e9;  // so coarse a run loses its energy too: not what is asked here
   const Certificate coarse = run(scene, how).certificate;

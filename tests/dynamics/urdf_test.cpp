@@ -1,5 +1,6 @@
 // Robots in URDF, read by us and by MuJoCo (which reads URDF too): mass matrix, what drives, accelerations.
 #include "dynamics/urdf.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -90,7 +91,7 @@ TEST(Urdf, FloatingJoint) {
 
 TEST(Urdf, BenchmarkFiles) {
   for (const char* name : {"roundabout", "chain3d7", "bars7"}) {
-    const std::filesystem::path path = std::string(BORELLI_SHARED) + "/models/bench/" + name + ".urdf";
+    const std::filesystem::path path = test::shared_folder() + "/models/bench/" + name + ".urdf";
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
     std::ifstream file(path);
     expect_same({std::istreambuf_iterator<char>(file), {}});

@@ -1,4 +1,5 @@
 #include "inertia/anthropometry.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -23,7 +24,7 @@ TEST(Anthropometry, DataAreAsTheyWereProofread) {
 }
 
 Result<CsvTable> shared_table(const std::string& name) {
-  std::ifstream file(BORELLI_SHARED "/reference/" + name);
+  std::ifstream file(test::shared_folder() + "/reference/" + name);
   std::ostringstream text;
   text << file.rdbuf();
   return parse_csv(text.str(), name);

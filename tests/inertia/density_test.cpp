@@ -1,4 +1,5 @@
 #include "inertia/density.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -28,7 +29,7 @@ std::string read_file(const std::string& path) {
 TEST(Density, DataAreAsTheyWereProofread) { EXPECT_EQ(checksum(data::hu_density), 1884766384293099931u); }
 
 TEST(Density, DataAreTheSharedOnes) {
-  const std::string shared = read_file(BORELLI_SHARED "/reference/hu_density.csv");
+  const std::string shared = read_file(test::shared_folder() + "/reference/hu_density.csv");
   if (shared.empty()) GTEST_SKIP() << "no reference/hu_density.csv beside the checkout";
   const std::map<std::string, std::string> names{{"schneider2000_opengate", "schneider2000"},
                                                  {"schneider1996_kwave", "schneider1996"},
@@ -147,7 +148,8 @@ CurveError error_of(const DensityCurve& curve, const CsvTable& tissues) {
 }
 
 TEST(Density, DefaultIsNearestInEachTissue) {
-  const auto tissues = parse_csv(read_file(BORELLI_SOURCE "/tests/inertia/icru44_tissues.csv"), "tissues");
+  const auto tissues =
+      parse_csv(read_file(test::source_folder() + "/tests/inertia/icru44_tissues.csv"), "tissues");
   ASSERT_TRUE(tissues);
   for (std::size_t row = 0; row < tissues->rows.size();
        ++row) {  // the tables' rounding: 0.05 in each of 13 elements

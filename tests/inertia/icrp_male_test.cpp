@@ -11,11 +11,12 @@
 #include "inertia/density.hpp"
 #include "inertia/moments.hpp"
 #include "segmentation/read.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli {
 namespace {
 
-const std::string folder = BORELLI_SHARED "/volumes/icrp_am/";
+const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
 
 // every voxel that is not outside air, as label 1
 std::optional<LabelMap> read_body() {

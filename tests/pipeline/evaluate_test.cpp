@@ -5,13 +5,14 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/trajectory_file.hpp"
+#include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
 
 using nlohmann::json;
-const std::string samples = BORELLI_SOURCE "/samples/";
+const std::string samples = test::source_folder() + "/samples/";
 
 json answer(const std::string& scene, const std::string& state, const TestFolder& folder) {
   const std::string file = folder.write("state.json", state);

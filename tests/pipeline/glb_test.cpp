@@ -1,5 +1,6 @@
 // body.glb read back byte by byte (not by the library that wrote it), and by Khronos' own validator.
 #include "pipeline/glb.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -212,7 +213,7 @@ TEST(Glb, RefusesMeshesThatAreNone) {
 
 // Khronos' validator (npm, a development dependency of pipeline/report): no error, no warning, no hint.
 TEST(Glb, ValidatorFindsNothing) {
-  const std::string modules = BORELLI_SOURCE "/pipeline/report/node_modules/gltf-validator";
+  const std::string modules = test::source_folder() + "/pipeline/report/node_modules/gltf-validator";
   if (!std::filesystem::exists(modules) || std::system("node --version > /dev/null 2>&1") != 0)
     GTEST_SKIP() << "needs node and gltf-validator: npm ci --prefix pipeline/report";
   const auto folder = std::filesystem::path(testing::TempDir()) / ("glb_test_" + std::to_string(::getpid()));
@@ -225,13 +226,15 @@ TEST(Glb, ValidatorFindsNothing) {
     const auto path = folder / (name + ".glb");
     ASSERT_TRUE(write_whole(path, bytes));
     EXPECT_EQ(
-        std::system(("node " BORELLI_SOURCE "/pipeline/report/validate_glb.mjs " + path.string()).c_str()), 0)
+        std::system(("node " + test::source_folder() + "/pipeline/report/validate_glb.mjs " + path.string())
+                        .c_str()),
+        0)
         << name;
   }
   std::string broken = capsule_glb();
   broken.replace(broken.find("\"LINEAR\""), 8, "\"LINEAL\"");
   ASSERT_TRUE(write_whole(folder / "broken.glb", broken));
-  EXPECT_NE(std::system(("node " BORELLI_SOURCE "/pipeline/report/validate_glb.mjs " +
+  EXPECT_NE(std::system(("node " + test::source_folder() + "/pipeline/report/validate_glb.mjs " +
                          (folder / "broken.glb").string() + " > /dev/null 2>&1")
                             .c_str()),
             0);

@@ -3,13 +3,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
 
 using nlohmann::json;
-const std::string samples = BORELLI_SOURCE "/samples/";
+const std::string samples = test::source_folder() + "/samples/";
 
 TEST(Info, SaysWhatASceneHolds) {
   const ProgramRun run = run_program("info --json " + samples + "shock.toml");

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "program_run.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli {
 namespace {
@@ -106,7 +107,7 @@ TEST(ModelVerbs, ARootFloatsIfAsked) {
   const std::string file = folder.write("arm.urdf", arm_urdf);
   EXPECT_EQ(said(run_program("info --json " + file))["degrees_of_freedom"], 2);
   EXPECT_EQ(said(run_program("info --json --floating " + file))["degrees_of_freedom"], 8);
-  EXPECT_EQ(run_program("info --floating " + std::string(BORELLI_SOURCE) + "/samples/pendulum.toml").code, 2);
+  EXPECT_EQ(run_program("info --floating " + test::source_folder() + "/samples/pendulum.toml").code, 2);
 }
 
 TEST(ModelVerbs, BadModelsEndInASentenceAndCodeTwo) {

@@ -1,5 +1,6 @@
 // The built-in scenes are those of samples/, so a reader of the files sees what the figures run.
 #include "pipeline/paper_scenes.hpp"
+#include "tests/paths.hpp"
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
@@ -12,7 +13,7 @@ namespace {
 
 // Their texts, less name and description, are equal: every number bit for bit.
 void expect_same(Scene scene, const std::string& file) {
-  auto sample = read_scene(std::string(BORELLI_SOURCE) + "/samples/" + file);
+  auto sample = read_scene(test::source_folder() + "/samples/" + file);
   ASSERT_TRUE(sample) << sample.error().message();
   EXPECT_EQ(*write_scene(scene), *write_scene(*sample)) << file;
 }

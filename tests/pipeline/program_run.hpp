@@ -10,6 +10,8 @@
 #include <random>
 #include <string>
 
+#include "tests/paths.hpp"
+
 namespace borelli {
 
 /// A folder of its own for one test, gone with it.
@@ -52,7 +54,7 @@ inline ProgramRun run_program(const std::string& arguments, const std::string& b
   const TestFolder said;
   const std::string out = said / "out", err = said / "err";
   const int status = std::system(
-      (before + " " + std::string(BORELLI_PROGRAM) + " >" + out + " 2>" + err + " " + arguments).c_str());
+      (before + " " + test::program_path() + " >" + out + " 2>" + err + " " + arguments).c_str());
   const auto text = [](const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     return std::string{std::istreambuf_iterator<char>(file), {}};

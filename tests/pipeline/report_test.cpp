@@ -1,6 +1,7 @@
 // report.html taken apart: what it holds, that nothing in it can break out, and (where Chromium is installed)
 // that it draws itself.
 #include "pipeline/report.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -172,7 +173,7 @@ TEST_F(Report, DrawsItselfInABrowser) {
   little.subject = "little";
   little.labels = &scan.labels;
   ASSERT_TRUE(write_report(little, folder / "little.html"));
-  EXPECT_EQ(std::system(("python3 -B " BORELLI_SOURCE "/tests/pipeline/report_page_check.py " +
+  EXPECT_EQ(std::system(("python3 -B " + test::source_folder() + "/tests/pipeline/report_page_check.py " +
                          (folder / "full.html").string() + " " + (folder / "little.html").string())
                             .c_str()),
             0);

@@ -19,6 +19,7 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/write.hpp"
+#include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
@@ -191,8 +192,8 @@ class ProgramAtWork {
  public:
   explicit ProgramAtWork(const std::string& arguments) : id_(fork()) {
     if (id_ != 0) return;
-    execl("/bin/sh", "sh", "-c", ("exec " BORELLI_PROGRAM " " + arguments + " >/dev/null 2>&1").c_str(),
-          nullptr);
+    execl("/bin/sh", "sh", "-c",
+          ("exec " + test::program_path() + " " + arguments + " >/dev/null 2>&1").c_str(), nullptr);
     _exit(127);
   }
   ~ProgramAtWork() { kill(); }

@@ -1,6 +1,7 @@
 // What scenes look like: each form encloses its own volume where it should, stand-ins have the inertia that
 // they stand for.
 #include "pipeline/scene_meshes.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -91,7 +92,7 @@ TEST(SceneMeshes, WithoutAShapeTheBoxOfTheInertiaAndRodsToWhatHoldsIt) {
   ASSERT_TRUE(block);
   EXPECT_NEAR(enclosed_volume(block->at(0)), 6, 1e-5);
 
-  const auto linkage = read_scene(BORELLI_SOURCE "/samples/andrews.toml");
+  const auto linkage = read_scene(test::source_folder() + "/samples/andrews.toml");
   ASSERT_TRUE(linkage) << linkage.error().message();
   const auto meshes = scene_meshes(*linkage);
   ASSERT_TRUE(meshes);
@@ -100,7 +101,7 @@ TEST(SceneMeshes, WithoutAShapeTheBoxOfTheInertiaAndRodsToWhatHoldsIt) {
 }
 
 TEST(SceneMeshes, TheGroundOfAContactIsSeen) {
-  const auto scene = read_scene(BORELLI_SOURCE "/samples/bouncing_ball.toml");
+  const auto scene = read_scene(test::source_folder() + "/samples/bouncing_ball.toml");
   const auto meshes = scene_meshes(scene.value());
   ASSERT_EQ(meshes.value().size(), 2u);
   EXPECT_EQ(meshes->at(1).name, "world: ground");
@@ -111,7 +112,7 @@ TEST(SceneMeshes, TheGroundOfAContactIsSeen) {
 
 TEST(SceneMeshes, SimulateWritesThemMoving) {
   const TestFolder folder;
-  const std::string scene = BORELLI_SOURCE "/samples/bouncing_ball.toml";
+  const std::string scene = test::source_folder() + "/samples/bouncing_ball.toml";
   const std::string body = (folder / "ball.glb").string(), page = (folder / "ball.html").string();
   EXPECT_EQ(run_program("simulate " + scene + " -o " + body).code, 0);
   EXPECT_EQ(run_program("simulate " + scene + " -o " + page).code, 0);

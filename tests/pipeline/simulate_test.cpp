@@ -8,12 +8,13 @@
 #include <nlohmann/json.hpp>
 
 #include "pipeline/trajectory_file.hpp"
+#include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
 
-const std::string samples = BORELLI_SOURCE "/samples/";
+const std::string samples = test::source_folder() + "/samples/";
 
 // One line on standard error, nothing on standard output, no file left.
 void expect_refused(const std::string& arguments, int code, const std::string& said, const TestFolder& folder,

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
 
 using nlohmann::json;
-const std::string samples = BORELLI_SOURCE "/samples/";
+const std::string samples = test::source_folder() + "/samples/";
 
 TEST(Steady, APendulumComesToRestBelowAndSwingsThereByItsLength) {
   const TestFolder folder;

@@ -1,5 +1,6 @@
 // DICOM folders: series written here slice by slice, whose right volume is known; and real ones.
 #include "segmentation/dicom.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -317,7 +318,7 @@ TEST(Dicom, FlippedBytesNeverCrash) {
 // As DATA.md and the files' own headers have it (dcmdump): z from 1055 to 1532, 512 x 512 at 1.03 mm, 3 mm
 // apart.
 TEST(Dicom, RealCtOfATrunk) {
-  const std::string path = std::string(BORELLI_SHARED) + "/volumes/ct_trunk_dicom";
+  const std::string path = test::shared_folder() + "/volumes/ct_trunk_dicom";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the CT is not there: " << path;
   const auto ct = read_volume(path);
   ASSERT_TRUE(ct) << ct.error().message();
@@ -333,7 +334,7 @@ TEST(Dicom, RealCtOfATrunk) {
 // The same three slices in every encoding that DCMTK's programs write, and read here: implicit and big-endian
 // syntaxes, no preamble, sequences of undefined length, RLE and JPEG.
 TEST(Dicom, EveryEncodingHoldsTheSameVolume) {
-  const std::string path = std::string(BORELLI_SHARED) + "/volumes/ct_trunk_dicom/";
+  const std::string path = test::shared_folder() + "/volumes/ct_trunk_dicom/";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the CT is not there: " << path;
   if (std::system("command -v dcmconv >/dev/null") != 0)
     GTEST_SKIP() << "dcmconv (package dcmtk) is not there";
@@ -360,7 +361,7 @@ TEST(Dicom, EveryEncodingHoldsTheSameVolume) {
 }
 
 TEST(Dicom, RealMrOfAKneeIsUnpacked) {
-  const std::string path = std::string(BORELLI_SHARED) + "/volumes/mr_knee_dicom";
+  const std::string path = test::shared_folder() + "/volumes/mr_knee_dicom";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the MR is not there: " << path;
   const auto mr = read_volume(path);
   ASSERT_TRUE(mr) << mr.error().message();

@@ -6,6 +6,7 @@
 #include "segmentation/parts.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/write.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli {
 namespace {
@@ -100,7 +101,7 @@ TEST(LabelFile, RefusesWhatIsNoLabelMap) {
 
 // Counted by the organ list beside it: voxels of each id.
 TEST(LabelFile, IcrpLabelsCountAsTheirOrganList) {
-  const std::string folder = std::string(BORELLI_SHARED) + "/volumes/icrp_am/";
+  const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the ICRP male is not there: " << folder;
   const auto map = read_labels(folder + "AM_labels.nii.gz");
   ASSERT_TRUE(map) << map.error().message();

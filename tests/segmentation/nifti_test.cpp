@@ -11,6 +11,7 @@
 #include "scratch_folder.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/write.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli {
 namespace {
@@ -335,7 +336,7 @@ TEST(Nifti, SameVolumeSameBytes) {
 // The ICRP male as DATA.md describes it: 254x127x222 at 2.137/2.137/8 mm along L, P, S; 72.991 kg by its
 // organ list.
 TEST(Nifti, ReadsTheIcrpMale) {
-  const std::string path = std::string(BORELLI_SHARED) + "/volumes/icrp_am/AM_density_kgm3.nii.gz";
+  const std::string path = test::shared_folder() + "/volumes/icrp_am/AM_density_kgm3.nii.gz";
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "the ICRP male is not there: " << path;
   const auto am = read_volume(path, {FileQuantity::density_kgm3, {}});
   ASSERT_TRUE(am) << am.error().message();

@@ -8,6 +8,7 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/segment.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli {
 namespace {
@@ -160,7 +161,7 @@ TEST_F(PartialPhantom, BellyWithHipsHasThem) {
 
 // The upper 45 % and a chest: hips were once found in them, and thighs below.
 TEST(PartialScan, IcrpMaleWithoutHipsHasNoLegs) {
-  const std::string icrp = BORELLI_SHARED "/volumes/icrp_am/AM_hu.nii.gz";
+  const std::string icrp = test::shared_folder() + "/volumes/icrp_am/AM_hu.nii.gz";
   if (!std::filesystem::exists(icrp)) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const auto scan = read_volume(icrp);
   ASSERT_TRUE(scan) << scan.error().message();

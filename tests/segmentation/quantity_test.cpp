@@ -7,6 +7,7 @@
 #include "scratch_folder.hpp"
 #include "segmentation/quantity.hpp"
 #include "segmentation/read.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli {
 namespace {
@@ -147,7 +148,7 @@ TEST(Quantity, NamesRoundTrip) {
   EXPECT_FALSE(parse_quantity("HU"));
 }
 
-std::string shared(const std::string& name) { return std::string(BORELLI_SHARED) + "/volumes/" + name; }
+std::string shared(const std::string& name) { return test::shared_folder() + "/volumes/" + name; }
 
 // Real files, whose meaning is known from where they come.
 TEST(Quantity, RealFiles) {

@@ -1,6 +1,7 @@
 // Parts, joint centres and coverage that the program finds in raw grey volumes, against the phantom's exact
 // table and landmarks, and against the ICRP male's own bones.
 #include "segmentation/segment.hpp"
+#include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -300,7 +301,7 @@ TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
   EXPECT_FALSE(segment(volume));
 }
 
-const std::string icrp = BORELLI_SHARED "/volumes/icrp_am/";
+const std::string icrp = test::shared_folder() + "/volumes/icrp_am/";
 
 TEST(Segment, IcrpMaleHasAllPartsWithTheirOwnBones) {
   if (!std::filesystem::exists(icrp + "AM_hu.nii.gz"))
@@ -378,7 +379,7 @@ TEST(Segment, IcrpMaleCutThroughItsFemoralHeadsSaysSo) {
 }
 
 TEST(Segment, RealTrunkHasItsHipsAndNoInventedLimb) {
-  const std::string folder = BORELLI_SHARED "/volumes/ct_trunk_dicom";
+  const std::string folder = test::shared_folder() + "/volumes/ct_trunk_dicom";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "the trunk scan is not beside the checkout";
   const auto scan = read_volume(folder);
   ASSERT_TRUE(scan) << scan.error().message();
