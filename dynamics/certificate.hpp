@@ -26,18 +26,21 @@ struct ConstraintResidual {
   double position = 0;  ///< |h|, the row's unit
   double velocity = 0;  ///< |dh/dt|
   double position_time = 0, velocity_time = 0;
+  /// |L a + E|: of rows that are dependent at a singular position, and what Baumgarte restores
+  double acceleration = 0, acceleration_time = 0;
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(constraint, position, velocity, position_time, velocity_time);
+    k(constraint, position, velocity, position_time, velocity_time, acceleration, acceleration_time);
   }
 };
 
 /// Something that happened at a moment of the run.
 struct LoggedEvent {
   double time = 0;  ///< s
-  /// "range_left", "range_entered"; "impact", "contact_closed", "contact_opened", "stick", "slip"; or the
-  /// word of a user's own EventSource
+  /// "range_left", "range_entered"; "impact", "contact_closed", "contact_opened", "stick", "slip";
+  /// "rank_fell", "rank_regained" (a singular position of the constraints); or the word of a user's own
+  /// EventSource
   std::string kind;
   std::string name;        ///< what it happened to, e.g. "coordinate 'knee' above 2.4"
   double impulse = 0;      ///< N s or N m s: of an impact, along its normal

@@ -36,7 +36,7 @@ void Certifier::observe(const State& state, const Workspace& workspace, const Wo
   observe_energy(state.t, workspace, work);
   observe_momenta(state.t, workspace);
   observe_residuals(state.t, state, workspace);
-  if (const auto reason = singular_.observe(state, workspace)) distrust(state.t, *reason);
+  if (const auto reason = singular_.observe(state, workspace, events())) distrust(state.t, *reason);
   started_ = true;
   last_time_ = state.t;
 }
@@ -151,6 +151,12 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
     if (const double rate = std::abs(workspace.rows.rate[row]); rate > residual.velocity) {
       residual.velocity = rate;
       residual.velocity_time = t;
+    }
+    const double acceleration =
+        std::abs(workspace.rows.E[row] + workspace.rows.L.row(row).head(system_.nv).dot(workspace.a));
+    if (acceleration > residual.acceleration) {
+      residual.acceleration = acceleration;
+      residual.acceleration_time = t;
     }
   }
 }

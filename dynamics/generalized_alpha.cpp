@@ -48,6 +48,14 @@ void GeneralizedAlpha::take_up(double t, double h, const Eigen::VectorXd& dy) {
   start_ = t;
 }
 
+const char* GeneralizedAlpha::objection(const System& system, ConstraintTreatment treatment) const {
+  return treatment == ConstraintTreatment::projection && system.has_kinematic_rows()
+             ? "holds positions, and falls to first order where rows hold velocities alone; set constraints "
+               "to "
+               "baumgarte"
+             : nullptr;
+}
+
 /// x and v at the step's end for the accelerations a1_.
 void GeneralizedAlpha::place(double h, const Eigen::VectorXd& y, Eigen::VectorXd& out) const {
   out.head(n_) = y.head(n_) + h * y.segment(n_, n_) + h * h * ((0.5 - beta_) * a0_ + beta_ * a1_);

@@ -25,6 +25,7 @@ class GeneralizedAlpha : public Integrator {
   explicit GeneralizedAlpha(double spectral_radius);  // 0 to 1
   int order() const override { return 2; }
   bool adaptive() const override { return false; }
+  const char* objection(const System& system, ConstraintTreatment treatment) const override;
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
   bool keep(Keeper& k) override {

@@ -8,12 +8,14 @@
 #include <vector>
 
 #include "dynamics/keeper.hpp"
+#include "dynamics/settings.hpp"
 #include "error/error.hpp"
 
 namespace borelli {
 
 class MotionFlow;
 struct ContactStep;
+struct System;
 
 /// What is integrated.
 class Flow {
@@ -80,6 +82,11 @@ class Integrator {
   virtual bool handles_contacts() const { return false; }
   /// Of such a method: what they did in the step last attempted; null before the first, or without contacts.
   virtual const ContactStep* contact_step() const { return nullptr; }
+
+  /// Why it cannot simulate a system whose constraints are so treated; null: it can.
+  virtual const char* objection(const System& /*system*/, ConstraintTreatment /*treatment*/) const {
+    return nullptr;
+  }
 
   /// Whether y must go on from step to step as the method left it, in one chart, until reset().
   virtual bool keeps_history() const { return false; }

@@ -12,6 +12,7 @@
 #include "dynamics/event_watch.hpp"
 #include "dynamics/fastest_change.hpp"
 #include "dynamics/integrator.hpp"
+#include "dynamics/leap_watch.hpp"
 #include "dynamics/range_events.hpp"
 #include "dynamics/recorder.hpp"
 #include "dynamics/settings_check.hpp"
@@ -23,9 +24,6 @@ namespace {
 
 // beyond these no scene of solids means anything: the run has diverged
 constexpr double largest_number = 1e12;
-
-// of projections, in tolerances: a method whose estimate holds leaves the constraints by about its error
-constexpr double largest_leap = 10;
 
 // impacts that follow each other at one moment: more than any scene's own count of them in a chain
 constexpr int most_events_at_once = 1000;
@@ -52,7 +50,8 @@ class Run {
         y_(motion_.size()),
         dy_(motion_.size()),
         out_(motion_.size()),
-        step_(settings.step) {}
+        step_(settings.step),
+        leaps_(settings.tolerance) {}
 
   Result<Trajectory> run() {
     auto assembly = assemble(system_, system_.parameters, state_, workspace_);
@@ -209,11 +208,10 @@ class Run {
       const bool cut = attempt.made > 0 && attempt.made < h * (1 - 1e-12);
       const double made = cut ? attempt.made : h, end = last && !cut ? target : t + made;
       if (auto done = land(end, made); !done) return done;
-      if (leaps(made)) {
+      if (landing_.projected && leaps_.again(t, made, motion_.distance(out_, landing_.state))) {
         certifier_->count_rejection();
-        ++leaps_;
         integrator_.reset();
-        step_ = made / 4;
+        step_ = LeapWatch::shorter * made;
         continue;
       }
       if (auto done = accept(end, made, whole || cut); !done) return done;
@@ -226,21 +224,6 @@ class Run {
     path_.begin(state_.t, h, y_, dy_, out_, work_);
     if (auto done = path_.land_at_end(t, landing_); !done) return diverged(done.error());
     return {};
-  }
-
-  /// Whether the projection of the step of h moved its end far beyond what its error was estimated at, so
-  /// that the estimate is not to be relied upon: a shorter step is to be tried. Not again where a shorter one
-  /// moved no less: at a singular position no step is short enough (the certificate judges that).
-  bool leaps(double h) {
-    if (!landing_.projected) return false;
-    const double allowed = std::max(largest_leap * settings_.tolerance, 1e-9);
-    const double moved = motion_.distance(out_, landing_.state);
-    const bool first = state_.t != leap_time_ || h >= leap_step_;
-    const bool leaps = moved > allowed && (first || moved < 0.7 * leap_);
-    leap_time_ = state_.t;
-    leap_step_ = h;
-    leap_ = moved;
-    return leaps;
   }
 
   /// Takes the step that land() has seen: up to its first event that changes anything, into the books.
@@ -303,7 +286,7 @@ class Run {
   bool keep(Keeper& k, RangeEvents& ranges) {
     k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, longest_made_, held_, attempts_, rows_,
       start_, output_, even_, stiff_, keeping_, last_event_, events_at_once_, motion_, workspace_, probe_,
-      leaps_, leap_time_, leap_step_, leap_, *certifier_, recorder_, *watch_, ranges);
+      leaps_, *certifier_, recorder_, *watch_, ranges);
     if (contacts_) k(*contacts_);
     return integrator_.keep(k);
   }
@@ -421,11 +404,11 @@ class Run {
   /// What is to be said of the steps: those tried again, and whether they followed the scene's fastest change
   /// in time.
   void judge_steps() {
-    if (leaps_ > 0)
+    if (leaps_.count() > 0)
       certifier_->note(
           fmt::format("{} steps were tried again, shorter, since the constraints moved their ends "
                       "by more than {:g} times the tolerance",
-                      leaps_, largest_leap));
+                      leaps_.count(), LeapWatch::limit));
     if (held_)
       certifier_->note(fmt::format("steps were held to {:.4g} s, an eighth of the {} of {}", longest_step_,
                                    change_.wave, change_.name));
@@ -468,16 +451,14 @@ class Run {
   double longest_step_ = std::numeric_limits<double>::infinity();  ///< s, that follows the fastest change
   double longest_made_ = 0;                                        ///< s, of the accepted ones
   bool held_ = false;                                              ///< a step was cut to longest_step_
-  long attempts_ = 0, rows_ = 0, leaps_ = 0;
+  long attempts_ = 0, rows_ = 0;
+  LeapWatch leaps_;
   double start_ = 0;
   long outputs_ = 1, output_ = 1;  ///< rows to come to after the first, and the next of them
   bool stopped_ = false;
   ContactEvents* contacts_ = nullptr;
   bool stiff_ = false;
-  double leap_time_ =
-      std::numeric_limits<double>::quiet_NaN();  ///< s: of the last step whose leap was looked
-  double leap_step_ = 0, leap_ = 0;              ///< at; its length, and how far
-  bool keeping_ = false;                         ///< the method keeps its history from the step before
+  bool keeping_ = false;  ///< the method keeps its history from the step before
   EventWatch* watch_ = nullptr;
   RangeEvents* ranges_ = nullptr;
   bool recorded_ = false;  ///< the state reached has its row
@@ -502,16 +483,8 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
                                  const Observer& observer, bool leave_if_stiff) {
   auto integrator = make_integrator(settings.method, settings.tolerance, settings.spectral_radius);
   if (!integrator) return tl::unexpected(integrator.error());
-  if ((*integrator)->keeps_history() && system.rows > 0 &&
-      settings.constraints == ConstraintTreatment::projection)
-    return bad_use(fmt::format("method '{}'", settings.method),
-                   "goes on from several earlier steps, which a projection after each would spoil; set "
-                   "constraints to baumgarte");
-  if (settings.method == "generalized_alpha" && system.has_kinematic_rows() &&
-      settings.constraints == ConstraintTreatment::projection)
-    return bad_use(fmt::format("method '{}'", settings.method),
-                   "holds positions, and falls to first order where rows hold velocities alone; set "
-                   "constraints to baumgarte");
+  if (const char* objection = (*integrator)->objection(system, settings.constraints))
+    return bad_use(fmt::format("method '{}'", settings.method), objection);
   if ((*integrator)->handles_contacts() && !system.contacts.empty() && !observer.events.empty())
     return bad_use(
         fmt::format("method '{}'", settings.method),

@@ -1,6 +1,7 @@
 #include "dynamics/singular_watch.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -9,6 +10,17 @@ namespace borelli {
 namespace {
 
 constexpr double slowest = 1e-7;  // what counts as rest: coordinates' scales per second
+
+/// Which constraints' rows have become dependent.
+std::string dependent_rows(const System& system, const ConstraintSolver& solver) {
+  std::vector<std::string> names;
+  for (int k = solver.rank(); k < solver.full_rank(); ++k) {
+    const std::string& name = system.constraint_names[system.row_constraint[solver.order()[k]]];
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return fmt::format("constraint rows, to {}: '{}' depends on others", solver.rank(),
+                     fmt::join(names, "', '"));
+}
 
 }  // namespace
 
@@ -20,7 +32,8 @@ SingularWatch::SingularWatch(const System& system)
       now_(v_),
       before_(v_) {}
 
-SingularWatch::Reason SingularWatch::observe(const State& state, const Workspace& w) {
+SingularWatch::Reason SingularWatch::observe(const State& state, const Workspace& w,
+                                             std::vector<LoggedEvent>& log) {
   if (system_.rows == 0) return {};
   const ConstraintSolver& solver = w.solver;
   if (solver.nearness() < nearness_) {
@@ -37,11 +50,13 @@ SingularWatch::Reason SingularWatch::observe(const State& state, const Workspace
         first_time_ = state.t;
         first_rank_ = solver.rank();
       }
+      log.push_back({state.t, "rank_fell", dependent_rows(system_, solver)});
     }
     for (int k = solver.rank(); k < solver.full_rank(); ++k)
       tied_[system_.constraints[system_.row_constraint[solver.order()[k]]].group] = true;
   } else {
     if (inside_) {
+      log.push_back({state.t, "rank_regained", fmt::format("constraint rows, to {}", solver.rank())});
       const double turned = turn(state.v, w);
       largest_turn_ = std::max(largest_turn_, turned);
       if (turned > turn_limit)

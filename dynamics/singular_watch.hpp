@@ -5,7 +5,9 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "dynamics/certificate.hpp"
 #include "dynamics/equations.hpp"
 
 namespace borelli {
@@ -20,7 +22,8 @@ class SingularWatch {
   /// Looks at a state whose equations are solved in `w` with the rank decided: whether rows have become
   /// dependent that were not, and where they are independent again, whether the velocities of what they tie
   /// (each independent group by its kinetic metric) still go along the line that they came on.
-  Reason observe(const State& state, const Workspace& w);
+  /// Changes of the rank go to the log.
+  Reason observe(const State& state, const Workspace& w, std::vector<LoggedEvent>& log);
   /// Looks at what putting a state on the constraints did to its velocities: the energy (J) of the change in
   /// each group against the group's kinetic energy in `w`. A step that kept to its branch changes them by its
   /// own error; one that came out on another branch by a finite part.

@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "dynamics/slope_jacobian.hpp"
+#include "dynamics/system.hpp"
 
 namespace borelli {
 
@@ -123,6 +124,14 @@ struct CvodeBdf::Memory : Base {
 CvodeBdf::CvodeBdf(double tolerance) : tolerance_(tolerance) {}
 CvodeBdf::~CvodeBdf() = default;
 void CvodeBdf::reset() { memory_.reset(); }
+
+const char* CvodeBdf::objection(const System& system, ConstraintTreatment treatment) const {
+  return treatment == ConstraintTreatment::projection && system.rows > 0
+             ? "goes on from several earlier steps, which a projection after each would spoil; set "
+               "constraints to "
+               "baumgarte"
+             : nullptr;
+}
 
 Attempt CvodeBdf::attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd&,
                           Eigen::VectorXd& out) {

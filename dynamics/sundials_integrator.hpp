@@ -18,6 +18,7 @@ class CvodeBdf : public Integrator {
   int order() const override { return 5; }  ///< at most
   bool adaptive() const override { return true; }
   bool keeps_history() const override { return true; }
+  const char* objection(const System& system, ConstraintTreatment treatment) const override;
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
   /// That of the formula in use, by its own interpolation.

@@ -54,8 +54,10 @@ std::string text_of(const Certificate& c) {
                      c.assembly_velocity, c.assembly_velocity_coordinate));
   for (const ConstraintResidual& r : c.residuals)
     line(fmt::format(
-        "constraint '{}': off by at most {:.3g} (at {:.6g} s), its velocity by {:.3g} (at {:.6g} s)",
-        r.constraint, r.position, r.position_time, r.velocity, r.velocity_time));
+        "constraint '{}': off by at most {:.3g} (at {:.6g} s), its velocity by {:.3g} (at {:.6g} s), its "
+        "acceleration by {:.3g} (at {:.6g} s)",
+        r.constraint, r.position, r.position_time, r.velocity, r.velocity_time, r.acceleration,
+        r.acceleration_time));
   for (const std::string& row : c.redundant) line("redundant: " + row);
   if (!c.method.empty()) line(fmt::format("integrated by {} with the {} equations", c.method, c.equations));
   line(fmt::format("steps: {} accepted, {} rejected, {} evaluations{}", c.steps_accepted, c.steps_rejected,
@@ -123,7 +125,9 @@ nlohmann::json json_of(const Certificate& c) {
                                 {"position", r.position},
                                 {"velocity", r.velocity},
                                 {"position_time", r.position_time},
-                                {"velocity_time", r.velocity_time}});
+                                {"velocity_time", r.velocity_time},
+                                {"acceleration", r.acceleration},
+                                {"acceleration_time", r.acceleration_time}});
   for (const LoggedEvent& e : c.events)
     out["events"].push_back({{"time", e.time},
                              {"kind", e.kind},

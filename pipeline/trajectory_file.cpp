@@ -136,6 +136,10 @@ void write_certificate(Hdf5Writer& file, const Certificate& c) {
                "s");
   write_column(file, "/certificate/residuals/velocity_time", c.residuals, &ConstraintResidual::velocity_time,
                "s");
+  write_column(file, "/certificate/residuals/acceleration", c.residuals, &ConstraintResidual::acceleration,
+               "m/s^2 or rad/s^2");
+  write_column(file, "/certificate/residuals/acceleration_time", c.residuals,
+               &ConstraintResidual::acceleration_time, "s");
 }
 
 void write_reactions(Hdf5Writer& file, const Trajectory& t) {
@@ -407,6 +411,11 @@ void read_certificate(Fill& fill, Certificate& c) {
   read_column(fill, "/certificate/residuals/velocity", c.residuals, &ConstraintResidual::velocity);
   read_column(fill, "/certificate/residuals/position_time", c.residuals, &ConstraintResidual::position_time);
   read_column(fill, "/certificate/residuals/velocity_time", c.residuals, &ConstraintResidual::velocity_time);
+  if (fill.holds("/certificate/residuals/acceleration")) {
+    read_column(fill, "/certificate/residuals/acceleration", c.residuals, &ConstraintResidual::acceleration);
+    read_column(fill, "/certificate/residuals/acceleration_time", c.residuals,
+                &ConstraintResidual::acceleration_time);
+  }
 }
 
 // ---- CSV ----

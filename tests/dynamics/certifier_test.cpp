@@ -26,6 +26,21 @@ TEST(Certificate, DriftOfAConstraintIsNamed) {
   EXPECT_GT(certificate.reason_time, 50);
 }
 
+TEST(Certificate, TheResidualOfAccelerationsIsWhatBaumgarteRestores) {
+  // a single row with beta alone: |L a + E| = beta^2 |h| at every state, so their largest values belong
+  // together
+  SimulationSettings how = settings("rk4", 10, 0.01);
+  how.constraints = ConstraintTreatment::baumgarte;
+  how.baumgarte_alpha = 0;
+  how.baumgarte_beta = 3;
+  const ConstraintResidual restored = run(swinging_rod(), how).certificate.residuals[0];
+  EXPECT_GT(restored.position, 1e-9);
+  EXPECT_NEAR(restored.acceleration, 9 * restored.position, 1e-12);  // rounding of accelerations of 20 m/s^2
+  EXPECT_EQ(restored.acceleration_time, restored.position_time);
+  how.constraints = ConstraintTreatment::projection;
+  EXPECT_LT(run(swinging_rod(), how).certificate.residuals[0].acceleration, 1e-12);
+}
+
 TEST(Certificate, WhatProjectionsMovedIsCountedApart) {
   // with steps too long, projection keeps the point on its circle, but pays in energy
   const Certificate certificate = run(swinging_rod(), settings("rk2", 10, 0.02)).certificate;

@@ -94,22 +94,8 @@ TEST(Checkpoint, HoldsContactsAndWhatTheyLost) {
 TEST(Checkpoint, HoldsWhatIsKnownOfSingularPositions) {
   const Scene scene = sample("four_bar_2.toml");
   EXPECT_LT(compare(scene, scene.simulation).certificate.nearness, 0.3);
-  // a bead on two surfaces that touch along a line, but cross where x passes 0
-  Scene bead;
-  bead.gravity.setZero();
-  bead.solids = {solid(
-      "bead", "world",
-      {slide("x", Vector3d::UnitX(), -0.5, 1), slide("y", Vector3d::UnitY()), slide("z", Vector3d::UnitZ())},
-      {inertial(1, {0, 0, 0}, {0, 0, 0})})};
-  FunctionConstraint saddle;
-  saddle.coordinates = {{"x"}, {"y"}, {"z"}};
-  saddle.function = [](double, const Eigen::VectorXd& x, FunctionDerivatives& h) {
-    h.value = x[1] - x[0] * x[2];
-    h.gradient << -x[2], 1, -x[0];
-    h.hessian(0, 2) = h.hessian(2, 0) = -1;
-  };
-  bead.constraints = {{"level", CoordinateCoupling{{{"y"}}, {1}, constant(0)}}, {"saddle", saddle}};
-  EXPECT_EQ(compare(bead, rows_every(settings("rk4", 1, 0.0625), 0)).certificate.singular_passages, 1);
+  EXPECT_EQ(compare(crossing(1, 0), rows_every(settings("rk4", 1, 0.0625), 0)).certificate.singular_passages,
+            1);
 }
 
 TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {

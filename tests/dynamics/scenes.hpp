@@ -224,6 +224,25 @@ inline Trajectory run(const System& system, const SimulationSettings& how) {
 
 inline Trajectory run(const Scene& scene, const SimulationSettings& how) { return run(compiled(scene), how); }
 
+/// A bead held by y = 0 and y = x z: on the line z = 0, but where x passes 0 it may leave along z.
+inline Scene crossing(double speed, double push) {
+  Scene scene;
+  scene.gravity = {0, 0, push};
+  scene.solids = {solid("bead", "world",
+                        {slide("x", Vector3d::UnitX(), -0.5 * speed, speed), slide("y", Vector3d::UnitY()),
+                         slide("z", Vector3d::UnitZ())},
+                        {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  FunctionConstraint saddle;
+  saddle.coordinates = {{"x"}, {"y"}, {"z"}};
+  saddle.function = [](double, const Eigen::VectorXd& x, FunctionDerivatives& h) {
+    h.value = x[1] - x[0] * x[2];
+    h.gradient << -x[2], 1, -x[0];
+    h.hessian(0, 2) = h.hessian(2, 0) = -1;
+  };
+  scene.constraints = {{"level", CoordinateCoupling{{{"y"}}, {1}, constant(0)}}, {"saddle", saddle}};
+  return scene;
+}
+
 /// One of samples/.
 inline Scene sample(const std::string& file) {
   return need(read_scene(source_folder() + "/samples/" + file));

@@ -184,25 +184,6 @@ TEST(Bricard, MovesThoughOverconstrained) {
   }
 }
 
-/// A bead held by y = 0 and y = x z: on the line z = 0, but where x passes 0 it may leave along z.
-Scene crossing(double speed, double push) {
-  Scene scene;
-  scene.gravity = {0, 0, push};
-  scene.solids = {solid("bead", "world",
-                        {slide("x", Vector3d::UnitX(), -0.5 * speed, speed), slide("y", Vector3d::UnitY()),
-                         slide("z", Vector3d::UnitZ())},
-                        {inertial(1, {0, 0, 0}, {0, 0, 0})})};
-  FunctionConstraint saddle;
-  saddle.coordinates = {{"x"}, {"y"}, {"z"}};
-  saddle.function = [](double, const Eigen::VectorXd& x, FunctionDerivatives& h) {
-    h.value = x[1] - x[0] * x[2];
-    h.gradient << -x[2], 1, -x[0];
-    h.hessian(0, 2) = h.hessian(2, 0) = -1;
-  };
-  scene.constraints = {{"level", CoordinateCoupling{{{"y"}}, {1}, constant(0)}}, {"saddle", saddle}};
-  return scene;
-}
-
 TEST(Crossing, PassedByInertia) {
   // a step ends at the crossing itself at t = 0.5 s
   const Certificate certificate = run(crossing(1, 0), settings("rk4", 1, 0.125)).certificate;
@@ -211,6 +192,14 @@ TEST(Crossing, PassedByInertia) {
   EXPECT_EQ(certificate.singular_passages, 1);
   EXPECT_LT(certificate.nearness, 1e-12);
   EXPECT_EQ(certificate.nearness_time, 0.5);
+  ASSERT_EQ(certificate.events.size(), 2u);
+  EXPECT_EQ(certificate.events[0].kind, "rank_fell");
+  EXPECT_EQ(certificate.events[0].time, 0.5);
+  EXPECT_TRUE(certificate.events[0].name == "constraint rows, to 1: 'saddle' depends on others" ||
+              certificate.events[0].name == "constraint rows, to 1: 'level' depends on others")
+      << certificate.events[0].name;  // they are parallel there
+  EXPECT_EQ(certificate.events[1].kind, "rank_regained");
+  EXPECT_EQ(certificate.events[1].time, 0.625);
   ASSERT_EQ(certificate.notes.size(), 1u);
   EXPECT_NE(certificate.notes[0].find(
                 "singular position at t = 0.5 s, where the rank of the constraint rows falls to 1"),

@@ -59,7 +59,7 @@ Trajectory made_up(std::size_t times) {
   c.reason_time = 0.25;
   c.energy_drift = 1. / 3, c.energy_turnover = 3, c.energy_threshold = 1e-6;
   c.conserved = {{"momentum along x", 1e-9, 3, 0.1}};
-  c.residuals = {{"pin", 1e-12, 1e-11, 0.1, 0.2}};
+  c.residuals = {{"pin", 1e-12, 1e-11, 0.1, 0.2, 1e-10, 0.3}};
   c.constraint_rows = 2, c.constraint_rank = 1;
   c.nearness = 0.25, c.nearness_time = 0.5, c.singular_passages = 3, c.singular_turn = 0.125;
   c.redundant = {"pin[1]"};
@@ -172,6 +172,8 @@ TEST_F(TrajectoryFile, Hdf5GivesTheCertificateBack) {
   ASSERT_EQ(b.residuals.size(), 1u);
   EXPECT_EQ(b.residuals[0].constraint, "pin");
   EXPECT_EQ(b.residuals[0].velocity_time, 0.2);
+  EXPECT_EQ(b.residuals[0].acceleration, 1e-10);
+  EXPECT_EQ(b.residuals[0].acceleration_time, 0.3);
   EXPECT_EQ(b.redundant, a.redundant);
   EXPECT_EQ(b.notes, a.notes);
   ASSERT_EQ(b.events.size(), 2u);

@@ -45,8 +45,8 @@ function balanceOf(c) {
 }
 
 function residualsOf(c) {
-  const impacts = c.impacts > 0 ? `, met with a speed ${c.impacts} times and lost ${significant(c.impact_loss, 3)} J in it` : '';
-  const contacts = c.contacts > 0 ? [`Solids may touch in ${c.contacts} places${impacts}.`] : [];
+  const impacts = c.impacts > 0 ? `, met with a speed ${c.impacts === 1 ? 'once' : `${c.impacts} times`} and lost ${significant(c.impact_loss, 3)} J in it` : '';
+  const contacts = c.contacts > 0 ? [`Solids may touch in ${c.contacts} ${c.contacts === 1 ? 'place' : 'places'}${impacts}.`] : [];
   if (c.constraint_rows === 0)
     return contacts.length > 0 ? contacts : ['The scene has no constraints beyond its joints.'];
   const rank = c.constraint_rank < c.constraint_rows ? `, of which ${c.constraint_rank} are independent` : '';
@@ -95,7 +95,7 @@ export function residualTable(motion) {
         h(
           'tr',
           {},
-          ['Constraint', 'position', 'at', 'velocity', 'at'].map((t, i) =>
+          ['Constraint', 'position', 'at', 'velocity', 'at', 'acceleration', 'at'].map((t, i) =>
             h('th', { scope: 'col', class: i ? 'number' : '' }, t),
           ),
         ),
@@ -113,6 +113,8 @@ export function residualTable(motion) {
               seconds(r.position_time),
               significant(r.velocity, 2),
               seconds(r.velocity_time),
+              significant(r.acceleration, 2),
+              seconds(r.acceleration_time),
             ].map((t) => h('td', { class: 'number' }, t)),
           ),
         ),
@@ -131,6 +133,8 @@ const eventWords = {
   contact_opened: 'contact opens',
   stick: 'sticks',
   slip: 'slips',
+  rank_fell: 'rank falls',
+  rank_regained: 'rank is back',
 };
 
 /** What happened when; null where nothing did. */
