@@ -37,7 +37,7 @@ class LeapWatch {
   }
 
  private:
-  static constexpr double worthwhile = 0.7;
+  static constexpr double worthwhile = 0.1;  // a method of first order falls to a sixteenth when quartered
   double allowed_;
   double time_ = std::numeric_limits<double>::quiet_NaN();  ///< s: of the step last looked at, its length and
   double step_ = 0, moved_ = 0;                             ///< how far its end was moved
