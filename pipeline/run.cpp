@@ -21,6 +21,7 @@
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/given_landmarks.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/segment.hpp"
@@ -145,7 +146,7 @@ class Run {
 
 Result<json> Run::hand_on(const Segmentation& found, const ScannedVolume& scan) {
   const json account = segmentation_account(found, settings_.volume, scan.reading);
-  if (auto written = write_segmentation(file("segmentation"), found, account); !written)
+  if (auto written = write_segmentation(file("segmentation"), found, account, settings_.landmarks); !written)
     return tl::unexpected(written.error());
   json parts_found = json::object();
   for (std::size_t label = 1; label < parts.size(); ++label)
@@ -159,16 +160,26 @@ Result<json> Run::hand_on(const Segmentation& found, const ScannedVolume& scan) 
 Result<json> Run::segment_scan(const Progress& progress) {
   const auto scan = data_.scan([&](double share) { progress(0.2 * share); });
   if (!scan) return tl::unexpected(scan.error());
-  SegmentOptions options{settings_.work_grid_mm, settings_.threads, {}, {}};
+  SegmentOptions options{settings_.work_grid_mm, settings_.threads};
   options.progress = [&](double share, std::string_view) { progress(0.2 + 0.7 * share); };
+  std::optional<ClassMap> classes;
+  if (!settings_.labels.empty()) {
+    auto read = read_classes(settings_.labels, settings_.label_names, settings_.label_mapping);
+    if (!read) return tl::unexpected(read.error());
+    classes = std::move(*read);
+    options.classes = &*classes;
+  }
+  Warnings told;
   if (!settings_.landmarks.empty()) {
-    auto given = read_landmarks(settings_.landmarks);
+    auto given = read_given_landmarks(settings_.landmarks);
     if (!given) return tl::unexpected(given.error());
-    options.given = std::move(*given);
+    options.given = std::move(given->landmarks);
+    told = std::move(given->warnings);
   }
   auto found = segment((*scan)->volume, options);
   if (!found) return tl::unexpected(found.error());
-  found->warnings.insert(found->warnings.begin(), (*scan)->warnings.begin(), (*scan)->warnings.end());
+  for (const auto& list : {told, (*scan)->warnings})
+    found->warnings.insert(found->warnings.begin(), list.begin(), list.end());
   auto answer = hand_on(*found, **scan);
   data_.keep(std::move(*found));
   return answer;
@@ -182,13 +193,16 @@ Result<json> Run::use_given_labels(const Progress& progress) {
   if (!(labels->grid == (*scan)->volume.grid))
     return bad_use(settings_.labels,
                    "lies on another grid than " + settings_.volume + "; resample one onto the other");
-  Landmarks landmarks;
+  GivenLandmarks given;
   if (!settings_.landmarks.empty()) {
-    auto given = read_landmarks(settings_.landmarks);
-    if (!given) return tl::unexpected(given.error());
-    landmarks = std::move(*given);
+    auto read = read_given_landmarks(settings_.landmarks);
+    if (!read) return tl::unexpected(read.error());
+    given = std::move(*read);
   }
+  Landmarks landmarks;
+  put_given(given.landmarks, landmarks);
   Segmentation found = segmentation_of(std::move(*labels), std::move(landmarks));
+  found.warnings = std::move(given.warnings);
   if (found.landmarks.empty())
     found.warnings.push_back(
         "no landmarks were given with the labels: joints are welded and segment frames unknown");
@@ -380,6 +394,7 @@ json settings_of(const RunSettings& s) {
           {"volume", s.volume},
           {"labels", s.labels},
           {"label_names", s.label_names},
+          {"label_mapping", s.label_mapping},
           {"landmarks", s.landmarks},
           {"quantity", s.quantity ? json(quantity_name(*s.quantity)) : json()},
           {"sex", s.sex},
@@ -418,10 +433,12 @@ std::vector<Stage> stages_of(Run& run, const RunSettings& settings) {
   std::vector<Stage> stages;
   stages.push_back({"segmentation",
                     {},
-                    pick(all, {"quantity", "work_grid_mm"}),
-                    {"segmentation/labels.nii.gz", "segmentation/labels.tsv", "segmentation/landmarks.json",
-                     "segmentation/segmentation.json"},
-                    shown(settings.labels.empty() ? &Run::segment_scan : &Run::use_given_labels, run),
+                    pick(all, {"quantity", "work_grid_mm", "label_mapping"}),
+                    {"segmentation/labels.nii.gz", "segmentation/labels.tsv", "segmentation/labels.ctbl",
+                     "segmentation/landmarks.json", "segmentation/segmentation.json"},
+                    shown(settings.labels.empty() || !settings.label_mapping.empty() ? &Run::segment_scan
+                                                                                     : &Run::use_given_labels,
+                          run),
                     {{"segmentation/landmarks.json"}}});
   stages.push_back({"inertia",
                     {"segmentation"},

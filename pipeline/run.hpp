@@ -1,9 +1,9 @@
 // The whole way: from a volume to labels, inertia table, scene, motion, meshes, pictures and report, in one
 // folder.
 //
-//   segmentation/labels.nii.gz, labels.tsv, landmarks.json, segmentation.json    inertia/table.csv,
-//   table.json model/scene.toml    motion/trajectory.h5, trajectory.csv    mesh/*.stl, *.vtp    body.glb
-//   body.png report.html    run.json, settings.toml
+//   segmentation/labels.nii.gz, labels.tsv, labels.ctbl, landmarks.json, landmarks.mrk.json,
+//   segmentation.json    inertia/table.csv, table.json model/scene.toml    motion/trajectory.h5,
+//   trajectory.csv    mesh/*.stl, *.vtp    body.glb body.png report.html    run.json, settings.toml
 // Each stage reads what the stages before it left, so that a run that was stopped goes on at the first
 // unfinished one.
 #pragma once
@@ -26,15 +26,16 @@ struct RunSettings {
   std::optional<FileQuantity> quantity;  ///< what the voxels hold, where the file does not say
   std::string labels;                    ///< a label map to use instead of segmenting; empty: segment
   std::string label_names;               ///< its names (TSV), where not beside it
-  std::string landmarks;                 ///< landmarks placed by hand (JSON), which override what is found
-  std::string sex;                       ///< "male", "female", or empty: nothing to compare with
-  std::string pose;                      ///< "supine", "standing" ...: how the person lay or stood
-  std::string density_curve;             ///< empty: the default
-  std::string method = "rk4_adaptive";   ///< integrator
-  std::string equations = "recursive";   ///< of motion: "recursive" or "lagrange"
-  double work_grid_mm = 3;               ///< of the segmentation
-  double tolerance = 1e-6;               ///< of the integrator, where it chooses its steps
-  std::optional<double> step;            ///< fixed, or the first one tried, s; none: the scene's default
+  std::string label_mapping;  ///< from its classes to parts (class_mapping.hpp); empty: it holds parts
+  std::string landmarks;  ///< landmarks placed by hand (given_landmarks.hpp), which override what is found
+  std::string sex;        ///< "male", "female", or empty: nothing to compare with
+  std::string pose;       ///< "supine", "standing" ...: how the person lay or stood
+  std::string density_curve;            ///< empty: the default
+  std::string method = "rk4_adaptive";  ///< integrator
+  std::string equations = "recursive";  ///< of motion: "recursive" or "lagrange"
+  double work_grid_mm = 3;              ///< of the segmentation
+  double tolerance = 1e-6;              ///< of the integrator, where it chooses its steps
+  std::optional<double> step;           ///< fixed, or the first one tried, s; none: the scene's default
   double mesh_tolerance_mm = 1;
   bool untrusted_is_fine = false;  ///< go on with a motion whose certificate says untrusted
   Leap leap;

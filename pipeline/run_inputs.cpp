@@ -1,7 +1,9 @@
 #include "pipeline/run_inputs.hpp"
 
+#include <algorithm>
 #include <filesystem>
 
+#include "segmentation/class_mapping.hpp"
 #include "segmentation/image_file.hpp"
 #include "segmentation/read.hpp"
 
@@ -35,6 +37,9 @@ Result<std::vector<RunInput>> inputs_of(const RunSettings& settings) {
   if (!settings.labels.empty() && names.empty() && fs::exists(names_file(settings.labels)))
     names = names_file(settings.labels);
   if (!names.empty()) inputs.push_back({"label_names", {names}});
+  const auto& ready = ready_mappings;
+  if (!settings.label_mapping.empty() && std::ranges::find(ready, settings.label_mapping) == std::end(ready))
+    inputs.push_back({"label_mapping", {settings.label_mapping}});
   if (!settings.landmarks.empty()) inputs.push_back({"landmarks", {settings.landmarks}});
   std::error_code problem;
   for (const RunInput& input : inputs)

@@ -11,7 +11,7 @@
 namespace borelli {
 
 struct RunInput {
-  std::string role;                ///< "volume", "labels", "label_names" or "landmarks"
+  std::string role;                ///< "volume", "labels", "label_names", "label_mapping" or "landmarks"
   std::vector<std::string> files;  ///< the one that was named, and the one that its header names, if any
 };
 

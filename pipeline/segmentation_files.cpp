@@ -1,6 +1,8 @@
 #include "pipeline/segmentation_files.hpp"
 
+#include "pipeline/colour_table.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/given_landmarks.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/write.hpp"
@@ -31,8 +33,10 @@ Result<void> write_label_files(const fs::path& path, const LabelMap& labels) {
   fs::create_directories(beside, error);
   if (error) return failure(beside.string(), "cannot be made: " + error.message());
   auto written = write_labels((beside / path.filename()).string(), labels);
-  const fs::path names = fs::path(names_file(path.string())).filename();
-  for (const fs::path& name : {names, path.filename()}) {
+  const fs::path names = fs::path(names_file(path.string())).filename(),
+                 colours = fs::path(colour_file(path.string())).filename();
+  if (written) written = write_bytes(beside / colours, colour_table(labels));
+  for (const fs::path& name : {names, colours, path.filename()}) {
     if (!written) break;
     fs::rename(beside / name, folder / name, error);
     if (error) written = failure((folder / name).string(), "cannot be written: " + error.message());
@@ -41,14 +45,21 @@ Result<void> write_label_files(const fs::path& path, const LabelMap& labels) {
   return written;
 }
 
-Result<void> write_segmentation(const fs::path& folder, const Segmentation& segmentation,
-                                const json& account) {
+Result<void> write_segmentation(const fs::path& folder, const Segmentation& segmentation, const json& account,
+                                const std::string& given) {
   if (auto written = write_label_files(folder / "labels.nii.gz", segmentation.labels); !written)
     return written;
   const auto marks = write_whole(folder / "landmarks.json", [&](const fs::path& path) {
     return write_landmarks(path.string(), segmentation.landmarks);
   });
   if (!marks) return marks;
+  std::error_code absent;
+  if (const fs::path points = folder / "landmarks.mrk.json";
+      given.empty() || !fs::equivalent(points, given, absent)) {
+    const auto markups = write_whole(
+        points, [&](const fs::path& path) { return write_markups(path.string(), segmentation.landmarks); });
+    if (!markups) return markups;
+  }
   return write_whole(folder / "segmentation.json", account.dump(1) + "\n");
 }
 

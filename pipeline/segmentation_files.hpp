@@ -1,7 +1,9 @@
 // What segmentation leaves in a run's folder, and how later stages read it.
 //
 //   labels.nii.gz, labels.tsv   part numbers on the scan's grid, and their names
+//   labels.ctbl                 their colours, for 3D Slicer
 //   landmarks.json              joint centres and bony points (segmentation/landmarks_file.hpp)
+//   landmarks.mrk.json          the same as points of 3D Slicer, for a person to mend and hand back
 //   segmentation.json           per part its coverage, confidence and note; warnings; how the file was read
 #pragma once
 
@@ -19,16 +21,18 @@ nlohmann::json segmentation_account(const Segmentation& segmentation, const std:
                                     const std::string& reading);
 
 /// The files that write_segmentation leaves.
-inline constexpr std::array segmentation_file_names{"labels.tsv", "labels.nii.gz", "landmarks.json",
-                                                    "segmentation.json"};
+inline constexpr std::array segmentation_file_names{"labels.tsv",         "labels.ctbl",
+                                                    "labels.nii.gz",      "landmarks.json",
+                                                    "landmarks.mrk.json", "segmentation.json"};
 
-/// A label map and its names (TSV), both whole or none: made in a folder beside, then moved to `path` and
-/// beside it. Errors: as write_labels.
+/// A label map, its names (TSV) and its colours (colour_table.hpp), all whole or none: made in a folder
+/// beside, then moved to `path` and beside it. Errors: as write_labels.
 Result<void> write_label_files(const std::filesystem::path& path, const LabelMap& labels);
 
-/// Writes the four files into `folder` (made where missing), each beside and renamed. Errors: as the writers.
+/// Writes these files into `folder` (made where missing), each beside and renamed; not over the landmarks
+/// that were given (a file's path, or empty). Errors: as the writers.
 Result<void> write_segmentation(const std::filesystem::path& folder, const Segmentation& segmentation,
-                                const nlohmann::json& account);
+                                const nlohmann::json& account, const std::string& given = "");
 
 /// The parts' findings from segmentation.json. Errors: missing or damaged file, an unknown part or coverage.
 Result<std::array<PartFinding, parts.size()>> read_findings(const std::filesystem::path& path);

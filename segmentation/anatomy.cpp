@@ -24,12 +24,7 @@ bool Anatomy::near_edge(const Eigen::Vector3d& point, double reach) const {
   return false;
 }
 
-Anatomy look(const GreyVolume& volume, double step, int threads) {
-  Anatomy a;
-  a.source = &volume;
-  a.scan = resampled(volume, step, threads);
-  a.body = body_mask(a.scan);
-  a.bone = bone_mask(a.scan, a.body);
+void measure_depths(Anatomy& a, int threads) {
   // what the scan does not show may be body as well: it is no skin
   Mask outside = complement(a.body);
   for (std::size_t o = 0; o < outside.voxels.size(); ++o)
@@ -39,6 +34,15 @@ Anatomy look(const GreyVolume& volume, double step, int threads) {
     if (!a.body.voxels[o]) a.depth.voxels[o] = 0;
   a.off_bone = distance_to(a.bone, 60, false, threads);
   a.within_bone = distance_to(complement(a.bone), 60, false, threads);
+}
+
+Anatomy look(const GreyVolume& volume, double step, int threads) {
+  Anatomy a;
+  a.source = &volume;
+  a.scan = resampled(volume, step, threads);
+  a.body = body_mask(a.scan);
+  a.bone = bone_mask(a.scan, a.body);
+  measure_depths(a, threads);
   return a;
 }
 

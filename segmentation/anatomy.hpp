@@ -33,6 +33,9 @@ inline const char* side_suffix(int side) { return side == left_side ? "_left" : 
 /// +1 for the left (x grows to the left), -1 for the right.
 inline double side_sign(int side) { return side == left_side ? 1 : -1; }
 
+/// The three distance maps, from body and bone as they are.
+void measure_depths(Anatomy& anatomy, int threads);
+
 Anatomy look(const GreyVolume& volume, double step, int threads);
 
 }  // namespace borelli

@@ -94,19 +94,20 @@ Result<std::set<std::int64_t>> numbers_in(const std::string& path, const StoredV
 // the label of each number: parts as in parts.hpp, others from 17 on; the number itself where there are no
 // parts
 Result<std::map<std::int64_t, std::uint8_t>> assign_labels(const std::string& path,
-                                                           std::set<std::int64_t> numbers,
-                                                           const Names& names) {
+                                                           std::set<std::int64_t> numbers, const Names& names,
+                                                           bool as_parts) {
   std::size_t count = numbers.size();
   for (const auto& [number, name] : names)
     if (number > 0) numbers.insert(number);
-  const bool has_parts = std::ranges::any_of(names, [](const auto& n) { return part_label(n.second) > 0; });
+  const bool has_parts =
+      as_parts && std::ranges::any_of(names, [](const auto& n) { return part_label(n.second) > 0; });
   const bool keep = !has_parts && !numbers.empty() && *numbers.rbegin() <= 255;
 
   std::map<std::int64_t, std::uint8_t> labels;
   int next = has_parts ? static_cast<int>(parts.size()) : 1;
   for (const std::int64_t number : numbers) {
     const auto name = names.find(number);
-    const int part = name == names.end() ? 0 : part_label(name->second);
+    const int part = !has_parts || name == names.end() ? 0 : part_label(name->second);
     const std::int64_t label = part > 0 ? part : keep ? number : next++;
     if (label > 255)
       return failure(path, "has " + std::to_string(count) + " labels in its voxels and " +
@@ -147,36 +148,66 @@ std::string names_file(const std::string& path) {
   return (whole.parent_path() / stem.stem()).string() + ".tsv";
 }
 
-Result<LabelMap> read_labels(const std::string& path, const std::string& names, const Progress& progress) {
+namespace {
+
+struct Read {
+  NumberedLabels labels;
+  Names names;
+};
+
+Result<Read> read_file(const std::string& path, const std::string& names, const Progress& progress,
+                       bool as_parts) {
   const auto header = read_image_header(path);
   if (!header) return tl::unexpected(header.error());
 
-  Names given;
+  Read out;
   std::string table = names;
   std::error_code ignored;
   if (table.empty() && std::filesystem::exists(names_file(path), ignored)) table = names_file(path);
   if (!table.empty()) {
-    const auto read = read_names(table);
+    auto read = read_names(table);
     if (!read) return tl::unexpected(read.error());
-    given = *read;
+    out.names = std::move(*read);
   }
   const auto voxels = load_voxels(*header, progress);
   if (!voxels) return tl::unexpected(voxels.error());
   const auto numbers = numbers_in(path, *voxels, *header);
   if (!numbers) return tl::unexpected(numbers.error());
-  const auto labels = assign_labels(path, *numbers, given);
+  const auto labels = assign_labels(path, *numbers, out.names, as_parts);
   if (!labels) return tl::unexpected(labels.error());
 
-  LabelMap map;
+  LabelMap& map = out.labels.map;
   map.grid = header->grid;
   map.voxels = relabel(*voxels, *header, *labels);
   map.names = {"outside"};
+  out.labels.numbers = {0};
   for (const auto& [number, label] : *labels) {
     if (map.names.size() <= label) map.names.resize(label + std::size_t{1});
-    const auto name = given.find(number);
-    map.names[label] = name == given.end() ? "label " + std::to_string(number) : name->second;
+    if (out.labels.numbers.size() <= label) out.labels.numbers.resize(label + std::size_t{1});
+    const auto name = out.names.find(number);
+    if (name != out.names.end()) map.names[label] = name->second;
+    out.labels.numbers[label] = number;
   }
-  return map;
+  return out;
+}
+
+}  // namespace
+
+Result<LabelMap> read_labels(const std::string& path, const std::string& names, const Progress& progress) {
+  auto read = read_file(path, names, progress, true);
+  if (!read) return tl::unexpected(read.error());
+  LabelMap& map = read->labels.map;
+  for (std::size_t label = 1; label < map.names.size(); ++label)
+    if (const auto number = read->labels.numbers[label]; map.names[label].empty() && number > 0)
+      map.names[label] = "label " + std::to_string(number);
+  return std::move(map);
+}
+
+Result<NumberedLabels> read_numbered_labels(const std::string& path, const std::string& names,
+                                            const Progress& progress) {
+  auto read = read_file(path, names, progress, false);
+  if (!read) return tl::unexpected(read.error());
+  return std::move(read->labels);
 }
 
 }  // namespace borelli

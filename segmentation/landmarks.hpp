@@ -10,8 +10,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <map>
 #include <string>
+#include <string_view>
 
 namespace borelli {
 
@@ -21,6 +23,28 @@ struct Landmark {
   double radius = 0;   ///< of the fitted sphere or cylinder where the point is its centre, mm; else 0
   std::string source;  ///< how it was found: "exact", "bone: sphere on the femoral head", "proportion" ...
 };
+
+/// The names above, and the stems of those that end in _left or _right.
+inline constexpr std::array<std::string_view, 9> landmark_names{"neck",    "spine_upper", "spine_lower",
+                                                                "vertex",  "cervicale",   "suprasternale",
+                                                                "xiphion", "omphalion",   "mid_hip"};
+inline constexpr std::array<std::string_view, 17> sided_landmark_names{"shoulder",
+                                                                       "elbow",
+                                                                       "wrist",
+                                                                       "hip",
+                                                                       "knee",
+                                                                       "ankle",
+                                                                       "asis",
+                                                                       "elbow_medial",
+                                                                       "elbow_lateral",
+                                                                       "knee_medial",
+                                                                       "knee_lateral",
+                                                                       "lateral_malleolus",
+                                                                       "medial_malleolus",
+                                                                       "heel",
+                                                                       "toe_tip",
+                                                                       "metacarpale_3",
+                                                                       "dactylion_3"};
 
 using Landmarks = std::map<std::string, Landmark, std::less<>>;
 

@@ -1,5 +1,7 @@
 #include "segmentation/part_planes.hpp"
 
+#include <algorithm>
+
 #include "segmentation/parts.hpp"
 
 namespace borelli {
@@ -43,6 +45,17 @@ int PartPlanes::axial_part(const Eigen::Vector3d& point) const {
   return known ? part : root_;
 }
 
+// whether a plane lies between two of head and trunk's three parts
+bool PartPlanes::told_apart(int a, int b) const {
+  const auto height = [](int label) {
+    return label == head ? 3 : label == upper_trunk ? 2 : label == middle_trunk ? 1 : 0;
+  };
+  const std::array<int, 3> distal{middle_trunk, upper_trunk, head};
+  for (int n = std::min(height(a), height(b)); n < std::max(height(a), height(b)); ++n)
+    if (cut_to(distal[static_cast<std::size_t>(n)])) return true;
+  return false;
+}
+
 int PartPlanes::part(int owner, const Eigen::Vector3d& point) const {
   if (owner == 0) return 0;
   if (is_axial(owner)) {
@@ -56,7 +69,8 @@ int PartPlanes::part(int owner, const Eigen::Vector3d& point) const {
       if (cut->proximal == lower_trunk && axial_part(point) != lower_trunk) continue;
       return label;
     }
-    return axial_part(point);
+    const int level = axial_part(point);
+    return told_apart(owner, level) ? level : owner;
   }
   if (const Cut* cut = cut_to(owner); cut && !beyond(*cut, point)) {
     if ((point - cut->point).norm() > cut->reach) return owner;

@@ -23,10 +23,14 @@ class PartPlanes {
   /// part nearer the known planes has both.
   int axial_part(const Eigen::Vector3d& point) const;
 
+  /// How far left of the hips' middle a place is, mm (right: negative); without hips, of the scan's origin.
+  double side(const Eigen::Vector3d& point) const { return (point - middle_).dot(left_); }
+
   const std::vector<Cut>& cuts() const { return cuts_; }
 
  private:
   const Cut* cut_to(int distal) const;
+  bool told_apart(int a, int b) const;
   bool beyond(const Cut& cut, const Eigen::Vector3d& point) const;
 
   std::vector<Cut> cuts_;

@@ -1,6 +1,7 @@
 // Reads a scan or a label map from disk: DICOM folders, NIfTI, NRRD and MetaImage.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -39,6 +40,16 @@ Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& op
 /// as read_volume; values that are not whole numbers from 0; more than 255 labels; a damaged TSV.
 Result<LabelMap> read_labels(const std::string& path, const std::string& names = "",
                              const Progress& progress = {});
+
+/// A label map whose names are not taken for parts, with the file's own numbers and names.
+struct NumberedLabels {
+  LabelMap map;                       ///< names[label] is empty where the file has none
+  std::vector<std::int64_t> numbers;  ///< numbers[label]: what stands in the file for it
+};
+
+/// The same file as somebody else's classes, see class_map.hpp. Errors: as read_labels.
+Result<NumberedLabels> read_numbered_labels(const std::string& path, const std::string& names = "",
+                                            const Progress& progress = {});
 
 /// The TSV that belongs to a label map: its name with the extension replaced by .tsv.
 std::string names_file(const std::string& path);

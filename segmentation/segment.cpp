@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "segmentation/anatomy.hpp"
 #include "segmentation/body_mask.hpp"
 #include "segmentation/bones.hpp"
+#include "segmentation/class_parts.hpp"
+#include "segmentation/given_landmarks.hpp"
 #include "segmentation/joint_centres.hpp"
 #include "segmentation/limb_tips.hpp"
 #include "segmentation/part_planes.hpp"
@@ -27,9 +30,10 @@ std::string plain(std::string_view part) {
 }
 
 // labels on the scan's own voxels: in the body by the voxel's own value at the skin, by the work grid's mask
-// in hollows; the part by the flesh's owner on the work grid and the planes at the voxel's centre
+// in hollows; the part by the flesh's owner on the work grid and the planes at the voxel's centre; where
+// classes tell of a voxel, these first
 LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<std::uint8_t>& owner,
-                      const PartPlanes& planes, int threads) {
+                      const PartPlanes& planes, const ClassParts* classes, int threads) {
   LabelMap map;
   map.grid = volume.grid;
   map.voxels.assign(volume.grid.count(), 0);
@@ -44,8 +48,16 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
               g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
           const Vector3d index = (p - a.grid().origin) / step;
           const auto wi = std::lround(index[0]), wj = std::lround(index[1]), wk = std::lround(index[2]);
-          if (!a.grid().holds(wi, wj, wk)) continue;
-          const std::size_t w = a.grid().offset(wi, wj, wk);
+          const bool held = a.grid().holds(wi, wj, wk);
+          const std::size_t w = held ? a.grid().offset(wi, wj, wk) : 0;
+          if (const auto told = classes ? classes->place(g.offset(i, j, k)) : ClassParts::Place::open;
+              told != ClassParts::Place::open) {
+            if (told == ClassParts::Place::body)
+              map.at(i, j, k) = static_cast<std::uint8_t>(
+                  classes->part(g.offset(i, j, k), held ? owner.voxels[w] : 0, p, planes));
+            continue;
+          }
+          if (!held) continue;
           if (!owner.voxels[w]) continue;
           const bool in_mask = a.body.voxels[w] != 0;
           const bool dense_there = a.scan.hu.voxels[w] > skin_edge_hu;
@@ -249,7 +261,12 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   };
 
   progress(0, "finding body and bones");
-  const Anatomy a = look(volume, options.step, options.threads);
+  Anatomy a = look(volume, options.step, options.threads);
+  std::optional<ClassParts> classes;
+  if (options.classes) {
+    classes.emplace(*options.classes, volume.grid, a.grid(), options.threads);
+    classes->mend(a, options.threads);
+  }
   if (std::none_of(a.body.voxels.begin(), a.body.voxels.end(), [](std::uint8_t v) { return v != 0; }))
     return failure("segmentation",
                    "no body is in the volume: nothing in it is denser than air over more than a few "
@@ -261,24 +278,28 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   Segmentation out;
   find_limb_landmarks(a, trunk, limbs, out.landmarks);
   find_trunk_landmarks(a, trunk, out.landmarks);
-  const auto put_given = [&] {
-    for (const auto& [name, landmark] : options.given) out.landmarks[name] = landmark;
-  };
-  put_given();
+  put_given(options.given, out.landmarks);
 
   progress(0.6, "parting bones");
-  const auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
+  auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
+  if (classes) {
+    bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
+    classes->find_joints(a, bones, out.landmarks, out.warnings);
+    for (const auto& list : {options.classes->warnings, classes->warnings()})
+      out.warnings.insert(out.warnings.end(), list.begin(), list.end());
+    put_given(options.given, out.landmarks);
+  }
   progress(0.7, "parting soft tissue");
   const auto owner = label_soft_tissue(a, bones, options.step);
   find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
-  put_given();
+  put_given(options.given, out.landmarks);
   const PartPlanes planes(out.landmarks);
   progress(0.9, "cutting at the joints");
-  out.labels = label_voxels(volume, a, owner, planes, options.threads);
+  out.labels = label_voxels(volume, a, owner, planes, classes ? &*classes : nullptr, options.threads);
   judge(a, owner, planes, out);
   tell_what_is_not_parted(planes, out);
   doubt_impossible_shares(out);
-  if (!trunk.hip[0] && !trunk.shoulder[0])
+  if (!trunk.hip[0] && !trunk.shoulder[0] && !classes)
     out.warnings.push_back(
         "neither both hips nor both shoulders are in view: no part could be told, and none is labelled");
   warn(out);

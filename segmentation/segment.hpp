@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "error/error.hpp"
+#include "segmentation/class_map.hpp"
 #include "segmentation/landmarks.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/volume.hpp"
@@ -50,6 +51,8 @@ struct SegmentOptions {
   double step = 3;    ///< of the work grid, mm, from finest_step to coarsest_step
   int threads = 0;    ///< 0: as many as the machine has
   Landmarks given{};  ///< placed by hand: these take the place of those found
+  /// Somebody else's classes, which then tell bones and flesh (class_parts.hpp); outlives the call.
+  const ClassMap* classes = nullptr;
   /// Called with the share done (0 to 1) and what is done next.
   std::function<void(double, std::string_view)> progress{};
 };

@@ -8,14 +8,14 @@
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
-#include "segmentation/landmarks_file.hpp"
+#include "segmentation/given_landmarks.hpp"
 #include "segmentation/read.hpp"
 
 namespace borelli {
 namespace {
 
 struct InertiaSettings {
-  std::string volume, labels, names, landmarks, findings, quantity, sampling;
+  std::string volume, labels, names, mapping, landmarks, findings, quantity, sampling;
   MeasureOptions measure;
   std::vector<std::string> outputs;
 };
@@ -37,19 +37,33 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   std::string reading;
   const auto grey = read_grey(settings, reading);
   if (!grey) return tl::unexpected(grey.error());
-  auto labels = read_labels(settings.labels, settings.names);
-  if (!labels) return tl::unexpected(labels.error());
   Landmarks landmarks;
   if (!settings.landmarks.empty()) {
-    auto read = read_landmarks(settings.landmarks);
+    auto read = read_given_landmarks(settings.landmarks);
     if (!read) return tl::unexpected(read.error());
-    landmarks = std::move(*read);
+    for (const auto& warning : read->warnings) fmt::print(stderr, "warning: {}\n", warning);
+    landmarks = std::move(read->landmarks);
   }
   MeasureOptions options = settings.measure;
   options.threads = threads;
   if (settings.sampling == "points") options.sampling = Sampling::points;
   if (settings.sampling == "averages") options.sampling = Sampling::averages;
   PartCompleteness completeness;
+  Result<LabelMap> labels;
+  if (settings.mapping.empty()) {
+    labels = read_labels(settings.labels, settings.names);
+    if (!labels) return tl::unexpected(labels.error());
+  } else {
+    const auto classes = read_classes(settings.labels, settings.names, settings.mapping);
+    if (!classes) return tl::unexpected(classes.error());
+    SegmentOptions parting;
+    parting.threads = threads, parting.given = std::move(landmarks), parting.classes = &*classes;
+    auto found = segment(*grey, parting);
+    if (!found) return tl::unexpected(found.error());
+    for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
+    completeness = completeness_of(found->part);
+    labels = std::move(found->labels), landmarks = std::move(found->landmarks);
+  }
   if (!settings.findings.empty()) {
     const auto findings = read_findings(settings.findings);
     if (!findings) return tl::unexpected(findings.error());
@@ -114,6 +128,8 @@ void print_table(const InertiaTable& table) {
 Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, const Command& command) {
   if (blur_chosen && settings.sampling == "points")
     return bad_use("--blur-reach", "has no effect with --voxels points, which have no blur");
+  if (!settings.findings.empty() && !settings.mapping.empty())
+    return bad_use("--findings", "has no effect with --label-mapping, by which the parts are found anew");
   for (const std::string& output : settings.outputs) {
     if (!output.ends_with(".csv") && !output.ends_with(".json"))
       return bad_use(output, "the table is written as .csv or .json");
@@ -139,8 +155,12 @@ void add_inertia(CLI::App& program, Command& command) {
       ->required();
   verb->add_option("--labels", settings->labels, "Label map on the volume's grid")->required();
   verb->add_option("--names", settings->names, "Names of its labels (TSV; default: beside it)");
-  verb->add_option("--landmarks", settings->landmarks,
-                   "Joint centres and bony points (JSON): lengths and axes");
+  verb->add_option(
+      "--label-mapping", settings->mapping,
+      "Its classes are somebody else's: totalsegmentator, icrp110 or a table from class to part");
+  verb->add_option(
+      "--landmarks", settings->landmarks,
+      "Joint centres and bony points (JSON, or .mrk.json and .fcsv of 3D Slicer): lengths and axes");
   verb->add_option("--findings", settings->findings,
                    "segmentation.json of `borelli segment`: which parts are cut");
   verb->add_option("--quantity", settings->quantity,

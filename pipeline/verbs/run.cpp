@@ -55,7 +55,9 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
   }
   if (settings.labels.empty() && !settings.label_names.empty())
     return bad_use("--label-names", "names the labels of a map that --labels gives: give both, or neither");
-  if (!settings.labels.empty() && asked.work_grid_chosen)
+  if (settings.labels.empty() && !settings.label_mapping.empty())
+    return bad_use("--label-mapping", "maps the classes of a map that --labels gives: give both, or neither");
+  if (!settings.labels.empty() && settings.label_mapping.empty() && asked.work_grid_chosen)
     return bad_use("--work-grid", "is for finding parts, and --labels gives them: leave one of the two out");
   if (asked.tolerance_chosen && !method_is_adaptive(settings.method))
     return bad_use("--tolerance", "has no effect with " + settings.method +
@@ -93,8 +95,12 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--quantity", asked->quantity, "What the voxels hold: hu, density_kgm3, density_gcm3");
   verb->add_option("--labels", s.labels, "A label map on the volume's grid, to use instead of segmenting");
   verb->add_option("--label-names", s.label_names, "Its names (TSV; default: beside it)");
-  verb->add_option("--landmarks", s.landmarks,
-                   "Landmarks placed by hand (JSON): they override what is found");
+  verb->add_option(
+      "--label-mapping", s.label_mapping,
+      "Its classes are somebody else's: totalsegmentator, icrp110 or a table from class to part");
+  verb->add_option(
+      "--landmarks", s.landmarks,
+      "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer): they override what is found");
   verb->add_option("--sex", s.sex, "male or female: shows published values beside")
       ->check(CLI::IsMember({"male", "female"}));
   verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine");
@@ -140,7 +146,8 @@ void add_run(CLI::App& program, Command& command) {
     if (!method_is_adaptive(asked->run.method)) verb->get_option("--tolerance")->configurable(false);
     // where labels are given no grid is for finding parts: the settings kept say none, and run again as they
     // are
-    if (!asked->run.labels.empty()) verb->get_option("--work-grid")->configurable(false);
+    if (!asked->run.labels.empty() && asked->run.label_mapping.empty())
+      verb->get_option("--work-grid")->configurable(false);
     asked->run.settings_text = settings_text(*verb);
     command.work = [asked](const Command& chosen) { return work(*asked, chosen); };
   });

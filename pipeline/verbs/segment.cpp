@@ -1,19 +1,21 @@
 // borelli segment VOLUME -o FOLDER: the parts of a body in a scan, as a label map with landmarks.
 #include <fmt/core.h>
 
+#include <optional>
+
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
-#include "segmentation/landmarks_file.hpp"
+#include "segmentation/given_landmarks.hpp"
 #include "segmentation/read.hpp"
 
 namespace borelli {
 namespace {
 
 struct Asked {
-  std::string volume, folder, quantity, landmarks;
+  std::string volume, folder, quantity, landmarks, labels, names, mapping;
   double step = 3;
 };
 
@@ -28,7 +30,10 @@ void print(const Segmentation& found, const std::string& reading, const std::str
       fmt::print("{:<18} {:<7} {:>10.3f}  {:.2f}  {}\n", parts[n].name, name_of(part.coverage),
                  part.volume * 1e-6, part.confidence, part.note);
   }
-  fmt::print("labels.nii.gz, labels.tsv, landmarks.json and segmentation.json are in {}\n", folder);
+  fmt::print(
+      "labels.nii.gz, landmarks.json and segmentation.json are in {}; for 3D Slicer: labels.ctbl, "
+      "landmarks.mrk.json\n",
+      folder);
 }
 
 Result<nlohmann::json> run(const Asked& asked, const Command& command) {
@@ -42,22 +47,32 @@ Result<nlohmann::json> run(const Asked& asked, const Command& command) {
     if (auto fine = check_writable(std::filesystem::path(asked.folder) / name); !fine)
       return tl::unexpected(fine.error());
   ProgressBar bar(command.json);
-  SegmentOptions options{
-      asked.step, command.threads, {}, [&](double share, std::string_view) { bar.update(share); }};
+  SegmentOptions options{asked.step, command.threads};
+  options.progress = [&](double share, std::string_view) { bar.update(share); };
+  std::vector<std::string> told;
   if (!asked.landmarks.empty()) {
-    auto given = read_landmarks(asked.landmarks);
+    auto given = read_given_landmarks(asked.landmarks);
     if (!given) return tl::unexpected(given.error());
-    options.given = std::move(*given);
+    options.given = std::move(given->landmarks);
+    told = std::move(given->warnings);
   }
   const auto scanned = read_volume(asked.volume, reading);
   if (!scanned) return tl::unexpected(scanned.error());
+  std::optional<ClassMap> classes;
+  if (!asked.labels.empty()) {
+    auto read = read_classes(asked.labels, asked.names, asked.mapping);
+    if (!read) return tl::unexpected(read.error());
+    classes = std::move(*read);
+    options.classes = &*classes;
+  }
   bar.begin("finding the body's parts");
   auto found = segment(scanned->volume, options);
   bar.end(found ? "done" : "failed");
   if (!found) return tl::unexpected(found.error());
-  found->warnings.insert(found->warnings.begin(), scanned->warnings.begin(), scanned->warnings.end());
+  for (const auto& list : {told, scanned->warnings})
+    found->warnings.insert(found->warnings.begin(), list.begin(), list.end());
   const auto account = segmentation_account(*found, asked.volume, scanned->reading);
-  if (const auto written = write_segmentation(asked.folder, *found, account); !written)
+  if (const auto written = write_segmentation(asked.folder, *found, account, asked.landmarks); !written)
     return tl::unexpected(written.error());
   if (!command.json) print(*found, scanned->reading, asked.folder);
   for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
@@ -73,8 +88,16 @@ void add_segment(CLI::App& program, Command& command) {
   verb->add_option("-o,--out", asked->folder, "Folder for labels, landmarks and account")->required();
   verb->add_option("--quantity", asked->quantity,
                    "What the voxels hold: hu, density_kgm3, density_gcm3, labels, mr");
-  verb->add_option("--landmarks", asked->landmarks,
-                   "Landmarks placed by hand (JSON): they replace those found");
+  auto* labels =
+      verb->add_option("--labels", asked->labels, "Somebody else's label map of the same body, to part by");
+  auto* mapping = verb->add_option("--label-mapping", asked->mapping,
+                                   "From its classes to parts: totalsegmentator, icrp110 or a table");
+  labels->needs(mapping);
+  mapping->needs(labels);
+  verb->add_option("--label-names", asked->names, "Its names (TSV; default: beside it)")->needs(labels);
+  verb->add_option(
+      "--landmarks", asked->landmarks,
+      "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer): they replace those found");
   verb->add_option("--step", asked->step, "Grid on which parts are looked for, mm")
       ->check(number_within(finest_step, coarsest_step));
   verb->callback(

@@ -9,7 +9,7 @@
 #include "inertia/table_file.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
-#include "segmentation/landmarks_file.hpp"
+#include "segmentation/given_landmarks.hpp"
 
 namespace borelli {
 namespace {
@@ -23,10 +23,10 @@ Result<nlohmann::json> work(const Asked& asked, const Command& command) {
   if (auto fine = check_writable(asked.out); !fine) return tl::unexpected(fine.error());
   const auto table = read_table(asked.table);
   if (!table) return tl::unexpected(table.error());
-  const auto landmarks = read_landmarks(asked.landmarks);
-  if (!landmarks) return tl::unexpected(landmarks.error());
-  std::vector<std::string> warnings;
-  const auto skeleton = build_skeleton(movable_parts(*table, warnings), *landmarks, asked.options);
+  const auto given = read_given_landmarks(asked.landmarks);
+  if (!given) return tl::unexpected(given.error());
+  std::vector<std::string> warnings = given->warnings;
+  const auto skeleton = build_skeleton(movable_parts(*table, warnings), given->landmarks, asked.options);
   if (!skeleton) return tl::unexpected(skeleton.error());
   const auto text = write_scene(skeleton->scene);
   if (!text) return tl::unexpected(text.error());
@@ -45,7 +45,8 @@ void add_skeleton(CLI::App& program, Command& command) {
       program.add_subcommand("skeleton", "From an inertia table and joint centres to a scene that moves");
   auto asked = std::make_shared<Asked>();
   verb->add_option("table", asked->table, "Inertia table (.json)")->required();
-  verb->add_option("--landmarks", asked->landmarks, "Joint centres and bony points (.json)")->required();
+  verb->add_option("--landmarks", asked->landmarks, "Joint centres and bony points (.json, .mrk.json, .fcsv)")
+      ->required();
   verb->add_option("-o,--out", asked->out, "Scene to write (.toml)")->required();
   verb->add_option("--name", asked->options.name, "Name of the scene")->capture_default_str();
   verb->callback(

@@ -77,7 +77,7 @@ TEST_F(PhantomVerb, LeavesTheScanItsLabelsTheExactTableAndTheLandmarks) {
   // nothing else is left
   std::size_t files = 0;
   for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder / "deep")) ++files;
-  EXPECT_EQ(files, 6u);  // with the labels' names
+  EXPECT_EQ(files, 7u);  // with the labels' names and colours
 }
 
 TEST_F(PhantomVerb, SameSeedSameFiles) {

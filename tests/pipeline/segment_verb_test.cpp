@@ -1,6 +1,8 @@
 // borelli segment from the command line: its files, its refusals.
 #include <gtest/gtest.h>
 
+#include <fmt/core.h>
+
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -35,8 +37,8 @@ TEST(SegmentVerb, LeavesLabelsLandmarksAndAccount) {
   std::vector<std::string> files;
   for (const auto& entry : fs::directory_iterator(folder / "out")) files.push_back(entry.path().filename());
   std::sort(files.begin(), files.end());
-  EXPECT_EQ(files,
-            (std::vector<std::string>{"labels.nii.gz", "labels.tsv", "landmarks.json", "segmentation.json"}));
+  EXPECT_EQ(files, (std::vector<std::string>{"labels.ctbl", "labels.nii.gz", "labels.tsv", "landmarks.json",
+                                             "landmarks.mrk.json", "segmentation.json"}));
 
   const auto labels = read_labels((folder / "out/labels.nii.gz").string());
   ASSERT_TRUE(labels) << labels.error().message();
@@ -54,10 +56,53 @@ TEST(SegmentVerb, LeavesLabelsLandmarksAndAccount) {
   EXPECT_LT((landmarks->at("shoulder_left").point - body->landmarks.at("shoulder_left").point).norm(), 4);
 }
 
+// Somebody else's label map on a grid of its own, and a knee that was moved in 3D Slicer.
+TEST(SegmentVerb, PartsByClassesAndLandmarksOfOthers) {
+  const TestFolder folder;
+  const auto body = build_phantom({});
+  GridOptions coarse;
+  coarse.spacing = Eigen::Vector3d::Constant(5);
+  const Scan scan = voxelise(*body, phantom_grid(*body, coarse));
+  ASSERT_TRUE(write_volume(folder / "scan.nii.gz", scan.grey));
+  LabelMap classes = scan.labels;
+  classes.names.assign(classes.names.size(), "");
+  for (std::size_t n = 1; n < parts.size(); ++n) classes.names[n] = "My " + std::string(parts[n].name);
+  ASSERT_TRUE(write_labels(folder / "classes.nrrd", classes));
+  std::string table = "name\tpart\n";
+  for (std::size_t n = 2; n < parts.size(); ++n) table += fmt::format("my-{0}\t{0}\n", parts[n].name);
+  folder.write("mapping.tsv", table);
+  folder.write("moved.fcsv", "# CoordinateSystem = LPS\n1,10,20,500,0,0,0,1,1,1,0,KNEE LEFT,,,2,0\n");
+  const std::string command = "segment " + (folder / "scan.nii.gz").string() + " --labels " +
+                              (folder / "classes.nrrd").string() + " --step 5 -o " +
+                              (folder / "out").string();
+  const auto needs = run_program(command);
+  EXPECT_EQ(needs.code, 2);
+  EXPECT_NE(needs.err.find("--label-mapping"), std::string::npos) << needs.err;
+  const auto run = run_program(command + " --json --label-mapping " + (folder / "mapping.tsv").string() +
+                               " --landmarks " + (folder / "moved.fcsv").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto answer = nlohmann::json::parse(run.out);
+  EXPECT_NE(answer.at("warnings").dump().find("does not tell of 1 of its classes (My head)"),
+            std::string::npos);
+  const auto labels = read_labels((folder / "out/labels.nii.gz").string());
+  ASSERT_TRUE(labels) << labels.error().message();
+  std::size_t own = 0, all = 0;
+  for (std::size_t o = 0; o < labels->voxels.size(); ++o) {
+    all += scan.labels.voxels[o] > 1;
+    own += scan.labels.voxels[o] > 1 && labels->voxels[o] == scan.labels.voxels[o];
+  }
+  EXPECT_EQ(own, all);
+  const auto marks = read_landmarks((folder / "out/landmarks.json").string());
+  ASSERT_TRUE(marks) << marks.error().message();
+  EXPECT_EQ(marks->at("knee_left").point, Eigen::Vector3d(10, 20, 500));
+  EXPECT_EQ(marks->at("knee_left").source, "placed by hand");
+}
+
 TEST(RunOptions, WithoutEffectAreRefused) {
   const TestFolder folder;
   const std::string run = "run " + (folder / "scan.nii.gz").string() + " -o " + (folder / "out").string();
-  for (const char* options : {" --label-names names.tsv", " --labels map.nii.gz --work-grid 4"}) {
+  for (const char* options :
+       {" --label-names names.tsv", " --labels map.nii.gz --work-grid 4", " --label-mapping icrp110"}) {
     const auto refused = run_program(run + options);
     EXPECT_EQ(refused.code, 2) << options;
     EXPECT_NE(refused.err.find("--labels"), std::string::npos) << refused.err;

@@ -1,0 +1,87 @@
+#include "segmentation/class_map.hpp"
+
+#include <fmt/core.h>
+
+#include <array>
+#include <cmath>
+
+#include "segmentation/slabs.hpp"
+
+namespace borelli {
+
+Result<ClassMap> class_map(const std::string& where, NumberedLabels labels, const ClassMapping& mapping) {
+  ClassMap map;
+  map.labels = std::move(labels.map);
+  map.rules.resize(map.labels.names.size());
+  std::array<std::size_t, 256> voxels{};
+  for (const auto label : map.labels.voxels) ++voxels[label];
+  std::size_t known = 0, unknown = 0;
+  std::string list;
+  for (std::size_t label = 1; label < map.rules.size(); ++label) {
+    if (voxels[label] == 0) continue;
+    const std::string& name = map.labels.names[label];
+    if (const ClassRule* rule = mapping.find(labels.numbers[label], name)) {
+      map.rules[label] = *rule;
+      ++known;
+      continue;
+    }
+    if (++unknown <= 8)
+      list +=
+          (list.empty() ? "" : ", ") + (name.empty() ? fmt::format("label {}", labels.numbers[label]) : name);
+  }
+  if (known == 0 && unknown > 0)
+    return failure(where, "none of its classes is in the mapping (" + list +
+                              "): is it the right mapping, and are the "
+                              "classes' names or numbers as it has them?");
+  if (unknown > 0)
+    map.warnings.push_back(
+        fmt::format("{}: the mapping does not tell of {} of its classes ({}{}): they are divided like "
+                    "what has no label",
+                    where, unknown, list, unknown > 8 ? ", ..." : ""));
+  return map;
+}
+
+Result<ClassMap> read_classes(const std::string& path, const std::string& names, const std::string& mapping,
+                              const Progress& progress) {
+  const auto rules = class_mapping(mapping);
+  if (!rules) return tl::unexpected(rules.error());
+  auto labels = read_numbered_labels(path, names, progress);
+  if (!labels) return tl::unexpected(labels.error());
+  return class_map(path, std::move(*labels), *rules);
+}
+
+bool same_grid(const Grid& a, const Grid& b) {
+  if (a.size != b.size) return false;
+  for (int corner = 0; corner < 8; ++corner) {
+    Eigen::Vector3d index;
+    for (int n = 0; n < 3; ++n)
+      index[n] = (corner >> n & 1) ? static_cast<double>(a.size[static_cast<std::size_t>(n)] - 1) : 0;
+    if ((b.index(a.point(index)) - index).cwiseAbs().maxCoeff() > 0.01) return false;
+  }
+  return true;
+}
+
+LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads) {
+  LabelMap out{{grid, {}}, labels.names};
+  if (same_grid(grid, labels.grid)) {
+    out.voxels = labels.voxels;
+    return out;
+  }
+  out.voxels.assign(grid.count(), 0);
+  const Eigen::Matrix3d to_index = labels.grid.axes.inverse();
+  in_slabs(grid.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+    for (std::int64_t k = k0; k < k1; ++k)
+      for (std::int64_t j = 0; j < grid.size[1]; ++j)
+        for (std::int64_t i = 0; i < grid.size[0]; ++i) {
+          const Eigen::Vector3d at =
+              to_index *
+              (grid.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)}) -
+               labels.grid.origin);
+          const auto a = std::lround(at[0]), b = std::lround(at[1]), c = std::lround(at[2]);
+          if (labels.grid.holds(a, b, c)) out.at(i, j, k) = labels.at(a, b, c);
+        }
+  });
+  return out;
+}
+
+}  // namespace borelli

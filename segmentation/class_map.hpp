@@ -1,0 +1,39 @@
+// Somebody else's label map with the rule of each class: what a segmentation is made from instead of bare CT
+// numbers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "segmentation/class_mapping.hpp"
+#include "segmentation/landmarks.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/volume.hpp"
+
+namespace borelli {
+
+struct ClassMap {
+  LabelMap labels;                    ///< classes; 0: the map says nothing of the place
+  std::vector<ClassRule> rules;       ///< by label; [0] is not used
+  std::vector<std::string> warnings;  ///< classes that the mapping does not tell of
+
+  const ClassRule& rule(std::uint8_t label) const { return rules[label]; }
+};
+
+/// Joins a label map and a mapping. Classes that the mapping does not tell of are divided like what has no
+/// label, with a warning. Errors: a mapping that knows none of the map's classes.
+Result<ClassMap> class_map(const std::string& where, NumberedLabels labels, const ClassMapping& mapping);
+
+/// Reads both. `names` as for read_labels, `mapping` as for class_mapping. Errors: theirs.
+Result<ClassMap> read_classes(const std::string& path, const std::string& names, const std::string& mapping,
+                              const Progress& progress = {});
+
+/// The label map on another grid: each voxel takes the label that the map has at its centre, 0 beyond the
+/// map. So a map that was cropped to its segments, as 3D Slicer saves it, or one of another resolution, fits
+/// its scan.
+LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads = 0);
+
+/// True where both grids' voxels lie on each other, to a hundredth of a voxel, over the whole of `a`.
+bool same_grid(const Grid& a, const Grid& b);
+
+}  // namespace borelli

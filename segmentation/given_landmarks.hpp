@@ -1,0 +1,39 @@
+// Landmarks that a person placed or mended: our own JSON, or the points of 3D Slicer.
+//
+// A point counts for the landmark of landmarks.hpp whose name it bears; letters' case, what separates the
+// words and their order do not matter, and L and R stand for left and right ("Hip-Left", "hip l", "LeftHip").
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "error/error.hpp"
+#include "segmentation/landmarks.hpp"
+
+namespace borelli {
+
+struct GivenLandmarks {
+  Landmarks landmarks;
+  std::vector<std::string> warnings;  ///< names that are none of ours, points that were not placed
+};
+
+/// By the file's ending: .mrk.json (markups; also a .json that holds them) and .fcsv of 3D Slicer, in LPS or
+/// RAS and mm, else our own JSON (landmarks_file.hpp). Points of 3D Slicer get a deviation of 3 mm, and the
+/// radius that write_markups noted with them. Errors: as read_landmarks; another coordinate system or unit; a
+/// landmark placed twice; no point that bears a landmark's name.
+Result<GivenLandmarks> read_given_landmarks(const std::string& path);
+
+/// Landmarks as 3D Slicer's point list (.mrk.json, LPS, mm), to look at and mend there. Errors: not writable.
+Result<void> write_markups(const std::string& path, const Landmarks& landmarks);
+
+/// The landmark that a name stands for; empty where it is none of ours.
+std::string landmark_of(std::string_view name);
+
+/// Puts landmarks that were given in the place of those found. One that lies where it was found (within 0.01
+/// mm) was not moved and stays as found; one without a radius keeps that of the ball or cylinder found there.
+/// A shoulder without any gets that of a mean humeral head, 24 mm (Iannotti et al. 1992, J Bone Joint Surg
+/// 74-A:491), which its plane needs.
+void put_given(const Landmarks& given, Landmarks& landmarks);
+
+}  // namespace borelli

@@ -1,0 +1,151 @@
+// Landmarks placed by hand, in the forms of 3D Slicer and our own.
+#include "segmentation/given_landmarks.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "samples/phantom_voxels.hpp"
+#include "scratch_folder.hpp"
+#include "segmentation/segment.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+Result<GivenLandmarks> given(const std::string& name, const std::string& text) {
+  const ScratchFolder folder;
+  std::ofstream(folder / name, std::ios::binary) << text;
+  return read_given_landmarks(folder / name);
+}
+
+// As 3D Slicer 5.6 writes a point list.
+const std::string list = R"({
+  "@schema": "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/markups-schema-v1.0.3.json#",
+  "markups": [{"type": "Fiducial", "coordinateSystem": "FRAME", "coordinateUnits": "mm", "locked": false,
+    "controlPoints": [
+      {"id": "1", "label": "Hip-Left", "description": "", "associatedNodeID": "", "position": [80.5, -20.25, 900.0],
+       "orientation": [-1, 0, 0, 0, -1, 0, 0, 0, 1], "selected": true, "visibility": true, "positionStatus": "defined"},
+      {"id": "2", "label": "KNEE R", "position": [-90.0, 1.0, 480.0]},
+      {"id": "3", "label": "ankle_left", "position": [0.0, 0.0, 0.0], "positionStatus": "undefined"},
+      {"id": "4", "label": "F-4", "position": [1.0, 2.0, 3.0], "positionStatus": "defined"}]}]})";
+
+TEST(GivenLandmarks, SlicerMarkupsInBothFrames) {
+  for (const auto& [frame, sign] : {std::pair{"LPS", 1.}, {"RAS", -1.}}) {
+    std::string text = list;
+    text.replace(text.find("FRAME"), 5, frame);
+    const auto read = given("points.mrk.json", text);
+    ASSERT_TRUE(read) << read.error().message();
+    ASSERT_EQ(read->landmarks.size(), 2U);
+    EXPECT_EQ(read->landmarks.at("hip_left").point, Vector3d(sign * 80.5, sign * -20.25, 900));
+    EXPECT_EQ(read->landmarks.at("knee_right").point, Vector3d(sign * -90, sign * 1, 480));
+    EXPECT_EQ(read->landmarks.at("hip_left").deviation, 3);
+    ASSERT_EQ(read->warnings.size(), 2U);
+    EXPECT_NE(read->warnings[0].find("left aside: F-4"), std::string::npos) << read->warnings[0];
+    EXPECT_NE(read->warnings[1].find("not placed, and count for nothing: ankle_left"), std::string::npos);
+  }
+}
+
+TEST(GivenLandmarks, SlicerFcsvInItsVersions) {
+  const std::string head = "# Markups fiducial file version = 5.4\r\n# CoordinateSystem = ";
+  const std::string columns =
+      "\r\n# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\r\n";
+  const std::string points =
+      "vtkMRMLMarkupsFiducialNode_0,10.5,-3e1,400,0,0,0,1,1,1,0,\"Wrist, left\",,,2,0\r\n"
+      "1,0,0,0,0,0,0,1,1,1,0,neck,,,0,0\r\n";
+  for (const auto& [frame, sign] : {std::pair{"0", -1.}, {"RAS", -1.}, {"1", 1.}, {"LPS", 1.}}) {
+    const auto read = given("points.fcsv", head + frame + columns + points);
+    ASSERT_TRUE(read) << read.error().message();
+    ASSERT_EQ(read->landmarks.size(), 1U);
+    EXPECT_EQ(read->landmarks.at("wrist_left").point, Vector3d(sign * 10.5, sign * -30, 400));
+    EXPECT_NE(read->warnings.at(0).find("not placed, and count for nothing: neck"), std::string::npos);
+  }
+  // before status was written, and with other columns
+  const auto old =
+      given("points.fcsv", "# columns = label,x,y,z,sel,vis\n# CoordinateSystem = 1\nxiphion,1,2,3,1,1\n");
+  ASSERT_TRUE(old) << old.error().message();
+  EXPECT_EQ(old->landmarks.at("xiphion").point, Vector3d(1, 2, 3));
+}
+
+TEST(GivenLandmarks, WhatIsWrongIsTold) {
+  const auto expect = [](const std::string& name, const std::string& text, const std::string& said) {
+    const auto read = given(name, text);
+    ASSERT_FALSE(read) << text;
+    EXPECT_NE(read.error().message().find(said), std::string::npos) << read.error().message();
+  };
+  const std::string columns = "# columns = id,x,y,z,label\n";
+  expect("p.fcsv", "# CoordinateSystem = 2\n", "p.fcsv:1: CoordinateSystem is 2");
+  expect("p.fcsv", columns + "1,2,x,4,neck\n", "p.fcsv:2: y is 'x'");
+  expect("p.fcsv", columns + "1,2,nan,4,neck\n", "p.fcsv:2: y is 'nan'");
+  expect("p.fcsv", columns + "1,2,3,4,neck\n2,2,3,4,Neck\n", "two points for neck");
+  expect("p.fcsv", columns + "1,2,3,4,nose\n", "found: nose");
+  expect("p.fcsv", "", "no point");
+  std::string text = list;
+  expect("p.mrk.json", text, "coordinateSystem is \"FRAME\"");
+  expect("p.mrk.json", R"({"markups": [{"controlPoints": [{"label": "neck", "position": [1, 2]}]}]})",
+         "point neck: expected \"position\"");
+  expect("p.mrk.json", R"({"landmarks": {}})", "holds no \"markups\"");
+  expect("p.json", R"({"markups": [{"coordinateUnits": "cm", "controlPoints": []}]})",
+         "coordinateUnits is \"cm\"");
+  expect("p.json", "{", "is not JSON");
+}
+
+TEST(GivenLandmarks, NamesAreMatchedByTheirWords) {
+  for (const auto& [name, landmark] : {std::pair{"hip_left", "hip_left"},
+                                       {"LeftHip", "hip_left"},
+                                       {"hipleft", "hip_left"},
+                                       {"R. Knee, medial", "knee_medial_right"},
+                                       {"MID HIP", "mid_hip"},
+                                       {"metacarpale-3 l", "metacarpale_3_left"},
+                                       {"ASIS_R", "asis_right"},
+                                       {"hip", ""},
+                                       {"", ""}})
+    EXPECT_EQ(landmark_of(name), landmark) << name;
+  const auto body = build_phantom({});
+  for (const auto& [name, landmark] : body->landmarks) EXPECT_EQ(landmark_of(name), name);
+}
+
+// What was not moved in Slicer stays as it was found, with its deviation; what was moved is the hand's.
+TEST(GivenLandmarks, MarkupsGoOutAndComeBack) {
+  const ScratchFolder folder;
+  Landmarks found;
+  found["shoulder_left"] = {{150.125, -1.0 / 3, 1400}, 1.5, 24.25, "bone: sphere on the humeral head"};
+  found["neck"] = {{1, 2, 1500}, 12, 0, "proportion"};
+  ASSERT_TRUE(write_markups(folder / "l.mrk.json", found));
+  auto read = read_given_landmarks(folder / "l.mrk.json");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_TRUE(read->warnings.empty());
+  ASSERT_EQ(read->landmarks.size(), 2U);
+  EXPECT_EQ(read->landmarks.at("shoulder_left").point, found["shoulder_left"].point);
+  EXPECT_EQ(read->landmarks.at("shoulder_left").radius, 24.25);
+  read->landmarks.at("neck").point[0] += 5;
+  Landmarks mended = found;
+  put_given(read->landmarks, mended);
+  EXPECT_EQ(mended.at("shoulder_left").source, "bone: sphere on the humeral head");
+  EXPECT_EQ(mended.at("shoulder_left").deviation, 1.5);
+  EXPECT_EQ(mended.at("neck").source, "placed by hand");
+  EXPECT_EQ(mended.at("neck").point, Vector3d(6, 2, 1500));
+  EXPECT_EQ(mended.at("neck").deviation, 3);
+
+  Landmarks none;
+  put_given({{"shoulder_right", {{0, 0, 0}, 3, 0, "placed by hand"}}}, none);
+  EXPECT_EQ(none.at("shoulder_right").radius, 24);
+}
+
+// Every landmark that segmentation finds has a name that a person may give.
+TEST(GivenLandmarks, KnowsAllThatIsFound) {
+  const auto body = build_phantom({});
+  GridOptions coarse;
+  coarse.spacing.setConstant(5);
+  SegmentOptions options;
+  options.step = 5;
+  const auto found = segment(voxelise(*body, phantom_grid(*body, coarse)).grey, options);
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_GT(found->landmarks.size(), 30U);
+  for (const auto& [name, landmark] : found->landmarks) EXPECT_EQ(landmark_of(name), name);
+}
+
+}  // namespace
+}  // namespace borelli
