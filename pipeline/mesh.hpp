@@ -1,9 +1,10 @@
 // One closed surface per part of a label map: flying edges, smoothed, decimated.
 //
-// Flying edges (Schroeder, Maynard, Geveci (2015) IEEE LDAV, 33-40) on one label's voxels; windowed-sinc
-// smoothing (Taubin, Zhang, Golub (1996) ECCV, 283-292) in index space, so that the steps of thick slices are
-// smoothed as those of thin ones; then decimate.hpp. What smoothing and decimation take off the volume is
-// given back by moving the points along their normals.
+// Flying edges (Schroeder, Maynard, Geveci (2015) IEEE LDAV, 33-40) on one label's voxels, or its share of
+// blocks of them where they are finer than the tolerance asks for; windowed-sinc smoothing (Taubin, Zhang,
+// Golub (1996) ECCV, 283-292) in index space, so that the steps of thick slices are smoothed as those of thin
+// ones; then decimate.hpp. What smoothing and decimation take off the volume is given back by moving the
+// points along their normals.
 #pragma once
 
 #include <Eigen/Core>

@@ -153,6 +153,24 @@ TEST(Mesh, DecimationKeepsToItsTolerance) {
   EXPECT_LT(before, whole->front().triangles.size() / 20);  // seen: 15092 to 500
 }
 
+// Voxels finer than the tolerance are taken in blocks: the surface still lies within the tolerance of the
+// body's.
+TEST(Mesh, FineVoxelsAreTakenInBlocks) {
+  const double radius = 40;
+  const auto exact = [&](const Vector3d& p) { return (p - middle).norm() - radius; };
+  // uneven blocks (of 2 x 4 x 1) in a box that they do not fill, on turned axes that are not square to each
+  // other
+  const Grid grid = around(oblique({0.9, 0.5, 1.3}, 0.2, true), radius);
+  const LabelMap map = voxelised(grid, [&](const Vector3d& p) { return exact(p) < 0; });
+  const auto meshes = part_meshes(map, {.tolerance = 0.001});
+  ASSERT_TRUE(meshes);
+  const Mesh& mesh = meshes->front();
+  EXPECT_TRUE(is_closed(mesh));
+  EXPECT_LT(distances(mesh, exact).farthest, 1.0);
+  EXPECT_LT(distances(mesh, exact).rms, 0.5);
+  EXPECT_NEAR(enclosed_volume(mesh) / (4e-9 / 3 * std::numbers::pi * std::pow(radius, 3)), 1, 5e-3);
+}
+
 // A finger of four voxels' radius is what smoothing eats first. Rms measured 0.1 voxel, most of it at the
 // round ends.
 TEST(Mesh, AFingerKeepsItsThickness) {

@@ -1,0 +1,55 @@
+// What a large scan takes of memory.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "program_run.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/write.hpp"
+
+namespace borelli {
+namespace {
+
+/// Each voxel as `times` along each axis.
+GreyVolume finer(const GreyVolume& coarse, std::int64_t times) {
+  GreyVolume out;
+  out.quantity = coarse.quantity;
+  out.grid.axes = coarse.grid.axes / double(times);
+  out.grid.origin = coarse.grid.point(Eigen::Vector3d::Constant(0.5 / double(times) - 0.5));
+  for (int c = 0; c < 3; ++c) out.grid.size[c] = coarse.grid.size[c] * times;
+  out.voxels.resize(out.grid.count());
+  std::size_t n = 0;
+  for (std::int64_t k = 0; k < out.grid.size[2]; ++k)
+    for (std::int64_t j = 0; j < out.grid.size[1]; ++j) {
+      const std::int16_t* const row = coarse.voxels.data() + coarse.grid.offset(0, j / times, k / times);
+      for (std::int64_t i = 0; i < out.grid.size[0]; ++i) out.voxels[n++] = row[i / times];
+    }
+  return out;
+}
+
+// As many voxels as 512 x 512 x 1000: within 2 GB from the file to the table.
+TEST(Memory, OfALargeScanStaysBelowTwoGigabytes) {
+  const TestFolder folder;
+  const std::string at = folder.path().string();
+  ASSERT_EQ(run_program("phantom --spacing 2.5 -o " + at + "/body.nii.gz").code, 0);
+  std::size_t voxels = 0;
+  {
+    const auto body = read_volume(at + "/body.nii.gz");
+    ASSERT_TRUE(body) << body.error().message();
+    const GreyVolume large = finer(body->volume, 2);
+    voxels = large.voxels.size();
+    ASSERT_GT(voxels, 0.97 * 512 * 512 * 1000);
+    ASSERT_TRUE(write_volume(at + "/large.nii", large));
+  }
+  ASSERT_EQ(run_program("segment " + at + "/large.nii --quantity hu -o " + at + "/segmentation").code, 0);
+  ASSERT_EQ(run_program("inertia --volume " + at + "/large.nii --quantity hu --labels " + at +
+                        "/segmentation/labels.nii.gz --landmarks " + at + "/segmentation/landmarks.json -o " +
+                        at + "/table.json")
+                .code,
+            0);
+  rusage used{};
+  ASSERT_EQ(getrusage(RUSAGE_CHILDREN, &used), 0);
+  EXPECT_LT(1024. * double(used.ru_maxrss), 2e9) << voxels << " voxels";
+}
+
+}  // namespace
+}  // namespace borelli
