@@ -10,9 +10,11 @@
 
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/glb.hpp"
+#include "pipeline/histogram.hpp"
 #include "pipeline/palette.hpp"
 #include "pipeline/thumbnail.hpp"
 #include "segmentation/parts.hpp"
+#include "segmentation/tissues.hpp"
 
 namespace borelli {
 
@@ -128,6 +130,21 @@ json parts_of(const ReportInputs& inputs) {
   return list;
 }
 
+/// The grey values of the whole scan, counted; for CT numbers with the tissues' upper ends.
+json histogram_of(const GreyVolume& grey, const LabelMap* labels) {
+  const Histogram counted = histogram(grey, labels);
+  json made{{"low", counted.low},     {"width", counted.width}, {"all", counted.all},
+            {"below", counted.below}, {"above", counted.above}, {"tissues", json::array()}};
+  if (!counted.body.empty()) made["body"] = counted.body;
+  if (grey.quantity == Quantity::hu)
+    made["tissues"] = {{{"name", "air"}, {"to", air_to_hu}},
+                       {{"name", "lung"}, {"to", lung_to_hu}},
+                       {{"name", "fat"}, {"to", fat_to_hu}},
+                       {{"name", "soft tissue"}, {"to", soft_to_hu}},
+                       {{"name", "bone"}, {"to", nullptr}}};
+  return made;
+}
+
 json joints_of(const Landmarks& landmarks) {
   json list = json::array();
   for (const Part& part : parts) {
@@ -205,6 +222,7 @@ Result<std::string> report_page(const ReportInputs& inputs) {
   for (const auto& file : inputs.files)
     report["files"].push_back({{"path", file.path}, {"bytes", file.bytes}});
   if (inputs.landmarks) report["joints"] = joints_of(*inputs.landmarks);
+  if (inputs.grey) report["histogram"] = histogram_of(*inputs.grey, inputs.labels);
   if (inputs.trajectory) report["motion"] = motion_of(*inputs.trajectory);
 
   std::vector<std::pair<const char*, std::string_view>> blocks;

@@ -226,8 +226,8 @@ TEST(Glb, ValidatorFindsNothing) {
     const auto path = folder / (name + ".glb");
     ASSERT_TRUE(write_whole(path, bytes));
     EXPECT_EQ(
-        std::system(("node " + test::source_folder() + "/pipeline/report/validate_glb.mjs " + path.string())
-                        .c_str()),
+        std::system(
+            ("node " + test::source_folder() + "/pipeline/report/validate_glb.mjs " + path.string()).c_str()),
         0)
         << name;
   }

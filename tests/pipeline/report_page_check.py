@@ -116,6 +116,34 @@ def check_scan(browser):
     expect(abs(x - (97 + 292) / 584) < 0.025 and abs(y - (1756 - 440) / 1782) < 0.01, f"the left knee's ring lies at {x:.3f}, {y:.3f}")
 
 
+def check_histogram(browser, width):
+    """Bands and lines lie where the thresholds are, and no text on another."""
+    texts = browser.run("""[...document.querySelectorAll('.histogram text')].map(text => {
+      const box = text.getBoundingClientRect(); return [text.textContent, box.left, box.top, box.right, box.bottom]; })""")
+    words = [text for text, *_ in texts]
+    # the scan holds -1000 to 700 HU; the thresholds are those of segmentation/tissues.hpp
+    for word in ("air below −950", "lung to −300", "fat to −25", "soft tissue to 160", "bone above 160",
+                 "CT number (HU)", "voxels per 10 HU"):
+        expect(word in words, f"at {width} pixels the histogram does not say '{word}' but {words}")
+    for i, (word, *a) in enumerate(texts):
+        for other, *b in texts[:i]:
+            expect(a[0] >= b[2] or b[0] >= a[2] or a[1] >= b[3] - 2 or b[1] >= a[3] - 2,
+                   f"at {width} pixels the histogram's '{word}' lies on '{other}'")
+        expect(a[0] >= 0 and a[2] <= width, f"at {width} pixels the histogram's '{word}' leaves the page")
+    # the line at 160 HU, and the body's values (40 and 700 HU) to its sides, by the labels of the axis
+    ticks = {int(word.replace("−", "-")): (a[0] + a[2]) / 2 for word, *a in texts
+             if word.replace("−", "").isdigit() and abs(a[1] - next(t[2] for t in texts if t[0] == "0")) < 3}
+    ticks_top = next(a[1] for word, *a in texts if word == "0")
+    low, high = min(ticks), max(ticks)
+    pixels = lambda hu: ticks[low] + (hu - low) / (high - low) * (ticks[high] - ticks[low])
+    lines = browser.run("[...document.querySelectorAll('.histogram path.threshold')].map(l => l.getBoundingClientRect()).map(b => [b.left, b.top])")
+    for (line, end), hu in zip(lines, (-950, -300, -25, 160), strict=True):
+        for word, *a in texts:
+            expect(line < a[0] or line > a[2] or end > a[3] - 3 or a[1] > ticks_top - 3,
+                   f"at {width} pixels the line at {hu} HU crosses '{word}'")
+        expect(abs(line - pixels(hu)) < 1.5, f"at {width} pixels the threshold of {hu} HU lies at {line}, not {pixels(hu)}")
+
+
 def check_words(browser):
     expect(browser.run("document.querySelector('h1').children.length") == 0, "the subject's name became markup")
     expect("</script><b id=x>" in browser.run("document.querySelector('h1').textContent"), "the subject's name is not whole")
@@ -150,10 +178,11 @@ def check_layout(browser, page, width, **media):
     browser.run("window.borelli.ready")
     wide = browser.run("document.documentElement.scrollWidth")
     expect(wide <= width, f"at {width} pixels the page is {wide} wide")
+    check_histogram(browser, width)
     over = browser.run("(box => box.scrollWidth - box.clientWidth)(document.querySelector('.joints-view .scroll'))")
     expect(over <= 0 or width < 420, f"at {width} pixels the joints' table is {over} too wide")
     for selector in ("h1", ".source", ".facts dt", ".warnings li", ".help", ".numbers tbody th", ".difference",
-                     "[role=tab]", ".certificate li", ".quiet", ".files a"):
+                     "[role=tab]", ".histogram-figure .key", ".certificate li", ".quiet", ".files a"):
         contrast = browser.run(f"{CONTRAST}('{selector}')")
         # WCAG 2.1, 1.4.3 (AA): 4.5 for text
         expect(contrast >= 4.5, f"{selector} has a contrast of {contrast:.2f} at {width} pixels, {media or 'light'}")

@@ -142,6 +142,24 @@ TEST_F(Report, HoldsWhatItWasGiven) {
   EXPECT_EQ(inflated(script(text, "block-grey"), copy.grey.size()).size(), copy.grey.size());
 }
 
+TEST_F(Report, CountsTheGreyValues) {
+  const json counts = json::parse(script(page(inputs()), "report"))["histogram"];
+  const auto at = [&](const char* which, int value) -> std::size_t {
+    return counts[which]
+                 [static_cast<std::size_t>((value - counts["low"].get<int>()) / counts["width"].get<int>())];
+  };
+  // the capsules hold 40 and, in their bones, 700; outside them is -1000 and nothing else
+  std::map<int, std::size_t> voxels;
+  for (const auto value : scan.grey.voxels) ++voxels[value];
+  for (const int value : {-1000, 40, 700}) EXPECT_EQ(at("all", value), voxels[value]) << value;
+  EXPECT_EQ(at("body", -1000), 0u);
+  EXPECT_EQ(at("body", 40), voxels[40]);
+  EXPECT_EQ(at("body", 700), voxels[700]);
+  EXPECT_EQ(counts["tissues"][3], (json{{"name", "soft tissue"}, {"to", 160}}));
+  scan.grey.quantity = Quantity::mr;  // in which no value means a tissue
+  EXPECT_TRUE(json::parse(script(page(inputs()), "report"))["histogram"]["tissues"].empty());
+}
+
 TEST_F(Report, LongMotionsAreThinnedForTheCurves) {
   motion = capsule_motion(20'000);
   const json data = json::parse(script(page(inputs()), "report"));

@@ -5,6 +5,7 @@ import { makeFiles, makeSettings, makeTimings, totalSeconds, warningsOf } from '
 import { motionCharts } from './charts.js';
 import { readBlock, readReport } from './data.js';
 import { fixed, h, seconds, section, significant } from './dom.js';
+import { makeHistogram } from './histogram.js';
 import { makeMassChart } from './masses.js';
 import { makePlayer } from './player.js';
 import { jointTable, makeCoronal, makeSlices } from './slices.js';
@@ -150,6 +151,11 @@ function scan(report, grey, labels, redraws) {
         h('div', { class: 'scroll' }, jointTable(report.joints)),
       ),
     );
+  }
+  if (report.histogram?.all.length > 1) {
+    const chart = makeHistogram(report.histogram, report.source.quantity);
+    redraws.push(chart.draw);
+    content.push(h('h3', {}, 'Grey values'), chart.element);
   }
   const step = fixed(volume.step, 1);
   return section(
