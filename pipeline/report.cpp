@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "pipeline/certificate_report.hpp"
+#include "pipeline/cut_lines.hpp"
 #include "pipeline/glb.hpp"
 #include "pipeline/histogram.hpp"
 #include "pipeline/palette.hpp"
@@ -159,6 +160,19 @@ json joints_of(const Landmarks& landmarks) {
   return list;
 }
 
+/// The planes by which the parts were cut, as lines in the picture from the front; null where none of them
+/// shows.
+json cuts_of(const ReportInputs& inputs, const Thumbnail& copy) {
+  if (!inputs.labels || !inputs.landmarks) return nullptr;
+  std::string convention = "deleva1996";
+  if (inputs.segmentation.is_object()) convention = inputs.segmentation.value("convention", convention);
+  json lines = json::array();
+  for (const CutLine& line : cut_lines(copy, inputs.labels->names, cut_planes(*inputs.landmarks)))
+    lines.push_back({{"joint", line.joint}, {"from", vector_of(line.from)}, {"to", vector_of(line.to)}});
+  if (lines.empty()) return nullptr;
+  return {{"convention", convention}, {"lines", lines}};
+}
+
 /// Curves of at most some 1500 points, the trajectory's own samples.
 json motion_of(const Trajectory& motion) {
   const double span = motion.times.empty() ? 0 : motion.times.back() - motion.times.front();
@@ -234,6 +248,7 @@ Result<std::string> report_page(const ReportInputs& inputs) {
                         {"origin", vector_of(copy.origin)},
                         {"low", copy.low},
                         {"high", copy.high}};
+    report["cuts"] = cuts_of(inputs, copy);
     if (inputs.grey) blocks.emplace_back("grey", view_of(copy.grey));
     if (inputs.labels) blocks.emplace_back("labels", view_of(copy.labels));
   }

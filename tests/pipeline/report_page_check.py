@@ -114,6 +114,26 @@ def check_scan(browser):
       const ring = text.previousElementSibling, box = document.querySelector('.coronal-sum canvas').getBoundingClientRect(),
       at = ring.getBoundingClientRect(); return [(at.x + at.width / 2 - box.x) / box.width, (at.y + at.height / 2 - box.y) / box.height]; })()""")
     expect(abs(x - (97 + 292) / 584) < 0.025 and abs(y - (1756 - 440) / 1782) < 0.01, f"the left knee's ring lies at {x:.3f}, {y:.3f}")
+    # the plane of the left elbow halves the angle between (190, 0, 1400) - (212, 0, 1090) - (228, -25, 810) mm and
+    # crosses an arm of 36 to 45 mm radius; the voxels are of 12 mm
+    lines = browser.run("""[...document.querySelectorAll('.coronal-sum .cut-plane')].map(line => {
+      const path = line.querySelector('.core').getAttribute('d').match(/[-0-9.]+/g).map(Number),
+      box = document.querySelector('.coronal-sum canvas').getBoundingClientRect(),
+      at = document.querySelector('.coronal-sum svg').getBoundingClientRect();
+      return [line.querySelector('title').textContent, path.map((v, i) => i % 2 ? 1756 - (v + at.y - box.y) / box.height * 1782
+        : (v + at.x - box.x) / box.width * 584 - 292)]; })""")
+    elbow = dict(lines).get("Left elbow: cut plane")
+    if elbow:
+        middle = (elbow[0] + elbow[2]) / 2, (elbow[1] + elbow[3]) / 2
+        expect(abs(middle[0] - 212) < 14 and abs(middle[1] - 1090) < 14, f"the elbow's cut lies about {middle}")
+        expect(40 < elbow[2] - elbow[0] < 115, f"the elbow's cut reaches from {elbow[0]} to {elbow[2]} mm")
+        # normal: the mean of the unit vectors (22, -310) and (16, -280): the line rises by 0.0641 to the left
+        expect(abs((elbow[3] - elbow[1]) / (elbow[2] - elbow[0]) - 0.0641) < 0.01, f"the elbow's cut runs {elbow}")
+    else:
+        problems.append(f"no cut plane of the left elbow among {lines}")
+    # where the labels are not cut by its plane (the knees' capsules meet above it), none is drawn
+    expect("Left knee: cut plane" not in dict(lines), "a plane that cuts nothing is drawn")
+    expect("de Leva (1996)" in browser.run("document.querySelector('.joints-view figcaption').textContent"), "the convention is not named")
 
 
 def check_histogram(browser, width):

@@ -3,12 +3,13 @@ import './style.css';
 import { eventTable, makeCertificate, residualTable, verdictOf } from './certificate.js';
 import { makeFiles, makeSettings, makeTimings, totalSeconds, warningsOf } from './account.js';
 import { motionCharts } from './charts.js';
+import { jointTable, makeCoronal } from './coronal.js';
 import { readBlock, readReport } from './data.js';
 import { fixed, h, seconds, section, significant } from './dom.js';
 import { makeHistogram } from './histogram.js';
 import { makeMassChart } from './masses.js';
 import { makePlayer } from './player.js';
-import { jointTable, makeCoronal, makeSlices } from './slices.js';
+import { makeSlices } from './slices.js';
 import { isWhole, makeTables, rowsOf, sourcesOf } from './table.js';
 import { makeVolume } from './volume.js';
 
@@ -135,19 +136,14 @@ function scan(report, grey, labels, redraws) {
   const content = [slices.element];
   redraws.push(slices.redraw);
   if (report.joints?.length > 0) {
-    const coronal = makeCoronal(volume, shown, report.joints);
+    const coronal = makeCoronal(volume, shown, report.joints, report.cuts);
     redraws.push(coronal.redraw);
     content.push(
-      h('h3', {}, 'Joint centres'),
+      h('h3', {}, report.cuts ? 'Joint centres and cut planes' : 'Joint centres'),
       h(
         'div',
         { class: 'joints-view' },
-        h(
-          'figure',
-          {},
-          h('figcaption', {}, 'The scan summed from front to back, coloured by part'),
-          coronal.element,
-        ),
+        coronal.element,
         h('div', { class: 'scroll' }, jointTable(report.joints)),
       ),
     );
