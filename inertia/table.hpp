@@ -36,6 +36,8 @@ struct SegmentFrame {
   Eigen::Matrix3d R_WA = Eigen::Matrix3d::Identity();    ///< columns: the anatomical axes, in the patient's
   std::string axes;                                      ///< how the axes were found, in words
   std::string cuts;  ///< as PublishedSegment::cuts, or other words where the cuts are no published ones'
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< m, patient axes, where the frame has one
+  std::string origin_name;                           ///< in words; empty: the frame has axes only
 
   /// The endpoints' distance along the long axis, m, as de Leva measures it; 0 where they are not known.
   double length() const { return from.empty() ? 0 : long_axis.dot(to_point - from_point); }
@@ -61,6 +63,7 @@ struct InertiaSource {
   std::string sex;             ///< "male", "female", or empty: not stated, and nothing to compare with
   std::string pose;            ///< "supine", "standing" ...; empty: not stated
   std::string cuts;            ///< convention of the cuts, e.g. "deleva1996"
+  std::string frames;          ///< "joints" (segment_frames.hpp) or "isb" (isb_frames.hpp); empty: not stated
 };
 
 struct InertiaTable {

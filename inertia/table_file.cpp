@@ -111,7 +111,7 @@ Json matrix_json(const Matrix3d& m) {
   return rows;
 }
 
-Json frame_json(const SegmentFrame& frame) {
+Json bare_frame_json(const SegmentFrame& frame) {
   return {{"segment", frame.segment},
           {"from", frame.from},
           {"to", frame.to},
@@ -121,6 +121,15 @@ Json frame_json(const SegmentFrame& frame) {
           {"anatomical_axes_in_patient", matrix_json(frame.R_WA)},
           {"axes", frame.axes},
           {"cuts", frame.cuts}};
+}
+
+Json frame_json(const SegmentFrame& frame) {
+  Json json = bare_frame_json(frame);
+  if (!frame.origin_name.empty()) {
+    json["origin"] = frame.origin_name;
+    json["origin_point_m"] = vector_json(frame.origin);
+  }
+  return json;
 }
 
 Json published_json(const InertiaTable& table, const InertiaRow& row, std::string_view name) {
@@ -139,6 +148,9 @@ Json derived_json(const InertiaTable& table, const InertiaRow& row) {
             {"principal_axes_columns", matrix_json(principal.axes)}};
   if (const auto anatomical = anatomical_numbers(row)) {
     json["anatomical_tensor_kgm2"] = matrix_json(anatomical->tensor);
+    if (!row.frame->origin_name.empty())
+      json["centre_in_frame_m"] =
+          vector_json(row.frame->R_WA.transpose() * (row.inertial.centre - row.frame->origin));
     if (anatomical->length > 0) {
       json["length_m"] = anatomical->length;
       json["centre_pct"] = 100 * anatomical->centre_along;
@@ -163,7 +175,7 @@ Json row_json(const InertiaTable& table, const InertiaRow& row) {
   return json;
 }
 
-constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 8> source_fields{
+constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 9> source_fields{
     {{"volume", &InertiaSource::volume},
      {"quantity", &InertiaSource::quantity},
      {"density_curve", &InertiaSource::density_curve},
@@ -171,7 +183,8 @@ constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 8> so
      {"sampling", &InertiaSource::sampling},
      {"sex", &InertiaSource::sex},
      {"pose", &InertiaSource::pose},
-     {"cuts", &InertiaSource::cuts}}};
+     {"cuts", &InertiaSource::cuts},
+     {"frames", &InertiaSource::frames}}};
 
 // ---- reading: what is wrong is thrown as a sentence and caught at the border, in table_from_json
 
@@ -222,6 +235,10 @@ SegmentFrame frame_from(const Json& json, const std::string& owner) {
                      matrix(member(json, axes, owner), axes, owner),
                      text(json, "axes", owner),
                      text(json, "cuts", owner)};
+  if (json.contains("origin")) {
+    frame.origin_name = text(json, "origin", owner);
+    frame.origin = vector_of("origin_point_m");
+  }
   if (!(frame.R_WA * frame.R_WA.transpose()).isIdentity(1e-6) || frame.R_WA.determinant() < 0)
     throw Damaged{fmt::format("\"{}\" of {} must be orthonormal and right-handed", axes, owner)};
   return frame;
@@ -255,7 +272,9 @@ InertiaTable table_from(const Json& json) {
     throw Damaged{fmt::format("its format is \"{}\", expected \"{}\"", format, format_name)};
   InertiaSource source;
   const Json& from = member(json, "source", "the file");
-  for (const auto& [key, field] : source_fields) source.*field = text(from, key, "\"source\"");
+  for (const auto& [key, field] : source_fields)
+    if (from.contains(key) || std::string_view(key) != "frames")  // older tables do not say
+      source.*field = text(from, key, "\"source\"");
   const Json& parts = member(json, "parts", "the file");
   if (!parts.is_array()) throw Damaged{"\"parts\" must be a list"};
   std::vector<InertiaRow> rows;

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "inertia/skin.hpp"
+#include "pipeline/isb_frames.hpp"
 #include "pipeline/segment_frames.hpp"
 
 namespace borelli {
@@ -145,6 +146,7 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
     row.inertial = to_inertial(weighed->mass[label], labels.grid, weighed->sampling);
     if (there) row.frame = segment_frame(row.part, landmarks, row.inertial, options.cuts);
     if (row.frame) {
+      if (options.frames == "isb") lay_isb_frame(*row.frame, row.part, landmarks);
       const std::string told = row.notes.empty() ? "" : row.notes.front();
       for (auto& note : endpoint_notes(*row.frame, row.part, landmarks, told)) row.notes.push_back(note);
     }
@@ -158,6 +160,7 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   source.density_source = hu ? curve->source : "";
   source.sampling = weighed->sampling_in_words;
   source.sex = options.sex, source.pose = options.pose, source.cuts = options.cuts;
+  source.frames = options.frames;
   InertiaTable table = make_table(std::move(source), std::move(rows));
   if (table.whole.completeness == Completeness::absent) return failure("labels", "no voxel is labelled");
   return table;

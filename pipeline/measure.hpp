@@ -22,10 +22,15 @@ struct MeasureOptions {
   std::optional<Sampling> sampling;
   double blur_reach = 2;            ///< mm, of grow_skin
   std::string cuts = "deleva1996";  ///< convention by which the labels were cut
+  std::string frames = "joints";    ///< of the segments: "joints" or "isb"
   std::string sex;                  ///< "male", "female", or empty
   std::string pose;                 ///< "supine", "standing" ..., or empty
   int threads = 0;                  ///< 0: as many as the machine has
 };
+
+/// What MeasureOptions::cuts may be: our conventions, and published ways of cutting.
+inline const std::vector<std::string> cut_names{"deleva1996", "dempster",   "bone", "joint",
+                                                "zatsiorsky", "mcconville", "other"};
 
 /// How much of a part a scan holds; of a cut one, why, and of any how its bounds were found.
 struct PartHeld {

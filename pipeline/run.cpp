@@ -145,7 +145,8 @@ class Run {
 };
 
 Result<json> Run::hand_on(const Segmentation& found, const ScannedVolume& scan) {
-  const json account = segmentation_account(found, settings_.volume, scan.reading);
+  json account = segmentation_account(found, settings_.volume, scan.reading);
+  account["convention"] = settings_.convention;
   if (auto written = write_segmentation(file("segmentation"), found, account, settings_.landmarks); !written)
     return tl::unexpected(written.error());
   json parts_found = json::object();
@@ -161,6 +162,9 @@ Result<json> Run::segment_scan(const Progress& progress) {
   const auto scan = data_.scan([&](double share) { progress(0.2 * share); });
   if (!scan) return tl::unexpected(scan.error());
   SegmentOptions options{settings_.work_grid_mm, settings_.threads};
+  const auto cuts = convention(settings_.convention);
+  if (!cuts) return tl::unexpected(cuts.error());
+  options.convention = *cuts;
   options.progress = [&](double share, std::string_view) { progress(0.2 + 0.7 * share); };
   std::optional<ClassMap> classes;
   if (!settings_.labels.empty()) {
@@ -220,6 +224,8 @@ Result<json> Run::integrate() {
   options.density_curve = settings_.density_curve;
   options.sex = settings_.sex;
   options.pose = settings_.pose;
+  options.cuts = settings_.convention;
+  options.frames = settings_.frames;
   options.threads = settings_.threads;
   auto table = measure((*scan)->volume, (*segmentation)->labels, (*segmentation)->landmarks, options,
                        completeness_of((*segmentation)->part));
@@ -400,6 +406,8 @@ json settings_of(const RunSettings& s) {
           {"sex", s.sex},
           {"pose", s.pose},
           {"density_curve", s.density_curve},
+          {"convention", s.convention},
+          {"frames", s.frames},
           {"method", s.method},
           {"equations", s.equations},
           {"work_grid_mm", s.work_grid_mm},
@@ -433,7 +441,7 @@ std::vector<Stage> stages_of(Run& run, const RunSettings& settings) {
   std::vector<Stage> stages;
   stages.push_back({"segmentation",
                     {},
-                    pick(all, {"quantity", "work_grid_mm", "label_mapping"}),
+                    pick(all, {"quantity", "work_grid_mm", "label_mapping", "convention"}),
                     {"segmentation/labels.nii.gz", "segmentation/labels.tsv", "segmentation/labels.ctbl",
                      "segmentation/landmarks.json", "segmentation/segmentation.json"},
                     shown(settings.labels.empty() || !settings.label_mapping.empty() ? &Run::segment_scan
@@ -442,7 +450,7 @@ std::vector<Stage> stages_of(Run& run, const RunSettings& settings) {
                     {{"segmentation/landmarks.json"}}});
   stages.push_back({"inertia",
                     {"segmentation"},
-                    pick(all, {"sex", "pose", "density_curve"}),
+                    pick(all, {"sex", "pose", "density_curve", "convention", "frames"}),
                     {"inertia/table.csv", "inertia/table.json"},
                     mute(&Run::integrate, run),
                     {{"inertia/table.csv", "inertia/table.json"}, {"inertia/table.json"}}});

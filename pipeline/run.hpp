@@ -30,12 +30,14 @@ struct RunSettings {
   std::string landmarks;  ///< landmarks placed by hand (given_landmarks.hpp), which override what is found
   std::string sex;        ///< "male", "female", or empty: nothing to compare with
   std::string pose;       ///< "supine", "standing" ...: how the person lay or stood
-  std::string density_curve;            ///< empty: the default
-  std::string method = "rk4_adaptive";  ///< integrator
-  std::string equations = "recursive";  ///< of motion: "recursive" or "lagrange"
-  double work_grid_mm = 3;              ///< of the segmentation
-  double tolerance = 1e-6;              ///< of the integrator, where it chooses its steps
-  std::optional<double> step;           ///< fixed, or the first one tried, s; none: the scene's default
+  std::string density_curve;              ///< empty: the default
+  std::string convention = "deleva1996";  ///< of the cuts, see cuts.hpp; of given labels, how they were cut
+  std::string frames = "joints";          ///< of the segments: "joints" or "isb"
+  std::string method = "rk4_adaptive";    ///< integrator
+  std::string equations = "recursive";    ///< of motion: "recursive" or "lagrange"
+  double work_grid_mm = 3;                ///< of the segmentation
+  double tolerance = 1e-6;                ///< of the integrator, where it chooses its steps
+  std::optional<double> step;             ///< fixed, or the first one tried, s; none: the scene's default
   double mesh_tolerance_mm = 1;
   bool untrusted_is_fine = false;  ///< go on with a motion whose certificate says untrusted
   Leap leap;

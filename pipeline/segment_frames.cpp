@@ -174,7 +174,9 @@ std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks
   const Points points(landmarks, part);
   SegmentFrame frame;
   frame.segment = plan->segment;
-  frame.cuts = cuts == "deleva1996" ? plan->cuts : cuts;
+  // dempster differs from deleva1996 above elbow and knee only
+  const bool planes = cuts == "deleva1996" || (cuts == "dempster" && plan->cuts == "joint");
+  frame.cuts = planes ? plan->cuts : cuts;
   if (!lay_axes(frame, points, *plan, inertial)) return std::nullopt;
   for (const Endpoints& pair : plan->endpoints) {
     const auto from = points.find(pair[0].landmark), to = points.find(pair[1].landmark);

@@ -23,7 +23,11 @@ json segmentation_account(const Segmentation& segmentation, const std::string& i
                                        {"confidence", finding.confidence},
                                        {"note", finding.note}};
   }
-  return {{"input", input}, {"reading", reading}, {"parts", all}, {"warnings", segmentation.warnings}};
+  return {{"input", input},
+          {"reading", reading},
+          {"convention", name_of(segmentation.convention)},
+          {"parts", all},
+          {"warnings", segmentation.warnings}};
 }
 
 Result<void> write_label_files(const fs::path& path, const LabelMap& labels) {
@@ -61,6 +65,15 @@ Result<void> write_segmentation(const fs::path& folder, const Segmentation& segm
     if (!markups) return markups;
   }
   return write_whole(folder / "segmentation.json", account.dump(1) + "\n");
+}
+
+Result<std::string> read_convention(const fs::path& path) {
+  const auto bytes = read_whole(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  const json account = json::parse(*bytes, nullptr, false);
+  if (!account.is_object() || !account.contains("convention")) return std::string("deleva1996");
+  if (!account["convention"].is_string()) return failure(path.string(), "\"convention\" must be text");
+  return account["convention"].get<std::string>();
 }
 
 Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path) {

@@ -43,7 +43,8 @@ Eigen::Matrix3d trunk_axes(const Landmarks& landmarks) {
   return axes;
 }
 
-std::vector<Cut> cut_planes(const Landmarks& landmarks) {
+std::vector<Cut> cut_planes(const Landmarks& landmarks, Convention convention) {
+  if (convention == Convention::bone) return {};
   const Eigen::Matrix3d axes = trunk_axes(landmarks);
   const Vector3d left = axes.col(0), up = axes.col(2);
   std::vector<Cut> cuts;
@@ -61,13 +62,15 @@ std::vector<Cut> cut_planes(const Landmarks& landmarks) {
     double reach = std::numeric_limits<double>::infinity();
     if (joint == "neck") {
       point = centre, normal = up;
-    } else if (joint == "spine_upper") {
-      point = find(landmarks, "xiphion"), normal = up;
-    } else if (joint == "spine_lower") {
-      point = find(landmarks, "omphalion"), normal = up;
+    } else if (joint.starts_with("spine")) {
+      point = find(landmarks, bound_of(joint, convention)), normal = up;
+    } else if (joint.starts_with("hip") && convention == Convention::dempster) {
+      const auto knee = find(landmarks, "knee" + side);
+      point = centre;
+      normal = centre && knee ? bisector(*centre + up, *centre, *knee) : Vector3d(-up);
     } else if (joint.starts_with("hip")) {
       constexpr double tilt = 37 * std::numbers::pi / 180;
-      point = find(landmarks, "asis" + side);
+      point = find(landmarks, bound_of(joint, convention));
       normal = Vector3d(std::cos(tilt) * lateral - std::sin(tilt) * up);
     } else if (joint.starts_with("shoulder")) {
       if (centre) point = Vector3d(*centre - landmarks.find(joint)->second.radius * lateral);

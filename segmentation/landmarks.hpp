@@ -6,7 +6,9 @@
 // Other points: vertex, cervicale (tip of C7), suprasternale, xiphion, omphalion, mid_hip, asis_*,
 // elbow_medial_*, elbow_lateral_* and knee_medial_*, knee_lateral_* (epicondyles: the hinge axes),
 // lateral_malleolus_*, medial_malleolus_*, heel_*, toe_tip_*, metacarpale_3_*, dactylion_3_*;
-// each * is left or right.
+// each * is left or right. Of the conventions dempster and bone t12_l1, l4_l5 and l5_s1 (discs). By hand
+// only, for frames after the ISB: t8 (its spinous process), psis_*, ulnar_styloid_*, radial_styloid_*,
+// metatarsal_1_*, _2_* and _5_* (heads).
 #pragma once
 
 #include <Eigen/Core>
@@ -25,10 +27,10 @@ struct Landmark {
 };
 
 /// The names above, and the stems of those that end in _left or _right.
-inline constexpr std::array<std::string_view, 9> landmark_names{"neck",    "spine_upper", "spine_lower",
-                                                                "vertex",  "cervicale",   "suprasternale",
-                                                                "xiphion", "omphalion",   "mid_hip"};
-inline constexpr std::array<std::string_view, 17> sided_landmark_names{"shoulder",
+inline constexpr std::array<std::string_view, 13> landmark_names{
+    "neck",    "spine_upper", "spine_lower", "vertex", "cervicale", "suprasternale", "xiphion", "omphalion",
+    "mid_hip", "t12_l1",      "l4_l5",       "l5_s1",  "t8"};
+inline constexpr std::array<std::string_view, 23> sided_landmark_names{"shoulder",
                                                                        "elbow",
                                                                        "wrist",
                                                                        "hip",
@@ -44,7 +46,13 @@ inline constexpr std::array<std::string_view, 17> sided_landmark_names{"shoulder
                                                                        "heel",
                                                                        "toe_tip",
                                                                        "metacarpale_3",
-                                                                       "dactylion_3"};
+                                                                       "dactylion_3",
+                                                                       "psis",
+                                                                       "ulnar_styloid",
+                                                                       "radial_styloid",
+                                                                       "metatarsal_1",
+                                                                       "metatarsal_2",
+                                                                       "metatarsal_5"};
 
 using Landmarks = std::map<std::string, Landmark, std::less<>>;
 

@@ -14,7 +14,10 @@ constexpr bool is_axial(int label) { return label >= head && label <= lower_trun
 
 }  // namespace
 
-PartPlanes::PartPlanes(const Landmarks& landmarks) : cuts_(cut_planes(landmarks)) {
+PartPlanes::PartPlanes(const Landmarks& landmarks, Convention convention)
+    : convention_(convention), cuts_(cut_planes(landmarks, convention)) {
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    joint_seen_[label] = landmarks.contains(parts[label].joint);
   for (const Cut& cut : cuts_) by_distal_[static_cast<std::size_t>(cut.distal)] = &cut;
   const auto l = landmarks.find("hip_left"), r = landmarks.find("hip_right");
   hips_ = l != landmarks.end() && r != landmarks.end();
@@ -24,6 +27,11 @@ PartPlanes::PartPlanes(const Landmarks& landmarks) : cuts_(cut_planes(landmarks)
 }
 
 const Cut* PartPlanes::cut_to(int distal) const { return by_distal_[static_cast<std::size_t>(distal)]; }
+
+bool PartPlanes::parts_off(int distal) const {
+  return convention_ == Convention::bone ? joint_seen_[static_cast<std::size_t>(distal)]
+                                         : cut_to(distal) != nullptr;
+}
 
 bool PartPlanes::beyond(const Cut& cut, const Eigen::Vector3d& point) const {
   return (point - cut.point).dot(cut.normal) > 0;
@@ -57,7 +65,7 @@ bool PartPlanes::told_apart(int a, int b) const {
 }
 
 int PartPlanes::part(int owner, const Eigen::Vector3d& point) const {
-  if (owner == 0) return 0;
+  if (owner == 0 || convention_ == Convention::bone) return owner;
   if (is_axial(owner)) {
     for (int label = 1; label < static_cast<int>(parts.size()); ++label) {
       const Cut* cut = cut_to(label);

@@ -13,10 +13,10 @@ class PartPlanes {
  public:
   /// Planes of cuts.hpp for the landmarks at hand. Head and trunk parts that no plane parts belong together:
   /// to the lowest part in view above a missing plane, see axial_part.
-  explicit PartPlanes(const Landmarks& landmarks);
+  explicit PartPlanes(const Landmarks& landmarks, Convention convention = Convention::deleva1996);
 
   /// The part of a place (patient mm) whose flesh belongs to `owner`: a plane moves it across its joint only,
-  /// and only within the plane's reach.
+  /// and only within the plane's reach. Without planes (`bone`) it is the owner's.
   int part(int owner, const Eigen::Vector3d& point) const;
 
   /// Which of head and trunk's three parts holds a level. Where a plane between two of them is missing, the
@@ -26,6 +26,11 @@ class PartPlanes {
   /// How far left of the hips' middle a place is, mm (right: negative); without hips, of the scan's origin.
   double side(const Eigen::Vector3d& point) const { return (point - middle_).dot(left_); }
 
+  /// Whether the part is told from the one that it hangs on: by a plane, with `bone` by the joint between
+  /// them.
+  bool parts_off(int distal) const;
+
+  Convention convention() const { return convention_; }
   const std::vector<Cut>& cuts() const { return cuts_; }
 
  private:
@@ -33,7 +38,9 @@ class PartPlanes {
   bool told_apart(int a, int b) const;
   bool beyond(const Cut& cut, const Eigen::Vector3d& point) const;
 
+  Convention convention_;
   std::vector<Cut> cuts_;
+  std::array<bool, 17> joint_seen_{};
   std::array<const Cut*, 17> by_distal_{};
   Eigen::Vector3d middle_, left_;
   bool hips_ = false;

@@ -7,9 +7,12 @@
 #include <optional>
 
 #include "segmentation/anatomy.hpp"
+#include "segmentation/axial_bones.hpp"
 #include "segmentation/body_mask.hpp"
 #include "segmentation/bones.hpp"
+#include "segmentation/bones_at_joints.hpp"
 #include "segmentation/class_parts.hpp"
+#include "segmentation/column_levels.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/joint_centres.hpp"
 #include "segmentation/limb_tips.hpp"
@@ -115,11 +118,8 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
     for (const Part& other : parts) {
       if (other.joint.empty() || (other.name != parts[n].name && other.parent != parts[n].name)) continue;
       const std::string joint(other.joint);
-      const bool spine = joint.starts_with("spine"), hip = joint.starts_with("hip");
-      const std::string bound = joint == "spine_upper"   ? "xiphion"
-                                : joint == "spine_lower" ? "omphalion"
-                                : hip                    ? "asis" + joint.substr(3)
-                                                         : joint;
+      const bool spine = joint.starts_with("spine");
+      const std::string bound = bound_of(joint, planes.convention());
       const auto it = out.landmarks.find(bound);
       if (it != out.landmarks.end()) {
         finding.confidence = std::min(finding.confidence, std::exp(-it->second.deviation / 30));
@@ -147,9 +147,7 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
     for (std::size_t m = 1; m < parts.size(); ++m) {
       const bool limb = parts[m].joint.ends_with("_left") || parts[m].joint.ends_with("_right");
       if (!limb || parts[m].parent != parts[last].name || last < 5 || out.part[m].volume > 0) continue;
-      if (std::any_of(planes.cuts().begin(), planes.cuts().end(),
-                      [&](const Cut& cut) { return cut.distal == static_cast<int>(m); }))
-        break;
+      if (planes.parts_off(static_cast<int>(m))) break;
       const std::string side = parts[m].name.ends_with("_left") ? "_left" : "_right";
       const auto bare = [&](std::string_view name) {
         return plain(name.substr(0, name.size() - side.size()));
@@ -278,7 +276,13 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   Segmentation out;
   find_limb_landmarks(a, trunk, limbs, out.landmarks);
   find_trunk_landmarks(a, trunk, out.landmarks);
+  out.convention = options.convention;
   put_given(options.given, out.landmarks);
+  if (options.convention != Convention::deleva1996) {
+    find_column_levels(a, trunk, out.landmarks);
+    seat_spine_joints(options.convention, out.landmarks);
+    put_given(options.given, out.landmarks);
+  }
 
   progress(0.6, "parting bones");
   auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
@@ -288,12 +292,15 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
     for (const auto& list : {options.classes->warnings, classes->warnings()})
       out.warnings.insert(out.warnings.end(), list.begin(), list.end());
     put_given(options.given, out.landmarks);
+  } else if (options.convention == Convention::bone) {
+    part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
+    part_axial_bones(a, trunk, out.landmarks, bones);
   }
   progress(0.7, "parting soft tissue");
   const auto owner = label_soft_tissue(a, bones, options.step);
   find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
   put_given(options.given, out.landmarks);
-  const PartPlanes planes(out.landmarks);
+  const PartPlanes planes(out.landmarks, options.convention);
   progress(0.9, "cutting at the joints");
   out.labels = label_voxels(volume, a, owner, planes, classes ? &*classes : nullptr, options.threads);
   judge(a, owner, planes, out);

@@ -2,8 +2,8 @@
 //
 // The scan is looked at on an isotropic grid along the patient's axes (work_grid): body (body_mask), bones
 // (tissues), hips, shoulders and spine (trunk), the ways along the limbs' bones (limbs), landmarks
-// (joint_centres, trunk_landmarks), then three layers: bones by part (bones), flesh by bone (soft_tissue),
-// and the convention's planes (cuts, part_planes), which are applied to the scan's own voxels.
+// (joint_centres, trunk_landmarks, column_levels), then three layers: bones by part (bones), flesh by bone
+// (soft_tissue), and the convention's planes (cuts, part_planes), which are applied to the scan's own voxels.
 #pragma once
 
 #include <array>
@@ -14,6 +14,7 @@
 
 #include "error/error.hpp"
 #include "segmentation/class_map.hpp"
+#include "segmentation/convention.hpp"
 #include "segmentation/landmarks.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/volume.hpp"
@@ -41,7 +42,8 @@ struct Segmentation {
   LabelMap labels;      ///< on the scan's own grid, labels as in parts.hpp
   Landmarks landmarks;  ///< patient frame, mm
   std::array<PartFinding, parts.size()> part{};
-  std::vector<std::string> warnings;  ///< in plain words
+  Convention convention = Convention::deleva1996;  ///< by which the parts were cut
+  std::vector<std::string> warnings;               ///< in plain words
 };
 
 /// Steps of the work grid that parts are found on, mm: on coarser grids ankles and feet are lost unnoticed.
@@ -53,6 +55,7 @@ struct SegmentOptions {
   Landmarks given{};  ///< placed by hand: these take the place of those found
   /// Somebody else's classes, which then tell bones and flesh (class_parts.hpp); outlives the call.
   const ClassMap* classes = nullptr;
+  Convention convention = Convention::deleva1996;  ///< by which the parts are cut
   /// Called with the share done (0 to 1) and what is done next.
   std::function<void(double, std::string_view)> progress{};
 };

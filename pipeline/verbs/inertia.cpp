@@ -15,7 +15,7 @@ namespace borelli {
 namespace {
 
 struct InertiaSettings {
-  std::string volume, labels, names, mapping, landmarks, findings, quantity, sampling;
+  std::string volume, labels, names, mapping, landmarks, findings, quantity, sampling, convention;
   MeasureOptions measure;
   std::vector<std::string> outputs;
 };
@@ -58,6 +58,11 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     if (!classes) return tl::unexpected(classes.error());
     SegmentOptions parting;
     parting.threads = threads, parting.given = std::move(landmarks), parting.classes = &*classes;
+    if (!settings.convention.empty()) {
+      const auto cuts = convention(settings.convention);
+      if (!cuts) return tl::unexpected(cuts.error());
+      parting.convention = *cuts;
+    }
     auto found = segment(*grey, parting);
     if (!found) return tl::unexpected(found.error());
     for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
@@ -68,7 +73,11 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     const auto findings = read_findings(settings.findings);
     if (!findings) return tl::unexpected(findings.error());
     completeness = completeness_of(*findings);
+    auto cuts = read_convention(settings.findings);
+    if (!cuts) return tl::unexpected(cuts.error());
+    options.cuts = std::move(*cuts);
   }
+  if (!settings.convention.empty()) options.cuts = settings.convention;
   auto table = measure(*grey, std::move(*labels), landmarks, options, completeness);
   if (!table) return tl::unexpected(table.error());
   table->source.volume = settings.volume;
@@ -108,8 +117,8 @@ void print_table(const InertiaTable& table) {
   fmt::print("{}: {}\n", source.volume, source.quantity);
   if (!source.density_curve.empty())
     fmt::print("Density curve: {} ({})\n", source.density_curve, source.density_source);
-  fmt::print("Voxels: {}\nCuts: {}; pose: {}; beside: de Leva (1996){}\n\n", source.sampling, source.cuts,
-             source.pose.empty() ? "not stated" : source.pose,
+  fmt::print("Voxels: {}\nCuts: {}; frames: {}; pose: {}; beside: de Leva (1996){}\n\n", source.sampling,
+             source.cuts, source.frames, source.pose.empty() ? "not stated" : source.pose,
              source.sex.empty() ? ", not shown without --sex" : ", " + source.sex);
   fmt::print("{:<17} {:<7} {:>8} {:>6} {:>6}  {:>9} {:>6} {:>6} {:>6}  {:<15} {:<15}\n", "part", "",
              "mass kg", "%", "deLeva", "endpoints", "mm", "centre", "deLeva", "radii X Y Z %", "de Leva");
@@ -175,9 +184,13 @@ void add_inertia(CLI::App& program, Command& command) {
                    "How far the scanner's blur reaches beyond a voxel, mm")
       ->check(CLI::Range(0., 100.))
       ->capture_default_str();
-  verb->add_option("--cuts", settings->measure.cuts,
-                   "Convention by which the labels were cut: as `borelli segment` cuts, or a published one")
-      ->check(CLI::IsMember({"deleva1996", "joint", "zatsiorsky", "mcconville", "other"}))
+  verb->add_option("--convention", settings->convention,
+                   "How the labels were cut: as `borelli segment` cuts, or a published way (default: as "
+                   "--findings says, else deleva1996)")
+      ->check(CLI::IsMember(cut_names));
+  verb->add_option("--frames", settings->measure.frames,
+                   "Axes of the segments: along the joint centres, or as the ISB defines them")
+      ->check(CLI::IsMember({"joints", "isb"}))
       ->capture_default_str();
   verb->add_option("--sex", settings->measure.sex, "male or female: shows published values beside")
       ->check(CLI::IsMember({"male", "female"}));

@@ -1,5 +1,6 @@
 // borelli run: the whole way from a volume to a moving body and its report.
 #include "pipeline/run.hpp"
+#include "pipeline/measure.hpp"
 
 #include <fmt/core.h>
 
@@ -59,6 +60,11 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
     return bad_use("--label-mapping", "maps the classes of a map that --labels gives: give both, or neither");
   if (!settings.labels.empty() && settings.label_mapping.empty() && asked.work_grid_chosen)
     return bad_use("--work-grid", "is for finding parts, and --labels gives them: leave one of the two out");
+  if (settings.labels.empty() || !settings.label_mapping.empty())
+    if (const auto known = convention(settings.convention); !known)
+      return bad_use(
+          "--convention " + settings.convention,
+          "is of labels that were cut so (--labels); parts are found by deleva1996, dempster or bone");
   if (asked.tolerance_chosen && !method_is_adaptive(settings.method))
     return bad_use("--tolerance", "has no effect with " + settings.method +
                                       ", whose steps are all of one length: give --step");
@@ -105,6 +111,14 @@ void add_run(CLI::App& program, Command& command) {
       ->check(CLI::IsMember({"male", "female"}));
   verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine");
   verb->add_option("--density-curve", s.density_curve, "From CT numbers to density, by name");
+  verb->add_option("--convention", s.convention,
+                   "How parts are cut: deleva1996, dempster or bone; of given --labels, how they were cut")
+      ->check(CLI::IsMember(cut_names))
+      ->capture_default_str();
+  verb->add_option("--frames", s.frames,
+                   "Axes of the segments: along the joint centres, or as the ISB has them")
+      ->check(CLI::IsMember({"joints", "isb"}))
+      ->capture_default_str();
   verb->add_option("--work-grid", s.work_grid_mm, "Grid on which parts are looked for, mm")
       ->check(number_within(finest_step, coarsest_step))
       ->capture_default_str();

@@ -15,7 +15,7 @@ namespace borelli {
 namespace {
 
 struct Asked {
-  std::string volume, folder, quantity, landmarks, labels, names, mapping;
+  std::string volume, folder, quantity, landmarks, labels, names, mapping, convention = "deleva1996";
   double step = 3;
 };
 
@@ -48,6 +48,7 @@ Result<nlohmann::json> run(const Asked& asked, const Command& command) {
       return tl::unexpected(fine.error());
   ProgressBar bar(command.json);
   SegmentOptions options{asked.step, command.threads};
+  options.convention = convention(asked.convention).value();
   options.progress = [&](double share, std::string_view) { bar.update(share); };
   std::vector<std::string> told;
   if (!asked.landmarks.empty()) {
@@ -100,6 +101,10 @@ void add_segment(CLI::App& program, Command& command) {
       "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer): they replace those found");
   verb->add_option("--step", asked->step, "Grid on which parts are looked for, mm")
       ->check(number_within(finest_step, coarsest_step));
+  verb->add_option("--convention", asked->convention,
+                   "How parts are cut: by de Leva's planes, by Dempster's, or each voxel with its bone")
+      ->check(CLI::IsMember({"deleva1996", "dempster", "bone"}))
+      ->capture_default_str();
   verb->callback(
       [&command, asked] { command.work = [asked](const Command& chosen) { return run(*asked, chosen); }; });
 }

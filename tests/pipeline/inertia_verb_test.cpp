@@ -85,7 +85,7 @@ TEST_F(InertiaVerb, RefusesBadUseWithCodeTwo) {
   EXPECT_EQ(run_program("inertia" + inputs() + " --density-curve mine").code, 2);
   EXPECT_EQ(run_program("inertia" + inputs() + " -o " + file("table.txt")).code, 2);
   EXPECT_EQ(run_program("inertia" + inputs() + " --quantity mr").code, 2);
-  EXPECT_EQ(run_program("inertia" + inputs() + " --cuts deleva96").code, 2);
+  EXPECT_EQ(run_program("inertia" + inputs() + " --convention deleva96").code, 2);
   EXPECT_EQ(run_program("inertia" + inputs() + " --voxels points --blur-reach 2").code, 2);
   EXPECT_FALSE(fs::exists(file("table.txt")));
   const ProgramRun curve = run_program("inertia" + inputs() + " --density-curve mine");
