@@ -8,6 +8,8 @@ namespace borelli {
 namespace data {
 extern const char* const deleva1996;
 extern const char* const dumas2007;
+extern const char* const winter2009;
+extern const char* const zatsiorsky2002;
 }  // namespace data
 namespace {
 
@@ -66,6 +68,29 @@ void add_dumas(std::vector<PublishedSegment>& list) {
   }
 }
 
+void add_winter(std::vector<PublishedSegment>& list) {
+  const CsvTable table = parse_csv(data::winter2009, "winter2009.csv").value();
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    PublishedSegment segment = names("winter2009", table, row);
+    segment.sex = "any";
+    segment.centre_along = percent * table.number(row, "centre_pct");
+    segment.radii = Eigen::Vector3d(none, none, percent * table.number(row, "gyration_c_pct"));
+    segment.products.setConstant(none);
+    segment.length = none;
+    list.push_back(segment);
+  }
+}
+
+void add_zatsiorsky(std::vector<PublishedSegment>& list) {
+  const CsvTable table = parse_csv(data::zatsiorsky2002, "zatsiorsky2002.csv").value();
+  for (std::size_t row = 0; row < table.rows.size(); ++row) {
+    PublishedSegment segment = names("zatsiorsky2002", table, row);
+    segment.centre_along = segment.length = none;
+    segment.radii.setConstant(none), segment.products.setConstant(none);
+    list.push_back(segment);
+  }
+}
+
 }  // namespace
 
 const std::vector<PublishedSegment>& published_segments() {
@@ -73,6 +98,8 @@ const std::vector<PublishedSegment>& published_segments() {
     std::vector<PublishedSegment> list;
     add_deleva(list);
     add_dumas(list);
+    add_winter(list);
+    add_zatsiorsky(list);
     return list;
   }();
   return segments;
@@ -82,8 +109,8 @@ const PublishedSegment* published_segment(std::string_view table, std::string_vi
                                           std::string_view segment, std::string_view from,
                                           std::string_view to, std::string_view cuts) {
   for (const auto& row : published_segments())
-    if (row.table == table && row.sex == sex && row.segment == segment && row.from == from && row.to == to &&
-        row.cuts == cuts)
+    if (row.table == table && (row.sex == sex || row.sex == "any") && row.segment == segment &&
+        ((row.from == from && row.to == to) || (from.empty() && to.empty())) && row.cuts == cuts)
       return &row;
   return nullptr;
 }

@@ -2,6 +2,10 @@
 //
 //   deleva1996   de Leva P (1996) J Biomech 29:1223-1230: Zatsiorsky and Seluyanov's gamma-ray scans of
 //                living people, lying, with their endpoints moved to joint centres
+//   zatsiorsky2002  the means of Zatsiorsky and Seluyanov themselves (Zatsiorsky V M (2002) Kinetics of Human
+//   Motion); of
+//                their masses only, as the endpoints of the rest are not named
+//   winter2009   Dempster's cadavers (1955) as Winter D A (2009) has them, men and women alike
 //   dumas2007    Dumas R, Cheze L, Verriest J-P (2007) J Biomech 40:543-553: McConville's and Young's body
 //                surfaces of standing people, of uniform density; with products of inertia
 // Two values compare only where endpoints and kind of cuts are the same: moving the hip's cut alone takes a
@@ -20,12 +24,12 @@ namespace borelli {
 /// Of one sex's mean. Axes: X anterior, Y proximal (superior in the trunk), Z right; of a foot X runs from
 /// heel to toe and Y up. What a table does not give is NaN.
 struct PublishedSegment {
-  std::string table;        ///< "deleva1996" or "dumas2007"
-  std::string sex;          ///< "male" or "female"
-  std::string segment;      ///< as in parts.hpp without the side ("thigh"); also "trunk", "torso", "pelvis"
-  std::string from, to;     ///< endpoints, de Leva's names, e.g. "HJC" and "KJC"
-  std::string cuts;         ///< "joint", "zatsiorsky" or "mcconville", see the data files' headers
-  double mass_share = 0;    ///< of body mass
+  std::string table;      ///< "deleva1996", "dumas2007", "winter2009" or "zatsiorsky2002"
+  std::string sex;        ///< "male", "female" or "any"
+  std::string segment;    ///< as in parts.hpp without the side ("thigh"); also "trunk", "torso", "pelvis"
+  std::string from, to;   ///< endpoints, de Leva's names, e.g. "HJC" and "KJC"; empty: not named
+  std::string cuts;       ///< "joint", "zatsiorsky", "mcconville" or "dempster", see the data files' headers
+  double mass_share = 0;  ///< of body mass
   double centre_along = 0;  ///< gravity centre from the first endpoint towards the second, of their distance
   Eigen::Vector3d radii;    ///< of gyration about X, Y and Z through the gravity centre, of the same distance
   Eigen::Vector3d
@@ -33,11 +37,11 @@ struct PublishedSegment {
   double length = 0;  ///< mean of the endpoints' distance along the long axis, m; NaN where not given
 };
 
-/// All rows of both tables, from inertia/data.
+/// All rows of all tables, from inertia/data.
 const std::vector<PublishedSegment>& published_segments();
 
-/// The row of a table with these endpoints and cuts; nullptr where there is none, and nothing to compare
-/// with.
+/// The row of a table with these endpoints and cuts, of this sex or of any; nullptr where there is none.
+/// `from` and `to` empty: the first of such cuts, whatever its endpoints, by which masses compare.
 const PublishedSegment* published_segment(std::string_view table, std::string_view sex,
                                           std::string_view segment, std::string_view from,
                                           std::string_view to, std::string_view cuts);

@@ -20,7 +20,7 @@ std::string_view name_of(Completeness completeness) {
 }
 
 InertiaTable make_table(InertiaSource source, std::vector<InertiaRow> rows) {
-  InertiaTable table{std::move(source), std::move(rows), {}};
+  InertiaTable table{std::move(source), {}, std::move(rows), {}};
   table.whole.part = "body";
   const auto look_at = [](InertiaRow& row) {
     const auto physical = check_physical(row.inertial, row.part);
@@ -58,18 +58,23 @@ std::optional<AnatomicalNumbers> anatomical_numbers(const InertiaRow& row) {
 
 Comparison compare(const InertiaTable& table, const InertiaRow& row, std::string_view published_table) {
   const std::string& sex = table.source.sex;
-  if (sex.empty()) return {nullptr, false, "sex not stated"};
-  if (row.completeness != Completeness::whole)
-    return {nullptr, false, fmt::format("part {}", name_of(row.completeness))};
-  if (!row.frame || row.frame->length() <= 0) return {nullptr, false, "endpoints not known"};
+  const auto none = [](std::string why) { return Comparison{.why_not = std::move(why)}; };
+  if (sex.empty()) return none("sex not stated");
+  if (row.completeness != Completeness::whole) return none(fmt::format("part {}", name_of(row.completeness)));
+  if (!row.frame || row.frame->length() <= 0) return none("endpoints not known");
   const SegmentFrame& frame = *row.frame;
-  const auto* published =
-      published_segment(published_table, sex, frame.segment, frame.from, frame.to, frame.cuts);
-  if (!published)
-    return {nullptr, false,
-            fmt::format("not comparable: no row with endpoints {}-{} and cuts {}", frame.from, frame.to,
-                        frame.cuts)};
-  return {published, table.whole.completeness == Completeness::whole, ""};
+  const bool whole = table.whole.completeness == Completeness::whole;
+  if (const auto* same =
+          published_segment(published_table, sex, frame.segment, frame.from, frame.to, frame.cuts)) {
+    // radii are about axes: those along the endpoints are the published ones'
+    const bool own_axes = table.source.frames == "isb" && !frame.origin_name.empty();
+    return {same, whole, !own_axes, own_axes ? "mass only: the axes are the ISB's" : ""};
+  }
+  if (const auto* mass = published_segment(published_table, sex, frame.segment, "", "", frame.cuts))
+    return {mass, whole, false,
+            mass->from.empty() ? "mass only: its endpoints are not named"
+                               : fmt::format("mass only: its endpoints are {}-{}", mass->from, mass->to)};
+  return none(fmt::format("not comparable: no row with cuts {}", frame.cuts));
 }
 
 }  // namespace borelli

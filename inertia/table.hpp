@@ -43,14 +43,22 @@ struct SegmentFrame {
   double length() const { return from.empty() ? 0 : long_axis.dot(to_point - from_point); }
 };
 
+/// Standard deviation of an entry (see entries.hpp), by cause in the order of InertiaTable::causes.
+struct EntryDeviation {
+  std::string entry;
+  double total = 0;
+  std::vector<double> by_cause;
+};
+
 struct InertiaRow {
   std::string part;  ///< as in parts.hpp, e.g. "thigh_left"
   Completeness completeness = Completeness::whole;
   double volume = 0;  ///< m^3
   Inertial inertial;  ///< patient axes
   std::optional<SegmentFrame> frame;
-  std::vector<std::string> notes;  ///< in plain words
-  std::string flaw;                ///< why no body can have this tensor; empty where one can
+  std::vector<std::string> notes;          ///< in plain words
+  std::string flaw;                        ///< why no body can have this tensor; empty where one can
+  std::vector<EntryDeviation> deviations;  ///< of each entry that is known; empty where none were asked for
 };
 
 /// What a table was made from.
@@ -63,11 +71,13 @@ struct InertiaSource {
   std::string sex;             ///< "male", "female", or empty: not stated, and nothing to compare with
   std::string pose;            ///< "supine", "standing" ...; empty: not stated
   std::string cuts;            ///< convention of the cuts, e.g. "deleva1996"
+  double stature_m = 0;        ///< 0: not known
   std::string frames;          ///< "joints" (segment_frames.hpp) or "isb" (isb_frames.hpp); empty: not stated
 };
 
 struct InertiaTable {
   InertiaSource source;
+  std::vector<std::string> causes;  ///< of deviations, e.g. "noise"; empty where there are none
   std::vector<InertiaRow> rows;
   InertiaRow whole;  ///< all rows merged; part "body"; whole where every row is
 
@@ -90,8 +100,9 @@ std::optional<AnatomicalNumbers> anatomical_numbers(const InertiaRow& row);
 /// A published row to stand beside a measured one.
 struct Comparison {
   const PublishedSegment* published = nullptr;
-  bool mass = false;    ///< the mass's share compares too: the scan holds the whole body
-  std::string why_not;  ///< where nothing compares, the reason
+  bool mass = false;    ///< the mass's share compares: the scan holds the whole body
+  bool shape = false;   ///< gravity centre and radii compare: the endpoints are the same
+  std::string why_not;  ///< what does not compare, and why; empty where all does
 };
 Comparison compare(const InertiaTable& table, const InertiaRow& row, std::string_view published_table);
 

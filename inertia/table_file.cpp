@@ -14,6 +14,8 @@
 #include <utility>
 
 #include "inertia/csv.hpp"
+#include "inertia/entries.hpp"
+#include "inertia/published_summary.hpp"
 
 namespace borelli {
 namespace {
@@ -23,7 +25,6 @@ using Eigen::Vector3d;
 using Json = nlohmann::ordered_json;
 
 constexpr std::string_view format_name = "borelli inertia table, 1";
-constexpr std::array<std::string_view, 2> published_tables{"deleva1996", "dumas2007"};
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 // ---- CSV: a row is its columns' names and fields, and the first row makes the header
@@ -42,52 +43,58 @@ void add(Fields& fields, const std::array<std::string, 3>& columns, const Vector
   for (int n = 0; n < 3; ++n) add(fields, columns[static_cast<std::size_t>(n)], v[n]);
 }
 
-void add_tensor(Fields& fields, const std::string& prefix, const Matrix3d& I) {
-  add(fields, prefix + "xx_kgm2", I(0, 0)), add(fields, prefix + "yy_kgm2", I(1, 1));
-  add(fields, prefix + "zz_kgm2", I(2, 2)), add(fields, prefix + "xy_kgm2", I(0, 1));
-  add(fields, prefix + "xz_kgm2", I(0, 2)), add(fields, prefix + "yz_kgm2", I(1, 2));
+void add_deviations(Fields& fields, const InertiaTable& table, const InertiaRow& row,
+                    const std::vector<Entry>& entries) {
+  const auto of = [&](const std::string& name) {
+    const auto it = std::ranges::find(row.deviations, name, &EntryDeviation::entry);
+    return it == row.deviations.end() ? nullptr : &*it;
+  };
+  for (const Entry& entry : entries) {
+    const EntryDeviation* deviation = of(entry.name);
+    add(fields, entry.name + "_sd", deviation ? deviation->total : none);
+  }
+  const EntryDeviation* mass = of("mass_kg");
+  for (std::size_t n = 0; n < table.causes.size(); ++n)
+    add(fields, "mass_sd_" + table.causes[n] + "_kg",
+        mass && n < mass->by_cause.size() ? mass->by_cause[n] : none);
 }
 
 void add_published(Fields& fields, const InertiaTable& table, const InertiaRow& row, std::string_view name) {
   const Comparison beside = compare(table, row, name);
   const std::string prefix = std::string(name) + "_";
   const auto* p = beside.published;
+  const auto own = anatomical_numbers(row);
+  const bool shape = p && beside.shape && own;
   add(fields, prefix + "mass_pct", p && beside.mass ? 100 * p->mass_share : none);
-  add(fields, prefix + "centre_pct", p ? 100 * p->centre_along : none);
+  add(fields, prefix + "mass_diff_pct",
+      p && beside.mass ? 100 * (table.share(row) / p->mass_share - 1) : none);
+  add(fields, prefix + "centre_pct", shape ? 100 * p->centre_along : none);
+  add(fields, prefix + "centre_diff_pct", shape ? 100 * (own->centre_along / p->centre_along - 1) : none);
   add(fields, {prefix + "rx_pct", prefix + "ry_pct", prefix + "rz_pct"},
-      p ? Vector3d(100 * p->radii) : Vector3d::Constant(none));
+      shape ? Vector3d(100 * p->radii) : Vector3d::Constant(none));
+  add(fields, {prefix + "rx_diff_pct", prefix + "ry_diff_pct", prefix + "rz_diff_pct"},
+      shape ? Vector3d(100 * (own->radii.array() / p->radii.array() - 1)) : Vector3d::Constant(none));
   add(fields, prefix + "why_not", beside.why_not);
 }
 
 Fields csv_row(const InertiaTable& table, const InertiaRow& row) {
   Fields fields;
   const bool there = row.completeness != Completeness::absent;
-  const auto known = [&](double value) { return there ? value : none; };
   add(fields, "part", row.part);
   add(fields, "completeness", name_of(row.completeness));
   add(fields, "pose", table.source.pose);
   add(fields, "from", row.frame ? row.frame->from : "");
   add(fields, "to", row.frame ? row.frame->to : "");
   add(fields, "cuts", row.frame ? row.frame->cuts : "");
-  add(fields, "volume_m3", known(row.volume));
-  add(fields, "mass_kg", known(row.inertial.mass));
-  add(fields, "mass_pct", known(100 * table.share(row)));
-  const Vector3d nothing = Vector3d::Constant(none);
-  const Matrix3d no_tensor = Matrix3d::Constant(none);
-  add(fields, {"centre_x_m", "centre_y_m", "centre_z_m"}, there ? row.inertial.centre : nothing);
-  add_tensor(fields, "patient_I", there ? row.inertial.tensor : no_tensor);
-  const auto anatomical = anatomical_numbers(row);
-  add_tensor(fields, "anatomical_I", anatomical ? anatomical->tensor : no_tensor);
+  const auto entries = entries_of(table, row);
+  for (const Entry& entry : entries) add(fields, entry.name, entry.value);
   const PrincipalAxes principal =
-      there ? row.inertial.principal() : PrincipalAxes{nothing, Matrix3d::Constant(none)};
-  add(fields, {"principal_I1_kgm2", "principal_I2_kgm2", "principal_I3_kgm2"}, principal.moments);
+      there ? row.inertial.principal() : PrincipalAxes{Vector3d::Constant(none), Matrix3d::Constant(none)};
   for (int n = 0; n < 3; ++n) {
     const std::string axis = fmt::format("axis{}_", n + 1);
     add(fields, {axis + "x", axis + "y", axis + "z"}, principal.axes.col(n));
   }
-  add(fields, "length_m", anatomical && anatomical->length > 0 ? anatomical->length : none);
-  add(fields, "centre_pct", anatomical ? 100 * anatomical->centre_along : none);
-  add(fields, {"rx_pct", "ry_pct", "rz_pct"}, anatomical ? Vector3d(100 * anatomical->radii) : nothing);
+  if (!table.causes.empty()) add_deviations(fields, table, row, entries);
   for (const auto name : published_tables) add_published(fields, table, row, name);
   add(fields, "flaw", row.flaw);
   add(fields, "axes", row.frame ? row.frame->axes : "");
@@ -135,9 +142,23 @@ Json frame_json(const SegmentFrame& frame) {
 Json published_json(const InertiaTable& table, const InertiaRow& row, std::string_view name) {
   const Comparison beside = compare(table, row, name);
   if (!beside.published) return {{"why_not", beside.why_not}};
-  Json json{{"centre_pct", 100 * beside.published->centre_along},
-            {"radii_pct", vector_json(100 * beside.published->radii)}};
-  if (beside.mass) json["mass_pct"] = 100 * beside.published->mass_share;
+  const auto own = anatomical_numbers(row);
+  const auto known = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+  Json json = Json::object();
+  if (beside.shape && own) {
+    const Vector3d differ = 100 * (own->radii.array() / beside.published->radii.array() - 1);
+    json["centre_pct"] = known(100 * beside.published->centre_along);
+    json["centre_diff_pct"] = known(100 * (own->centre_along / beside.published->centre_along - 1));
+    for (int n = 0; n < 3; ++n) {
+      json["radii_pct"].push_back(known(100 * beside.published->radii[n]));
+      json["radii_diff_pct"].push_back(known(differ[n]));
+    }
+  }
+  if (beside.mass) {
+    json["mass_pct"] = 100 * beside.published->mass_share;
+    json["mass_diff_pct"] = 100 * (table.share(row) / beside.published->mass_share - 1);
+  }
+  if (!beside.why_not.empty()) json["why_not"] = beside.why_not;
   return json;
 }
 
@@ -172,6 +193,12 @@ Json row_json(const InertiaTable& table, const InertiaRow& row) {
   }
   if (row.frame) json["frame"] = frame_json(*row.frame);
   if (row.completeness != Completeness::absent) json["derived"] = derived_json(table, row);
+  for (const EntryDeviation& deviation : row.deviations) {
+    Json& one = json["deviations"][deviation.entry];
+    one["total"] = deviation.total;
+    for (std::size_t n = 0; n < std::min(table.causes.size(), deviation.by_cause.size()); ++n)
+      one[table.causes[n]] = deviation.by_cause[n];
+  }
   return json;
 }
 
@@ -244,6 +271,18 @@ SegmentFrame frame_from(const Json& json, const std::string& owner) {
   return frame;
 }
 
+std::vector<EntryDeviation> deviations_from(const Json& json, const std::string& owner) {
+  std::vector<EntryDeviation> all;
+  if (!json.contains("deviations")) return all;
+  for (const auto& [entry, by] : json["deviations"].items()) {
+    EntryDeviation deviation{entry, number(member(by, "total", owner), "total", owner), {}};
+    for (const auto& [cause, value] : by.items())
+      if (cause != "total") deviation.by_cause.push_back(number(value, "deviations", owner));
+    all.push_back(std::move(deviation));
+  }
+  return all;
+}
+
 InertiaRow row_from(const Json& json, std::size_t number_of_row) {
   InertiaRow row;
   row.part = text(json, "part", fmt::format("row {}", number_of_row));
@@ -259,6 +298,7 @@ InertiaRow row_from(const Json& json, std::size_t number_of_row) {
     row.inertial.tensor = matrix(member(json, "tensor_kgm2", row.part), "tensor_kgm2", row.part);
   }
   if (json.contains("frame")) row.frame = frame_from(json["frame"], "the frame of " + row.part);
+  row.deviations = deviations_from(json, row.part);
   if (json.contains("notes"))
     for (const Json& note : json["notes"]) {
       if (!note.is_string()) throw Damaged{fmt::format("\"notes\" of {} must hold texts", row.part)};
@@ -275,11 +315,16 @@ InertiaTable table_from(const Json& json) {
   for (const auto& [key, field] : source_fields)
     if (from.contains(key) || std::string_view(key) != "frames")  // older tables do not say
       source.*field = text(from, key, "\"source\"");
+  if (from.contains("stature_m")) source.stature_m = number(from["stature_m"], "stature_m", "\"source\"");
   const Json& parts = member(json, "parts", "the file");
   if (!parts.is_array()) throw Damaged{"\"parts\" must be a list"};
   std::vector<InertiaRow> rows;
   for (const Json& part : parts) rows.push_back(row_from(part, rows.size() + 1));
-  return make_table(std::move(source), std::move(rows));
+  InertiaTable table = make_table(std::move(source), std::move(rows));
+  if (json.contains("deviation_causes"))
+    for (const Json& cause : json["deviation_causes"]) table.causes.push_back(cause.get<std::string>());
+  if (json.contains("body")) table.whole.deviations = deviations_from(json["body"], "body");
+  return table;
 }
 
 }  // namespace
@@ -299,6 +344,10 @@ std::string to_csv(const InertiaTable& table) {
       "# mass_pct: percent of the mass of all parts here; centre_pct: from endpoint `from` towards `to`, "
       "percent of "
       "length\n";
+  for (const PublishedSummary& one : published_summaries(table)) out += one_line("# beside " + in_words(one));
+  if (!table.causes.empty())
+    out += fmt::format("# NAME_sd: standard deviation of NAME; mass_sd_CAUSE_kg: by cause ({})\n",
+                       fmt::join(table.causes, ", "));
   std::vector<const InertiaRow*> rows;
   for (const InertiaRow& row : table.rows) rows.push_back(&row);
   rows.push_back(&table.whole);
@@ -318,6 +367,9 @@ std::string to_csv(const InertiaTable& table) {
 std::string to_json(const InertiaTable& table) {
   Json source;
   for (const auto& [key, field] : source_fields) source[key] = table.source.*field;
+  if (table.source.stature_m > 0) source["stature_m"] = table.source.stature_m;
+  Json summary = Json::array();
+  for (const PublishedSummary& one : published_summaries(table)) summary.push_back(in_words(one));
   Json parts = Json::array();
   for (const InertiaRow& row : table.rows) parts.push_back(row_json(table, row));
   const Json json{
@@ -326,6 +378,8 @@ std::string to_json(const InertiaTable& table) {
        "patient axes in metres: x left, y posterior, z superior; tensors about the gravity centre, as "
        "matrix entries, Ixy = -integral xy dm"},
       {"source", source},
+      {"beside_published", summary},
+      {"deviation_causes", table.causes},
       {"body", row_json(table, table.whole)},
       {"parts", parts}};
   return json.dump(1) + "\n";

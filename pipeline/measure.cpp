@@ -160,7 +160,7 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   source.density_source = hu ? curve->source : "";
   source.sampling = weighed->sampling_in_words;
   source.sex = options.sex, source.pose = options.pose, source.cuts = options.cuts;
-  source.frames = options.frames;
+  source.frames = options.frames, source.stature_m = options.stature_m;
   InertiaTable table = make_table(std::move(source), std::move(rows));
   if (table.whole.completeness == Completeness::absent) return failure("labels", "no voxel is labelled");
   return table;

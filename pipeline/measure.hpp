@@ -24,6 +24,7 @@ struct MeasureOptions {
   std::string cuts = "deleva1996";  ///< convention by which the labels were cut
   std::string frames = "joints";    ///< of the segments: "joints" or "isb"
   std::string sex;                  ///< "male", "female", or empty
+  double stature_m = 0;             ///< 0: not known
   std::string pose;                 ///< "supine", "standing" ..., or empty
   int threads = 0;                  ///< 0: as many as the machine has
 };

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "inertia/compare_tables.hpp"
+#include "inertia/published_summary.hpp"
 #include "inertia/table_file.hpp"
 #include "pipeline/measure.hpp"
 #include "pipeline/segmentation_files.hpp"
@@ -17,6 +19,7 @@ namespace {
 struct InertiaSettings {
   std::string volume, labels, names, mapping, landmarks, findings, quantity, sampling, convention;
   MeasureOptions measure;
+  std::vector<std::string> compared;
   std::vector<std::string> outputs;
 };
 
@@ -106,8 +109,9 @@ void print_row(const InertiaTable& table, const InertiaRow& row) {
              length ? fmt::format("{}-{}", row.frame->from, row.frame->to) : "",
              length ? fmt::format("{:.0f}", 1000 * numbers->length) : "",
              length ? fmt::format("{:.1f}", 100 * numbers->centre_along) : "",
-             p ? fmt::format("{:.1f}", 100 * p->centre_along) : "", length ? radii(numbers->radii) : "",
-             p                          ? radii(p->radii)
+             deleva.shape ? fmt::format("{:.1f}", 100 * p->centre_along) : "",
+             length ? radii(numbers->radii) : "",
+             deleva.shape               ? radii(p->radii)
              : table.source.sex.empty() ? ""
                                         : "not comparable");
 }
@@ -130,20 +134,83 @@ void print_table(const InertiaTable& table) {
   }
   if (table.whole.completeness != Completeness::whole)
     fmt::print("\nThe scan does not hold the whole body: percentages are of the mass that it holds.");
+  fmt::print("\n");
+  if (!source.sex.empty())
+    for (const PublishedSummary& summary : published_summaries(table))
+      fmt::print("Beside {}\n", in_words(summary));
   const Eigen::Vector3d& c = table.whole.inertial.centre;
-  fmt::print("\nGravity centre of the whole (m, left, back, up): {:.4f} {:.4f} {:.4f}\n", c[0], c[1], c[2]);
+  fmt::print("Gravity centre of the whole (m, left, back, up): {:.4f} {:.4f} {:.4f}\n", c[0], c[1], c[2]);
+}
+
+void print_differences(const std::vector<NamedTable>& tables) {
+  fmt::print("{:<17} {:<22} {:>12} {:>12} {:>9} {:>8}\n", "part", "entry", "first", "second", "differs %",
+             "in sds");
+  for (const TableDifference& d : differences(tables[0].table, tables[1].table))
+    if (d.entry.starts_with("mass") || d.entry == "length_m" || d.entry == "centre_pct" ||
+        d.entry.ends_with("_pct"))
+      fmt::print("{:<17} {:<22} {:>12.5g} {:>12.5g} {:>9} {:>8}\n", d.part, d.entry, d.first, d.second,
+                 std::isfinite(d.percent()) ? fmt::format("{:+.2f}", d.percent()) : "",
+                 d.deviation ? fmt::format("{:+.1f}", (d.second - d.first) / *d.deviation) : "");
+}
+
+void print_group(const std::vector<NamedTable>& tables) {
+  const GroupTable group = group_of(tables);
+  fmt::print("{:<17} {:<12} {:>6} {:>12} {:>12}  {}\n", "part", "entry", "bodies", "mean", "sd",
+             "= intercept + per metre of stature + per kilogram; r2; sd about it");
+  for (const GroupEntry& e : group.entries) {
+    if (e.entry != "mass_kg" && e.entry != "mass_pct" && e.entry != "length_m" && e.entry != "centre_pct")
+      continue;
+    fmt::print("{:<17} {:<12} {:>6} {:>12.5g} {:>12.4g}", e.part, e.entry, e.bodies, e.mean, e.sd);
+    if (const auto& r = e.regression)
+      fmt::print("  {:.4g} {:+.4g} {:+.4g}; {:.2f}; {:.3g}", r->intercept, r->per_metre, r->per_kilogram,
+                 r->r2, r->residual_sd);
+    fmt::print("\n");
+  }
+  if (!group.no_regression.empty()) fmt::print("{}\n", group.no_regression);
+}
+
+Result<void> check_outputs(const std::vector<std::string>& outputs) {
+  for (const std::string& output : outputs) {
+    if (!output.ends_with(".csv") && !output.ends_with(".json"))
+      return bad_use(output, "the table is written as .csv or .json");
+    if (auto fine = check_writable(output); !fine) return fine;
+  }
+  return {};
+}
+
+Result<nlohmann::json> compare_files(const InertiaSettings& settings, const Command& command) {
+  if (auto fine = check_outputs(settings.outputs); !fine) return tl::unexpected(fine.error());
+  std::vector<NamedTable> tables;
+  for (const std::string& path : settings.compared) {
+    auto table = read_table(path);
+    if (!table) return tl::unexpected(table.error());
+    tables.push_back({path, std::move(*table)});
+  }
+  if (auto fine = check_comparable(tables); !fine) return tl::unexpected(fine.error());
+  for (const std::string& output : settings.outputs)
+    if (auto written =
+            write_whole(output, output.ends_with(".csv") ? comparison_csv(tables) : comparison_json(tables));
+        !written)
+      return tl::unexpected(written.error());
+  for (const std::string& remark : remarks_on(tables)) fmt::print(stderr, "warning: {}\n", remark);
+  if (!command.json && tables.size() == 2) print_differences(tables);
+  if (!command.json && tables.size() > 2) print_group(tables);
+  return nlohmann::json::parse(comparison_json(tables));
 }
 
 Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, const Command& command) {
+  if (!settings.compared.empty()) {
+    if (!settings.volume.empty() || !settings.labels.empty())
+      return bad_use("--compare", "reads tables that are there; leave --volume and --labels out");
+    return compare_files(settings, command);
+  }
+  if (settings.volume.empty() || settings.labels.empty())
+    return bad_use("inertia", "needs --volume and --labels, or --compare with two tables or more");
   if (blur_chosen && settings.sampling == "points")
     return bad_use("--blur-reach", "has no effect with --voxels points, which have no blur");
   if (!settings.findings.empty() && !settings.mapping.empty())
     return bad_use("--findings", "has no effect with --label-mapping, by which the parts are found anew");
-  for (const std::string& output : settings.outputs) {
-    if (!output.ends_with(".csv") && !output.ends_with(".json"))
-      return bad_use(output, "the table is written as .csv or .json");
-    if (auto fine = check_writable(output); !fine) return tl::unexpected(fine.error());
-  }
+  if (auto fine = check_outputs(settings.outputs); !fine) return tl::unexpected(fine.error());
   const auto table = make_table_from_files(settings, command.threads);
   if (!table) return tl::unexpected(table.error());
   for (const std::string& output : settings.outputs)
@@ -160,9 +227,8 @@ void add_inertia(CLI::App& program, Command& command) {
   auto* verb =
       program.add_subcommand("inertia", "Mass, gravity centre and inertia tensor of each labelled part");
   auto settings = std::make_shared<InertiaSettings>();
-  verb->add_option("--volume", settings->volume, "CT or density volume: a DICOM folder or a file")
-      ->required();
-  verb->add_option("--labels", settings->labels, "Label map on the volume's grid")->required();
+  verb->add_option("--volume", settings->volume, "CT or density volume: a DICOM folder or a file");
+  verb->add_option("--labels", settings->labels, "Label map on the volume's grid");
   verb->add_option("--names", settings->names, "Names of its labels (TSV; default: beside it)");
   verb->add_option(
       "--label-mapping", settings->mapping,
@@ -192,6 +258,11 @@ void add_inertia(CLI::App& program, Command& command) {
                    "Axes of the segments: along the joint centres, or as the ISB defines them")
       ->check(CLI::IsMember({"joints", "isb"}))
       ->capture_default_str();
+  verb->add_option("--compare", settings->compared,
+                   "Tables (.json) to compare instead: of two their differences, of more their means and "
+                   "regressions on stature and mass");
+  verb->add_option("--stature", settings->measure.stature_m, "Sole to vertex, m: for group tables")
+      ->check(CLI::Range(0.3, 2.8));
   verb->add_option("--sex", settings->measure.sex, "male or female: shows published values beside")
       ->check(CLI::IsMember({"male", "female"}));
   verb->add_option("--pose", settings->measure.pose, "How the person lay or stood, e.g. supine");
