@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "segmentation/class_mapping.hpp"
+#include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/image_file.hpp"
 #include "segmentation/read.hpp"
 
@@ -15,7 +16,7 @@ namespace fs = std::filesystem;
 // a volume's own file or folder, and the file beside it that holds its voxels
 Result<std::vector<std::string>> files_of_volume(const std::string& path) {
   std::error_code problem;
-  if (fs::is_directory(path, problem)) return std::vector{path};
+  if (fs::is_directory(path, problem) || is_dicom_file(path)) return std::vector{path};
   const auto header = read_image_header(path);
   if (!header) return tl::unexpected(header.error());
   std::vector<std::string> files{path};

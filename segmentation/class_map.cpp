@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -50,15 +51,28 @@ Result<ClassMap> read_classes(const std::string& path, const std::string& names,
   return class_map(path, std::move(*labels), *rules);
 }
 
-bool same_grid(const Grid& a, const Grid& b) {
-  if (a.size != b.size) return false;
+namespace {
+
+// the largest distance, in voxels of `b`, of a corner of `a` from where its index shifted by `by` lies in `b`
+double apart(const Grid& a, const Grid& b, const Eigen::Vector3d& by) {
+  double worst = 0;
   for (int corner = 0; corner < 8; ++corner) {
     Eigen::Vector3d index;
     for (int n = 0; n < 3; ++n)
       index[n] = (corner >> n & 1) ? static_cast<double>(a.size[static_cast<std::size_t>(n)] - 1) : 0;
-    if ((b.index(a.point(index)) - index).cwiseAbs().maxCoeff() > 0.01) return false;
+    worst = std::max(worst, (b.index(a.point(index)) - index - by).cwiseAbs().maxCoeff());
   }
-  return true;
+  return worst;
+}
+
+}  // namespace
+
+bool same_grid(const Grid& a, const Grid& b) {
+  return a.size == b.size && apart(a, b, Eigen::Vector3d::Zero()) <= 0.01;
+}
+
+bool same_lattice(const Grid& a, const Grid& b) {
+  return apart(a, b, b.index(a.origin).array().round().matrix()) <= 0.01;
 }
 
 LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads) {

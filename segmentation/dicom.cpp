@@ -16,8 +16,9 @@ using Eigen::Vector3d;
 using Slices = std::vector<DicomSlice>;
 
 struct Found {
-  std::vector<Slices> groups;  // one series, size and orientation each
-  std::size_t frames = 0;      // multi-frame files, which are not read
+  std::vector<Slices> groups;     // one series, size and orientation each
+  std::size_t frames = 0;         // multi-frame files that do not say where their frames are
+  std::size_t segmentations = 0;  // DICOM-SEG, which is no scan
   std::size_t colours = 0;
   std::size_t unplaced = 0;  // pictures without position
 };
@@ -25,6 +26,7 @@ struct Found {
 Result<std::vector<std::string>> files_below(const std::string& folder) {
   std::vector<std::string> files;
   std::error_code trouble;
+  if (std::filesystem::is_regular_file(folder, trouble)) return std::vector{folder};  // a multi-frame file
   auto it = std::filesystem::recursive_directory_iterator(folder, trouble);
   for (; !trouble && it != std::filesystem::recursive_directory_iterator(); it.increment(trouble))
     if (it->is_regular_file(trouble)) files.push_back(it->path().string());
@@ -58,19 +60,23 @@ Result<Found> find_groups(const std::string& folder, const Progress& progress) {
   if (!files) return tl::unexpected(files.error());
   Found found;
   for (std::size_t n = 0; n < files->size(); ++n) {
-    const auto slice = read_dicom_header((*files)[n]);
-    if (!slice) return tl::unexpected(slice.error());
+    const auto slices = read_dicom_slices((*files)[n]);
+    if (!slices) return tl::unexpected(slices.error());
     // headers are a small part of the work: the tenth of the bar
     if (progress) progress(0.1 * static_cast<double>(n + 1) / static_cast<double>(files->size()));
-    if (!*slice) continue;
-    if ((*slice)->frames > 1) {
-      ++found.frames;
-    } else if ((*slice)->samples_per_pixel != 1) {
-      ++found.colours;
-    } else if (!(*slice)->position) {
-      ++found.unplaced;
-    } else {
-      add_to_groups(found.groups, **slice);
+    for (const DicomSlice& slice : *slices) {
+      if (slice.modality == "SEG") {
+        ++found.segmentations;
+        break;
+      } else if (slice.frames > 1) {
+        ++found.frames;
+      } else if (slice.samples_per_pixel != 1) {
+        ++found.colours;
+      } else if (!slice.position) {
+        ++found.unplaced;
+      } else {
+        add_to_groups(found.groups, slice);
+      }
     }
   }
   return found;
@@ -123,9 +129,14 @@ Result<Slices> choose(const std::string& folder, const Found& found, std::vector
     for (auto& volume : part_series(group)) volumes.push_back(std::move(volume));
   if (volumes.empty()) {
     if (found.frames)
-      return failure(
+      return failure(folder,
+                     "holds multi-frame DICOM (all slices in one file) that does not say where each frame "
+                     "lies; export it as one "
+                     "file per slice, or as .nii.gz");
+    if (found.segmentations)
+      return bad_use(
           folder,
-          "holds multi-frame DICOM (all slices in one file); export it as one file per slice, or as .nii.gz");
+          "holds a DICOM segmentation and no scan; give it with --labels, and its scan as the volume");
     if (found.colours) return failure(folder, "holds only colour pictures; a CT or MR series is needed");
     if (found.unplaced)
       return failure(folder,

@@ -22,6 +22,14 @@ constexpr std::uint32_t pixels = 0x7fe00010;
 constexpr std::uint32_t longest_value = 1024;  // what is longer is no number, name or uid
 constexpr int deepest = 32;                    // sequences in sequences
 
+// what is kept of the sequences: shared and per-frame functional groups (PS3.3, C.7.6.16), segments
+// (C.8.20.2)
+constexpr std::array<std::uint32_t, 3> kept_sequences{0x52009229, 0x52009230, 0x00620002};
+// those in them that are read here, for the syntax that does not tell sequences from values
+constexpr std::array<std::uint32_t, 9> inner_sequences{0x00209111, 0x00209113, 0x00209116,
+                                                       0x00289110, 0x00289145, 0x0062000a,
+                                                       0x00189329, 0x00189226, 0x00189114};
+
 struct Element {
   std::uint32_t tag = 0;
   std::array<char, 2> vr{};  // zeros where the syntax has none
@@ -159,6 +167,53 @@ bool read_fragments(Reader& reader, DicomElements& elements) {
   return false;
 }
 
+bool read_items(Reader& reader, const Element& sequence, bool big_endian, std::vector<DicomItem>& items,
+                int depth);
+
+// one element of an item, its value or its items
+bool keep(Reader& reader, const Element& e, DicomItem& into, int depth) {
+  const std::string_view vr(e.vr.data(), 2);
+  const bool is_sequence =
+      vr == "SQ" || e.length == undefined ||
+      (!reader.explicit_vr && std::ranges::find(inner_sequences, e.tag) != inner_sequences.end());
+  if (is_sequence) return read_items(reader, e, into.big_endian, into.sequences[e.tag], depth + 1);
+  if (e.length > longest_value) return reader.skip_value(e);
+  std::string value(e.length, '\0');
+  if (!reader.read(value.data(), value.size())) return false;
+  into.values[e.tag] = std::move(value);
+  return true;
+}
+
+bool read_items(Reader& reader, const Element& sequence, bool big_endian, std::vector<DicomItem>& items,
+                int depth) {
+  if (depth > deepest || (sequence.length != undefined && sequence.length > reader.left())) return false;
+  const bool explicit_outside = reader.explicit_vr;
+  if (std::string_view(sequence.vr.data(), 2) == "UN") reader.explicit_vr = false;  // PS3.5, 6.2.2 note 2
+  const auto end = sequence.length == undefined ? ~std::uint64_t{0} : reader.position() + sequence.length;
+  bool whole = sequence.length != undefined;
+  while (reader.position() < end) {
+    Element e;
+    if (!reader.element(e)) return false;
+    if (e.tag == sequence_end && sequence.length == undefined) {
+      whole = true;
+      break;
+    }
+    if (e.tag != item) return false;
+    if (e.length != undefined && e.length > reader.left()) return false;
+    items.emplace_back();
+    items.back().big_endian = big_endian;
+    const auto item_ends = e.length == undefined ? ~std::uint64_t{0} : reader.position() + e.length;
+    while (reader.position() < item_ends) {
+      Element inner;
+      if (!reader.element(inner)) return false;
+      if (inner.tag == item_end && e.length == undefined) break;
+      if (!keep(reader, inner, items.back(), depth)) return false;
+    }
+  }
+  reader.explicit_vr = explicit_outside;
+  return whole;
+}
+
 // the data set up to its pixels; false where it is cut or damaged
 bool read_data_set(Reader& reader, DicomElements& elements) {
   std::uint32_t before = 0;
@@ -171,6 +226,10 @@ bool read_data_set(Reader& reader, DicomElements& elements) {
       if (elements.packed) return e.length == undefined && read_fragments(reader, elements);
       elements.pixel_bytes = e.length;
       return e.length <= reader.left();
+    }
+    if (std::ranges::find(kept_sequences, e.tag) != kept_sequences.end()) {
+      if (!read_items(reader, e, elements.big_endian, elements.sequences[e.tag], 0)) return false;
+      continue;
     }
     if (e.length > longest_value) {
       if (!reader.skip_value(e)) return false;
@@ -185,20 +244,25 @@ bool read_data_set(Reader& reader, DicomElements& elements) {
 
 }  // namespace
 
-std::string DicomElements::text(std::uint32_t tag) const {
+const DicomItem* DicomItem::item(std::uint32_t tag) const {
+  const auto it = sequences.find(tag);
+  return it == sequences.end() || it->second.empty() ? nullptr : &it->second.front();
+}
+
+std::string DicomItem::text(std::uint32_t tag) const {
   const auto it = values.find(tag);
   if (it == values.end()) return {};
   const std::string_view value = it->second;
   return std::string(trimmed(value.substr(0, value.find('\0'))));
 }
 
-std::vector<double> DicomElements::decimals(std::uint32_t tag) const {
+std::vector<double> DicomItem::decimals(std::uint32_t tag) const {
   std::string value = text(tag);
   std::ranges::replace(value, '\\', ' ');
   return numbers_in(value);
 }
 
-std::optional<std::uint16_t> DicomElements::number(std::uint32_t tag) const {
+std::optional<std::uint16_t> DicomItem::number(std::uint32_t tag) const {
   const auto it = values.find(tag);
   if (it == values.end() || it->second.size() < 2) return std::nullopt;
   const auto low = static_cast<unsigned char>(it->second[big_endian ? 1 : 0]);

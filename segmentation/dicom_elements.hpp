@@ -16,20 +16,29 @@
 
 namespace borelli {
 
-struct DicomElements {
-  std::map<std::uint32_t, std::string> values;  ///< by group << 16 | element; top level, short values only
-  std::string transfer_syntax;                  ///< UID
+/// A data set: a file's, or an item of a sequence in it.
+struct DicomItem {
+  std::map<std::uint32_t, std::string> values;  ///< by group << 16 | element; short values only
+  /// Of the sequences of multi-frame files and segmentations (functional groups, segments) all that is in
+  /// them; no others.
+  std::map<std::uint32_t, std::vector<DicomItem>> sequences;
   bool big_endian = false;
+
+  std::string text(std::uint32_t tag) const;                     ///< without padding; empty where missing
+  std::vector<double> decimals(std::uint32_t tag) const;         ///< DS, IS
+  std::optional<std::uint16_t> number(std::uint32_t tag) const;  ///< US
+  /// The first item of a sequence; null where there is none.
+  const DicomItem* item(std::uint32_t tag) const;
+};
+
+struct DicomElements : DicomItem {
+  std::string transfer_syntax;     ///< UID
   bool packed = false;             ///< pixels are encapsulated (JPEG, RLE ...)
   std::uint64_t pixel_offset = 0;  ///< of the pixels in the file; 0 where there are none
   std::uint64_t pixel_bytes = 0;   ///< where they are not packed
   /// Offset and length in the file of each fragment of packed pixels, without the table of offsets (PS3.5,
   /// A.4).
   std::vector<std::pair<std::uint64_t, std::uint32_t>> fragments;
-
-  std::string text(std::uint32_t tag) const;                     ///< without padding; empty where missing
-  std::vector<double> decimals(std::uint32_t tag) const;         ///< DS, IS
-  std::optional<std::uint16_t> number(std::uint32_t tag) const;  ///< US
 };
 
 /// Nothing where the file is no DICOM file. Errors: a DICOM file that is cut off or damaged.

@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-void take_geometry(const DicomElements& elements, DicomSlice& slice) {
+void take_geometry(const DicomItem& elements, DicomSlice& slice) {
   const auto position = elements.decimals(0x00200032), axes = elements.decimals(0x00200037);
   const auto spacing = elements.decimals(0x00280030);
   if (position.size() != 3 || axes.size() != 6 || spacing.size() != 2) return;
@@ -44,7 +44,8 @@ void take_pixels(const DicomElements& elements, DicomSlice& slice) {
   p.big_endian = elements.big_endian, p.fragments = elements.fragments, p.packing = elements.transfer_syntax;
   p.offset = elements.pixel_offset, p.bytes = elements.pixel_bytes;
   slice.samples_per_pixel = elements.number(0x00280002).value_or(1);
-  if (const auto frames = elements.decimals(0x00280008); !frames.empty() && frames[0] > 1) slice.frames = 2;
+  if (const auto frames = elements.decimals(0x00280008); !frames.empty() && frames[0] > 1)
+    slice.frames = static_cast<int>(std::min(frames[0], 1e6));
   if (const auto padding = elements.number(0x00280120))
     slice.padding = p.is_signed ? static_cast<std::int16_t>(*padding) : *padding;
 }
@@ -78,6 +79,74 @@ DicomSlice take(const std::string& path, const DicomElements& elements) {
   take_pixels(elements, slice);
   if (elements.packed) slice.packing = packing_name(elements.transfer_syntax);
   return slice;
+}
+
+// Where each frame of packed pixels is among their fragments: one each, as nearly all files have it.
+Result<void> part_pixels(const DicomSlice& whole, std::size_t frames, std::size_t frame, DicomPixels& p) {
+  if (p.fragments.empty()) {
+    const auto bits = static_cast<std::uint64_t>(whole.rows) * static_cast<std::uint64_t>(whole.columns) *
+                      static_cast<std::uint64_t>(p.bits_allocated);
+    p.offset += frame * bits / 8;
+    p.bytes = std::min(bits / 8, p.bytes - std::min(p.bytes, frame * bits / 8));
+    return {};
+  }
+  if (p.fragments.size() != frames)
+    return failure(whole.path,
+                   fmt::format("has {} frames packed into {} pieces, so that they cannot be told apart here; "
+                               "unpack it first (dcmdjpeg, gdcmconv --raw)",
+                               frames, p.fragments.size()));
+  p.fragments = {p.fragments[frame]};
+  return {};
+}
+
+Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const DicomSlice& whole) {
+  const auto groups = elements.sequences.find(0x52009230);
+  if (groups == elements.sequences.end()) return std::vector{whole};
+  const auto& per_frame = groups->second;
+  if (per_frame.size() != static_cast<std::size_t>(whole.frames))
+    return failure(whole.path, fmt::format("is a damaged DICOM file: {} frames, of which {} are described",
+                                           whole.frames, per_frame.size()));
+  const DicomItem* shared = elements.item(0x52009229);
+  std::vector<DicomSlice> slices;
+  for (std::size_t n = 0; n < per_frame.size(); ++n) {
+    // a macro of this frame, else the one that all share
+    const auto macro = [&](std::uint32_t tag) {
+      const DicomItem* own = per_frame[n].item(tag);
+      return own || !shared ? own : shared->item(tag);
+    };
+    DicomSlice s = whole;
+    s.frames = 1;
+    s.position.reset();
+    s.instance_uid += fmt::format(".{}", n + 1);
+    DicomItem geometry;
+    for (const auto& [group, tag] :
+         {std::pair{0x00209113U, 0x00200032U}, {0x00209116U, 0x00200037U}, {0x00289110U, 0x00280030U}})
+      if (const DicomItem* m = macro(group)) geometry.values[tag] = m->text(tag);
+    take_geometry(geometry, s);
+    if (const DicomItem* m = macro(0x00289145)) {
+      if (const auto slope = m->decimals(0x00281053); !slope.empty()) s.slope = slope[0];
+      if (const auto intercept = m->decimals(0x00281052); !intercept.empty()) s.intercept = intercept[0];
+      s.rescale_type = m->text(0x00281054);
+    }
+    if (const DicomItem* m = macro(0x00209111)) {
+      s.acquisition =
+          fmt::format("{} {}", m->text(0x00209056), m->number(0x00209156).value_or(0));  // stack, acquisition
+      if (const auto time = m->number(0x00209128)) s.temporal_position = fmt::format("{}", *time);
+    }
+    if (const DicomItem* m =
+            macro(0x00189114)) {  // echo time, a double of the file's byte order: told apart as bytes
+      const auto echo = m->values.find(0x00189082);
+      if (echo != m->values.end()) s.echo = echo->second;
+    }
+    for (const std::uint32_t tag : {0x00189329U, 0x00189226U})
+      if (const DicomItem* m = macro(tag)) s.image_type = m->text(0x00080007);
+    if (!std::isfinite(s.slope) || !std::isfinite(s.intercept))
+      return failure(whole.path, "is a damaged DICOM file: its rescaling is not a number");
+    if (const auto parted = part_pixels(whole, per_frame.size(), n, s.pixels); !parted)
+      return tl::unexpected(parted.error());
+    slices.push_back(std::move(s));
+  }
+  return slices;
 }
 
 // HighBit and BitsStored say which bits of a stored word are its value
@@ -170,6 +239,15 @@ bool consistent(const DicomPixels& p) {
          p.high_bit < p.bits_allocated;
 }
 
+Result<DicomSlice> checked(const std::string& path, const DicomElements& elements) {
+  DicomSlice slice = take(path, elements);
+  if (slice.rows == 0 || slice.columns == 0)
+    return failure(path, "is a damaged DICOM file: it has pixels, but no rows and columns");
+  if (!std::isfinite(slice.slope) || !std::isfinite(slice.intercept))
+    return failure(path, "is a damaged DICOM file: its rescaling is not a number");
+  return slice;
+}
+
 }  // namespace
 
 Vector3d DicomSlice::normal() const { return along_row.cross(along_column).normalized(); }
@@ -178,12 +256,18 @@ Result<std::optional<DicomSlice>> read_dicom_header(const std::string& path) {
   const auto elements = read_dicom_elements(path);
   if (!elements) return tl::unexpected(elements.error());
   if (!*elements || (*elements)->pixel_offset == 0) return std::nullopt;  // also reports, plans, directories
-  const DicomSlice slice = take(path, **elements);
-  if (slice.rows == 0 || slice.columns == 0)
-    return failure(path, "is a damaged DICOM file: it has pixels, but no rows and columns");
-  if (!std::isfinite(slice.slope) || !std::isfinite(slice.intercept))
-    return failure(path, "is a damaged DICOM file: its rescaling is not a number");
-  return slice;
+  auto slice = checked(path, **elements);
+  if (!slice) return tl::unexpected(slice.error());
+  return std::move(*slice);
+}
+
+Result<std::vector<DicomSlice>> read_dicom_slices(const std::string& path) {
+  const auto elements = read_dicom_elements(path);
+  if (!elements) return tl::unexpected(elements.error());
+  if (!*elements || (*elements)->pixel_offset == 0) return std::vector<DicomSlice>{};
+  const auto whole = checked(path, **elements);
+  if (!whole) return tl::unexpected(whole.error());
+  return frames_of(**elements, *whole);
 }
 
 Result<std::vector<std::int32_t>> read_dicom_pixels(const DicomSlice& slice) {

@@ -51,6 +51,12 @@ struct DicomSlice {
 /// damaged.
 Result<std::optional<DicomSlice>> read_dicom_header(const std::string& path);
 
+/// The slices of a DICOM file: one, or of an enhanced multi-frame file one per frame, placed by its
+/// functional groups (PS3.3, C.7.6.16); none where the file is no DICOM image. A multi-frame file without
+/// them is one slice whose `frames` are more than one. Errors: as read_dicom_header; frames and functional
+/// groups that do not agree; frames packed so that they cannot be told apart.
+Result<std::vector<DicomSlice>> read_dicom_slices(const std::string& path);
+
 /// The stored (not rescaled) pixels, row by row; columns * rows of them. Errors: cut, damaged or packed in a
 /// way that cannot be unpacked here.
 Result<std::vector<std::int32_t>> read_dicom_pixels(const DicomSlice& slice);

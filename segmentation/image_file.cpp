@@ -52,7 +52,7 @@ double shear(const Grid& grid) {
 }
 
 Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& progress) try {
-  StoredVoxels voxels{header.scalar, header.grid.count(), {}};
+  StoredVoxels voxels{header.scalar, header.grid.count() * static_cast<std::size_t>(header.layers), {}};
   const std::size_t width = scalar_bytes(header.scalar);
   const std::size_t bytes = voxels.count * width;
 

@@ -24,15 +24,25 @@ enum class Scalar { u8, i8, u16, i16, u32, i32, u64, i64, f32, f64 };
 std::size_t scalar_bytes(Scalar scalar);
 std::string_view scalar_name(Scalar scalar);  ///< e.g. "int16"
 
+/// A segment of 3D Slicer's segmentations: what stands for it in its layer.
+struct ImageSegment {
+  std::string name;
+  std::int64_t value = 0;
+  std::int64_t layer = 0;
+};
+
 struct ImageHeader {
   std::string format;  ///< e.g. "NIfTI-1"
   Grid grid;           ///< mm, LPS
   Scalar scalar = Scalar::i16;
-  bool big_endian = false;            ///< byte order of the voxels in the file
-  double slope = 1, intercept = 0;    ///< value = slope * stored + intercept
-  std::string description;            ///< the file's own free text, where it has one
-  std::string recorded_quantity;      ///< hu, density_kgm3, ... where our own writer left it; else empty
-  std::vector<std::string> warnings;  ///< what a reader of the results should know about the header
+  bool big_endian = false;             ///< byte order of the voxels in the file
+  double slope = 1, intercept = 0;     ///< value = slope * stored + intercept
+  std::string description;             ///< the file's own free text, where it has one
+  std::vector<ImageSegment> segments;  ///< of a .seg.nrrd, in its order
+  std::int64_t layers = 1;             ///< volumes in the file, whose segments may overlap
+  bool layers_interleaved = false;     ///< a voxel's layers stand side by side; else layer after layer
+  std::string recorded_quantity;       ///< hu, density_kgm3, ... where our own writer left it; else empty
+  std::vector<std::string> warnings;   ///< what a reader of the results should know about the header
 
   std::string data_file;  ///< where the voxels are (the header's own file, or one beside it)
   ByteSource::Packing packing = ByteSource::Packing::plain;
@@ -40,7 +50,7 @@ struct ImageHeader {
   std::uint64_t stream_offset = 0;  ///< bytes of the (unpacked) stream before the first voxel
 };
 
-/// Voxels as stored, in the machine's byte order.
+/// Voxels as stored, in the machine's byte order; of several layers all of them.
 struct StoredVoxels {
   Scalar scalar = Scalar::i16;
   std::size_t count = 0;

@@ -5,9 +5,12 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <numeric>
+#include <optional>
 #include <set>
 #include <unordered_map>
 
+#include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/image_file.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/read.hpp"
@@ -155,9 +158,66 @@ struct Read {
   Names names;
 };
 
+Result<StoredVoxels> stored(const std::vector<std::int32_t>& numbers) {
+  StoredVoxels voxels{Scalar::i32, numbers.size(), std::vector<std::int16_t>(2 * numbers.size())};
+  std::memcpy(voxels.storage.data(), numbers.data(), 4 * numbers.size());
+  return voxels;
+}
+
+// The numbers of a segmentation's segments: their values where no two have the same, else from 1 on in their
+// order.
+std::vector<std::int64_t> segment_numbers(const ImageHeader& header) {
+  std::vector<std::int64_t> numbers;
+  std::set<std::int64_t> seen;
+  for (const ImageSegment& segment : header.segments) {
+    numbers.push_back(segment.value);
+    seen.insert(segment.value);
+  }
+  if (seen.size() < numbers.size()) std::iota(numbers.begin(), numbers.end(), std::int64_t{1});
+  return numbers;
+}
+
+// Layers laid over each other: where segments overlap, the later one has the voxel, as in 3D Slicer.
+StoredVoxels flatten(const StoredVoxels& stored, ImageHeader& header,
+                     const std::vector<std::int64_t>& numbers) {
+  const auto layers = static_cast<std::size_t>(header.layers), count = header.grid.count();
+  StoredVoxels flat{Scalar::i32, count, std::vector<std::int16_t>(2 * count, 0)};
+  std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> segment_of;  // by layer and value
+  for (std::size_t n = 0; n < header.segments.size(); ++n)
+    segment_of[{header.segments[n].layer, header.segments[n].value}] = n;
+  with_scalar(stored.scalar, [&]<class T>(T) {
+    for (std::size_t o = 0; o < count; ++o) {
+      std::size_t top = 0;
+      for (std::size_t layer = 0; layer < layers; ++layer) {
+        T value;
+        const std::size_t at = header.layers_interleaved ? o * layers + layer : layer * count + o;
+        std::memcpy(&value, stored.bytes() + at * sizeof(T), sizeof value);
+        if (value == T{}) continue;
+        const auto it = segment_of.find({static_cast<std::int64_t>(layer), static_cast<std::int64_t>(value)});
+        if (it != segment_of.end()) top = std::max(top, it->second + 1);
+      }
+      const std::int32_t number = top > 0 ? static_cast<std::int32_t>(numbers[top - 1]) : 0;
+      std::memcpy(reinterpret_cast<std::byte*>(flat.storage.data()) + o * sizeof number, &number,
+                  sizeof number);
+    }
+  });
+  header.slope = 1, header.intercept = 0;
+  return flat;
+}
+
 Result<Read> read_file(const std::string& path, const std::string& names, const Progress& progress,
                        bool as_parts) {
-  const auto header = read_image_header(path);
+  Result<ImageHeader> header;
+  std::optional<DicomSegmentation> dicom;
+  std::error_code trouble;
+  if (std::filesystem::is_directory(path, trouble) || is_dicom_file(path)) {
+    auto read = read_dicom_segmentation(path);
+    if (!read) return tl::unexpected(read.error());
+    dicom = std::move(*read);
+    header->grid = dicom->grid, header->scalar = Scalar::i32;
+  } else {
+    header = read_image_header(path);
+  }
   if (!header) return tl::unexpected(header.error());
 
   Read out;
@@ -169,8 +229,16 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
     if (!read) return tl::unexpected(read.error());
     out.names = std::move(*read);
   }
-  const auto voxels = load_voxels(*header, progress);
+  if (dicom && table.empty()) out.names = dicom->names;
+  auto voxels = dicom ? stored(dicom->numbers) : load_voxels(*header, progress);
   if (!voxels) return tl::unexpected(voxels.error());
+  if (!header->segments.empty()) {
+    const auto segment_number = segment_numbers(*header);
+    if (table.empty())
+      for (std::size_t n = 0; n < segment_number.size(); ++n)
+        if (!header->segments[n].name.empty()) out.names[segment_number[n]] = header->segments[n].name;
+    if (header->layers > 1) *voxels = flatten(*voxels, *header, segment_number);
+  }
   const auto numbers = numbers_in(path, *voxels, *header);
   if (!numbers) return tl::unexpected(numbers.error());
   const auto labels = assign_labels(path, *numbers, out.names, as_parts);

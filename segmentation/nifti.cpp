@@ -163,15 +163,33 @@ Result<void> check_dimensions(const std::string& path, const Nifti& n) {
   return {};
 }
 
-double millimetres(const Nifti& n) {
-  switch (n.xyzt_units & 7) {
-    case 1:
-      return 1000;
-    case 3:
-      return 0.001;
-    default:
-      return 1;
+// Millimetres of the file's unit. A program that means millimetres and writes metres is no rarity: where the
+// unit gives voxels that no scan of a body has, and millimetres would not, it is not believed, and said.
+Result<double> millimetres(const std::string& path, const Nifti& n, const Vector3d& spacing,
+                           std::vector<std::string>& warnings) {
+  const auto likely = [&](double unit) {
+    return unit * spacing.minCoeff() >= 0.01 && unit * spacing.maxCoeff() <= 50;
+  };
+  const auto size = [&](double unit) {
+    return std::to_string(unit * spacing[0]) + " x " + std::to_string(unit * spacing[1]) + " x " +
+           std::to_string(unit * spacing[2]) + " mm";
+  };
+  const int code = n.xyzt_units & 7;
+  if (code > 3)
+    return failure(path, "has lengths in a unit that NIfTI does not know (" + std::to_string(code) +
+                             " in xyzt_units); 1 (m), 2 (mm) or 3 (micrometres) were expected");
+  const double unit = code == 1 ? 1000 : code == 3 ? 0.001 : 1;
+  if (code == 0 && likely(1)) return 1;
+  if (code == 0 && likely(1000))
+    return failure(path, "does not say its unit of length, and its voxels would be of " + size(1) +
+                             " or, in metres, of " + size(1000) + ": set xyzt_units to 2 (mm) or 1 (m)");
+  if (code != 2 && code != 0 && !likely(unit) && likely(1)) {
+    warnings.push_back(std::string("the header says ") + (code == 1 ? "metres" : "micrometres") +
+                       ", by which a voxel would be of " + size(unit) +
+                       "; its lengths were taken as millimetres");
+    return 1;
   }
+  return unit;
 }
 
 struct Placing {
@@ -240,6 +258,11 @@ Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<
   if (s && q) {
     // both are stored as float32; half a voxel apart is a different placing, not rounding
     const double apart = disagreement(*s, *q, n);
+    if ((s->axes.determinant() > 0) != (q->axes.determinant() > 0))
+      return failure(
+          path,
+          "has a sform and a qform that mirror each other, so that left and right are not told: set the "
+          "code of the wrong one to 0 (sform_code or qform_code), or convert the scan anew");
     if (apart > 0.5) {
       warnings.push_back("the sform and the qform differ by up to " + std::to_string(apart) +
                          " voxels; the sform was used");
@@ -273,8 +296,10 @@ Result<ImageHeader> read_nifti_header(const std::string& path) {
   const auto placing = placing_of(path, *n, header.warnings);
   if (!placing) return tl::unexpected(placing.error());
   for (std::size_t c = 0; c < 3; ++c) header.grid.size[c] = n->dim[c + 1];
-  header.grid.axes = millimetres(*n) * ras_to_lps.asDiagonal() * placing->axes;
-  header.grid.origin = millimetres(*n) * ras_to_lps.cwiseProduct(placing->origin);
+  const auto unit = millimetres(path, *n, placing->axes.colwise().norm(), header.warnings);
+  if (!unit) return tl::unexpected(unit.error());
+  header.grid.axes = *unit * ras_to_lps.asDiagonal() * placing->axes;
+  header.grid.origin = *unit * ras_to_lps.cwiseProduct(placing->origin);
 
   if (!std::isfinite(n->slope) || !std::isfinite(n->intercept))
     return failure(path, "has a damaged header: scl_slope or scl_inter is not a number");

@@ -94,15 +94,50 @@ std::optional<Scalar> scalar_of(std::string_view type) {
   return it->second;
 }
 
+// 3D Slicer's segments (.seg.nrrd): "Segment0_Name", "Segment0_LabelValue", "Segment0_Layer" and so on
+// (slicer.readthedocs.io, developer guide, Segmentations)
+Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrrd& nrrd,
+                                              std::int64_t layers) {
+  std::vector<ImageSegment> segments;
+  for (int n = 0;; ++n) {
+    const auto key = [&](const char* what) -> std::string_view {
+      const auto it = nrrd.keys.find(fmt::format("Segment{}_{}", n, what));
+      return it == nrrd.keys.end() ? std::string_view{} : trimmed(it->second);
+    };
+    if (key("ID").empty() && key("Name").empty() && key("LabelValue").empty()) return segments;
+    // versions without them keep a layer a segment, with ones in it
+    const auto value = numbers_in(key("LabelValue")), layer = numbers_in(key("Layer"));
+    ImageSegment segment{
+        std::string(key("Name")), value.empty() ? 1 : static_cast<std::int64_t>(value[0]),
+        layer.empty() ? std::min<std::int64_t>(n, layers - 1) : static_cast<std::int64_t>(layer[0])};
+    if (segment.value < 1 || segment.layer < 0 || segment.layer >= layers)
+      return failure(
+          path, fmt::format("has a damaged header: segment {} ('{}') is value {} of layer {}, of {} layers",
+                            n, segment.name, segment.value, segment.layer, layers));
+    segments.push_back(std::move(segment));
+  }
+}
+
+// which of four axes is that of layers, in a file that names segments; the first or the last
+std::optional<std::size_t> layer_axis(const Nrrd& nrrd, const std::vector<double>& sizes) {
+  const bool has_segments = nrrd.keys.contains("Segment0_ID") || nrrd.keys.contains("Segment0_Name") ||
+                            nrrd.keys.contains("Segment0_LabelValue");
+  if (sizes.size() != 4 || !has_segments) return std::nullopt;
+  const std::string_view kinds = trimmed(nrrd.field("kinds"));
+  if (kinds.starts_with("list") || kinds.starts_with("vector")) return 0;
+  if (kinds.ends_with("list") || kinds.ends_with("vector")) return 3;
+  return std::nullopt;
+}
+
 // which of the file's axes are the volume's three; axes of one sample beside them are left aside
 Result<std::vector<std::size_t>> volume_axes(const std::string& path, const std::vector<double>& sizes,
-                                             std::string_view kinds) {
+                                             std::string_view kinds, std::optional<std::size_t> layers) {
   for (const double size : sizes)
     if (!(size >= 1 && size <= 100000) || size != std::floor(size))
       return failure(path, fmt::format("has a damaged header: an axis of {} voxels", size));
   std::vector<std::size_t> axes;
   for (std::size_t a = 0; a < sizes.size(); ++a)
-    if (sizes.size() == 3 || sizes[a] > 1) axes.push_back(a);
+    if (layers ? a != *layers : sizes.size() == 3 || sizes[a] > 1) axes.push_back(a);
   if (axes.size() == 3) return axes;
   if (sizes.size() < 3)
     return failure(path, fmt::format("holds a picture of {} dimensions; a volume is needed", sizes.size()));
@@ -254,8 +289,14 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
   const auto dimension = numbers_in(nrrd->field("dimension"));
   if (dimension.size() != 1 || dimension[0] != static_cast<double>(sizes.size()))
     return failure(path, "has a damaged header: 'dimension' and 'sizes' do not agree");
-  const auto axes = volume_axes(path, sizes, nrrd->field("kinds"));
+  const auto layers = layer_axis(*nrrd, sizes);
+  const auto axes = volume_axes(path, sizes, nrrd->field("kinds"), layers);
   if (!axes) return tl::unexpected(axes.error());
+  if (layers)
+    header.layers = static_cast<std::int64_t>(sizes[*layers]), header.layers_interleaved = *layers == 0;
+  auto segments = segments_of(path, *nrrd, header.layers);
+  if (!segments) return tl::unexpected(segments.error());
+  header.segments = std::move(*segments);
   for (std::size_t c = 0; c < 3; ++c) header.grid.size[c] = static_cast<std::int64_t>(sizes[(*axes)[c]]);
   if (const auto placed = place(path, *nrrd, *axes, header); !placed) return tl::unexpected(placed.error());
   if (const auto found = locate_voxels(path, *nrrd, header); !found) return tl::unexpected(found.error());

@@ -15,6 +15,13 @@ bool is_folder(const std::string& path) {
   return std::filesystem::is_directory(path, ignored);
 }
 
+bool is_multi_frame(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;
+  const auto elements = read_dicom_elements(path);
+  return elements && *elements && ((*elements)->item(0x52009230) || (*elements)->text(0x00080060) == "SEG");
+}
+
 bool is_dicom_slice(const std::string& path) {
   const auto elements = read_dicom_elements(path);
   return elements && *elements;
@@ -33,6 +40,9 @@ void check_spacing(const Grid& grid, std::vector<std::string>& warnings) {
 Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& options) {
   auto header = read_image_header(path);
   if (!header) return tl::unexpected(header.error());
+  if (header->layers > 1)
+    return bad_use(path, "is a segmentation of " + std::to_string(header->layers) +
+                             " layers; give it with --labels, and the scan that it belongs to as the volume");
   auto voxels = load_voxels(*header, options.progress);
   if (!voxels) return tl::unexpected(voxels.error());
   const ValueRange range = value_range(*voxels, header->slope, header->intercept);
@@ -87,7 +97,8 @@ Result<ImageHeader> read_image_header(const std::string& path) {
 }
 
 Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& options) {
-  auto scanned = is_folder(path) ? read_dicom_folder(path, options) : read_file(path, options);
+  const bool dicom = is_folder(path) || is_multi_frame(path);
+  auto scanned = dicom ? read_dicom_folder(path, options) : read_file(path, options);
   if (!scanned) return scanned;
   check_spacing(scanned->volume.grid, scanned->warnings);
   const auto [least, greatest] = std::ranges::minmax_element(scanned->volume.voxels);

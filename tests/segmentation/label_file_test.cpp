@@ -43,6 +43,76 @@ TEST(LabelFile, RoundTripWithNamesBeside) {
   EXPECT_TRUE(std::filesystem::exists(folder / "a.tsv"));
 }
 
+// As 3D Slicer saves a segmentation: three segments of which two overlap, in two layers, cropped to what they
+// hold.
+TEST(LabelFile, LayersOf3dSlicer) {
+  const std::string keys =
+      "Segmentation_ContainedRepresentationNames:=Binary "
+      "labelmap|\nSegmentation_MasterRepresentation:=Binary labelmap\n"
+      "Segment0_ID:=Segment_1\nSegment0_Name:=femur left\nSegment0_LabelValue:=1\nSegment0_Layer:=0\n"
+      "Segment1_ID:=Segment_2\nSegment1_Name:=skin\nSegment1_LabelValue:=1\nSegment1_Layer:=1\n"
+      "Segment2_ID:=Segment_3\nSegment2_Name:=liver\nSegment2_LabelValue:=2\nSegment2_Layer:=0\n";
+  const std::string place = "space: left-posterior-superior\nspace origin: (10,20,30)\nencoding: raw\n";
+  // voxels of layer 0 and of layer 1
+  const std::vector<unsigned char> zero{1, 1, 2, 0}, one{0, 1, 1, 1};
+  const std::vector<std::uint8_t> expected{1, 2, 3, 2};  // of overlapping segments the later one
+  struct Case {
+    std::string header;
+    std::vector<unsigned char> voxels;
+  };
+  for (const Case& c : {Case{"NRRD0004\ntype: unsigned char\ndimension: 4\nsizes: 2 2 2 1\nspace directions: "
+                             "none (2,0,0) (0,2,0) (0,0,3)\n"
+                             "kinds: list domain domain domain\n",
+                             {zero[0], one[0], zero[1], one[1], zero[2], one[2], zero[3], one[3]}},
+                        {"NRRD0004\ntype: unsigned char\ndimension: 4\nsizes: 2 2 1 2\nspace directions: "
+                         "(2,0,0) (0,2,0) (0,0,3) none\n"
+                         "kinds: domain domain domain list\n",
+                         {zero[0], zero[1], zero[2], zero[3], one[0], one[1], one[2], one[3]}}}) {
+    ScratchFolder folder;
+    std::string text = c.header + place + keys + "\n";
+    std::vector<char> bytes(text.begin(), text.end());
+    bytes.insert(bytes.end(), c.voxels.begin(), c.voxels.end());
+    put_bytes(folder / "a.seg.nrrd", bytes);
+    const auto read = read_numbered_labels(folder / "a.seg.nrrd");
+    ASSERT_TRUE(read) << read.error().message();
+    EXPECT_EQ(read->map.voxels, expected);
+    EXPECT_EQ(read->map.names, (std::vector<std::string>{"outside", "femur left", "skin", "liver"}));
+    EXPECT_EQ(read->map.grid.size, (std::array<std::int64_t, 3>{2, 2, 1}));
+    EXPECT_EQ(read->map.grid.origin, Eigen::Vector3d(10, 20, 30));
+    EXPECT_EQ(read->map.grid.spacing(), Eigen::Vector3d(2, 2, 3));
+    const auto volume = read_volume(folder / "a.seg.nrrd");
+    ASSERT_FALSE(volume);
+    EXPECT_NE(volume.error().message().find("segmentation of 2 layers"), std::string::npos);
+
+    // a layer that is not there
+    text.replace(text.find("Segment1_Layer:=1"), 17, "Segment1_Layer:=4");
+    bytes.assign(text.begin(), text.end());
+    bytes.insert(bytes.end(), c.voxels.begin(), c.voxels.end());
+    put_bytes(folder / "b.seg.nrrd", bytes);
+    const auto bad = read_labels(folder / "b.seg.nrrd");
+    ASSERT_FALSE(bad);
+    EXPECT_NE(bad.error().message().find("segment 1 ('skin') is value 1 of layer 4"), std::string::npos)
+        << bad.error().message();
+  }
+}
+
+// One layer: the numbers are the file's own, and parts among the names get their labels.
+TEST(LabelFile, SegmentsOf3dSlicerNameTheirValues) {
+  ScratchFolder folder;
+  const std::string text =
+      "NRRD0004\ntype: unsigned char\ndimension: 3\nsizes: 2 2 1\nspace: right-anterior-superior\n"
+      "space directions: (2,0,0) (0,2,0) (0,0,3)\nspace origin: (0,0,0)\nencoding: raw\n"
+      "Segment0_Name:=thigh_left\nSegment0_LabelValue:=7\nSegment1_Name:=tumour\nSegment1_LabelValue:=3\n\n";
+  std::vector<char> bytes(text.begin(), text.end());
+  for (const char v : {0, 7, 3, 7}) bytes.push_back(v);
+  put_bytes(folder / "a.seg.nrrd", bytes);
+  const auto read = read_labels(folder / "a.seg.nrrd");
+  ASSERT_TRUE(read) << read.error().message();
+  const auto thigh = static_cast<std::uint8_t>(part_label("thigh_left"));
+  EXPECT_EQ(read->voxels, (std::vector<std::uint8_t>{0, thigh, 17, thigh}));
+  EXPECT_EQ(read->names[17], "tumour");
+}
+
 TEST(LabelFile, PartNamesGetTheirLabelsOthersFollow) {
   ScratchFolder folder;
   write_numbers(folder / "a.nii", {0, 5, 900, 3, 900, 12});

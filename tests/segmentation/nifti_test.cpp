@@ -235,6 +235,60 @@ TEST(Nifti, SformAndQformInConflictAreSaid) {
   EXPECT_EQ(apart->volume.grid, same->volume.grid);
 }
 
+// Where the two forms are mirror images of each other, no reader can tell the patient's left.
+TEST(Nifti, MirroredFormsAreRefused) {
+  ScratchFolder folder;
+  HandMade file({3, 2, 2, 1, 1, 1, 1, 1}, 4, 16);
+  set_field<float>(file.bytes, 80, 2), set_field<float>(file.bytes, 84, 2),
+      set_field<float>(file.bytes, 88, 3);
+  file.sform({-2, 0, 0, 10, 0, 2, 0, 20, 0, 0, 3, 30});
+  set_field<std::int16_t>(file.bytes, 252, 1);  // a quaternion of no rotation
+  file.voxels<std::int16_t>({-1000, 0, 40, 3000});
+  put_bytes(folder / "a.nii", file.bytes);
+  const auto read = read_volume(folder / "a.nii", as_hu);
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message().find("mirror each other"), std::string::npos) << read.error().message();
+  set_field<std::int16_t>(file.bytes, 252, 0);
+  put_bytes(folder / "a.nii", file.bytes);
+  EXPECT_TRUE(read_volume(folder / "a.nii", as_hu));
+}
+
+TEST(Nifti, UnitsOfLength) {
+  ScratchFolder folder;
+  const auto read = [&](char code, float voxel) {
+    HandMade file({3, 2, 2, 1, 1, 1, 1, 1}, 4, 16);
+    file.bytes[123] = code;
+    file.sform({voxel, 0, 0, 0, 0, voxel, 0, 0, 0, 0, voxel, 0});
+    file.voxels<std::int16_t>({-1000, 0, 40, 3000});
+    put_bytes(folder / "a.nii", file.bytes);
+    return read_volume(folder / "a.nii", as_hu);
+  };
+  struct Case {
+    char code;
+    float voxel;
+    double mm;
+  };
+  // metres, millimetres, micrometres, not said (then millimetres, as programs mean it); 16: seconds beside it
+  for (const Case& c : {Case{1, 0.002F, 2}, {2, 2, 2}, {3, 500, 0.5}, {0, 2, 2}, {2 + 16, 2, 2}}) {
+    const auto fine = read(c.code, c.voxel);
+    ASSERT_TRUE(fine) << fine.error().message();
+    EXPECT_TRUE(fine->warnings.empty()) << fine->warnings[0];
+    EXPECT_NEAR(fine->volume.grid.spacing()[0], c.mm, 1e-6);
+  }
+  for (const char code : {char{1}, char{3}}) {  // what is written so means millimetres
+    const auto doubted = read(code, 0.9F);
+    ASSERT_TRUE(doubted) << doubted.error().message();
+    EXPECT_NEAR(doubted->volume.grid.spacing()[0], 0.9, 1e-6);
+    ASSERT_EQ(doubted->warnings.size(), 1u);
+    EXPECT_NE(doubted->warnings[0].find("taken as millimetres"), std::string::npos);
+  }
+  const auto unsaid = read(0, 0.002F), unknown = read(5, 2);
+  ASSERT_FALSE(unsaid);
+  EXPECT_NE(unsaid.error().message().find("does not say its unit"), std::string::npos);
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(unknown.error().message().find("a unit that NIfTI does not know (5"), std::string::npos);
+}
+
 struct BadFile {
   const char* name;
   std::function<void(std::vector<char>&)> spoil;

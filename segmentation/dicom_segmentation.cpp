@@ -1,0 +1,197 @@
+#include "segmentation/dicom_segmentation.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "segmentation/byte_stream.hpp"
+#include "segmentation/dicom_elements.hpp"
+#include "segmentation/dicom_slice.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Frame {
+  DicomSlice slice;
+  std::int64_t segment = 0;
+  std::int64_t k = 0;
+};
+
+const DicomItem* macro(const DicomElements& elements, std::size_t frame, std::uint32_t tag) {
+  const auto groups = elements.sequences.find(0x52009230);
+  if (groups != elements.sequences.end() && frame < groups->second.size())
+    if (const DicomItem* own = groups->second[frame].item(tag)) return own;
+  const DicomItem* shared = elements.item(0x52009229);
+  return shared ? shared->item(tag) : nullptr;
+}
+
+// the file itself, or the one segmentation in a folder
+Result<std::string> file_of(const std::string& path) {
+  std::error_code trouble;
+  if (!std::filesystem::is_directory(path, trouble)) return path;
+  std::string found;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(path, trouble)) {
+    if (!entry.is_regular_file(trouble)) continue;
+    const auto elements = read_dicom_elements(entry.path().string());
+    if (!elements || !*elements || (*elements)->text(0x00080060) != "SEG") continue;
+    if (!found.empty()) return bad_use(path, "holds several DICOM segmentations; give one file of them");
+    found = entry.path().string();
+  }
+  if (found.empty()) return bad_use(path, "is a folder without a DICOM segmentation; a label map is a file");
+  return found;
+}
+
+// The grid that all frames lie on, and each frame's slice of it. `between`: of neighbouring slices, mm, where
+// said.
+Result<Grid> grid_of(const std::string& path, std::vector<Frame>& frames, double between, double thickness) {
+  const DicomSlice& first = frames.front().slice;
+  const Vector3d normal = first.normal();
+  std::vector<double> along;
+  for (const Frame& frame : frames) along.push_back(normal.dot(*frame.slice.position));
+  const auto [low, high] = std::ranges::minmax_element(along);
+  const Vector3d start = *frames[static_cast<std::size_t>(low - along.begin())].slice.position,
+                 end = *frames[static_cast<std::size_t>(high - along.begin())].slice.position;
+  const double base = *low, total = *high - *low;
+  double step = between;
+  if (!(step > 0)) {
+    auto sorted = along;
+    std::ranges::sort(sorted);
+    for (std::size_t n = 1; n < sorted.size(); ++n)
+      if (const double gap = sorted[n] - sorted[n - 1]; gap > 1e-3 && !(step > 0 && step <= gap)) step = gap;
+  }
+  if (!(step > 0)) step = thickness;
+  if (!(step > 0)) return failure(path, "has frames at one place only and does not say how thick they are");
+  const double count = std::round(total / step);
+  if (count > 20000)
+    return failure(path, "has frames too far apart for their spacing; its header is damaged");
+  const Vector3d direction = total > 0 ? Vector3d((end - start) / total) : normal;
+  if (count > 0) step = total / count;
+  for (std::size_t n = 0; n < frames.size(); ++n) {
+    const double at = (along[n] - base) / step;
+    frames[n].k = std::lround(at);
+    const Vector3d off =
+        *frames[n].slice.position - start - static_cast<double>(frames[n].k) * step * direction;
+    if (off.norm() > std::max(0.06, 0.05 * step))
+      return failure(
+          path, fmt::format("has frames that are not evenly spaced in one line (frame {} is {:.3g} mm off)",
+                            n + 1, off.norm()));
+    if ((frames[n].slice.along_row - first.along_row).norm() > 2e-3 ||
+        (frames[n].slice.along_column - first.along_column).norm() > 2e-3 ||
+        std::abs(frames[n].slice.row_spacing - first.row_spacing) > 1e-3)
+      return failure(path, "has frames of several orientations or pixel sizes");
+  }
+  Grid grid;
+  grid.size = {first.columns, first.rows, static_cast<std::int64_t>(count) + 1};
+  grid.axes << first.column_spacing * first.along_row, first.row_spacing * first.along_column,
+      step * direction;
+  grid.origin = start;
+  return grid;
+}
+
+// A frame's bits: frames follow each other without gaps, the least significant bit of a byte first
+// (PS3.5, 8.1.1).
+Result<std::vector<std::int32_t>> bits_of(const DicomSlice& slice, const DicomElements& elements,
+                                          std::size_t frame) {
+  const std::size_t area = static_cast<std::size_t>(slice.rows) * static_cast<std::size_t>(slice.columns);
+  const std::uint64_t first = frame * area, last = first + area;
+  if (elements.packed)
+    return failure(slice.path, "has binary frames that are packed; unpack it first (gdcmconv --raw)");
+  if ((last + 7) / 8 > elements.pixel_bytes)
+    return failure(slice.path, "is cut off or damaged: it holds fewer bits than frames");
+  std::vector<std::byte> bytes((last + 7) / 8 - first / 8);
+  auto source = ByteSource::open(slice.path, ByteSource::Packing::plain, elements.pixel_offset + first / 8);
+  if (!source) return tl::unexpected(source.error());
+  const auto got = source->read(bytes);
+  if (!got) return tl::unexpected(got.error());
+  if (*got < bytes.size()) return failure(slice.path, "is cut off within its pixels");
+  std::vector<std::int32_t> values(area);
+  for (std::size_t n = 0; n < area; ++n) {
+    const std::uint64_t bit = first % 8 + n;
+    values[n] = static_cast<std::int32_t>(std::to_integer<unsigned>(bytes[bit / 8]) >> (bit % 8) & 1U);
+  }
+  return values;
+}
+
+}  // namespace
+
+bool is_dicom_file(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;
+  const auto elements = read_dicom_elements(path);
+  return elements && *elements;
+}
+
+Result<DicomSegmentation> read_dicom_segmentation(const std::string& path) try {
+  const auto file = file_of(path);
+  if (!file) return tl::unexpected(file.error());
+  const auto read = read_dicom_elements(*file);
+  if (!read) return tl::unexpected(read.error());
+  if (!*read || (*read)->text(0x00080060) != "SEG" || (*read)->pixel_offset == 0)
+    return bad_use(*file, "is no DICOM segmentation (modality SEG)");
+  const DicomElements& elements = **read;
+  const auto slices = read_dicom_slices(*file);
+  if (!slices) return tl::unexpected(slices.error());
+  const std::string type = elements.text(0x00620001);
+  const bool binary = type == "BINARY", labels = type == "LABELMAP";
+  if (!binary && !labels && type != "FRACTIONAL")
+    return failure(*file,
+                   "is a segmentation of type '" + type + "'; BINARY, FRACTIONAL and LABELMAP are read here");
+
+  std::vector<Frame> frames;
+  for (std::size_t n = 0; n < slices->size(); ++n) {
+    Frame frame{(*slices)[n]};
+    const DicomItem* segment = macro(elements, n, 0x0062000a);
+    frame.segment = segment ? segment->number(0x0062000b).value_or(0) : 0;
+    if (!frame.slice.position || (!labels && frame.segment == 0))
+      return failure(*file, fmt::format("does not say {} of frame {}",
+                                        frame.slice.position ? "the segment" : "the place", n + 1));
+    frames.push_back(std::move(frame));
+  }
+  DicomSegmentation out;
+  const DicomItem* measures = macro(elements, 0, 0x00289110);
+  const auto said = [&](std::uint32_t tag) {
+    const auto list = measures ? measures->decimals(tag) : std::vector<double>{};
+    return list.empty() ? 0.0 : list[0];
+  };
+  const auto grid = grid_of(*file, frames, said(0x00180088), said(0x00180050));
+  if (!grid) return tl::unexpected(grid.error());
+  out.grid = *grid;
+  if (const auto list = elements.sequences.find(0x00620002); list != elements.sequences.end())
+    for (const DicomItem& segment : list->second)
+      if (const auto number = segment.number(0x00620004)) out.names[*number] = segment.text(0x00620005);
+
+  const double most = binary ? 1 : elements.number(0x0062000e).value_or(255);
+  out.numbers.assign(out.grid.count(), 0);
+  std::vector<float> best(binary || labels ? 0 : out.numbers.size(), 0);
+  const std::size_t area = static_cast<std::size_t>(out.grid.size[0] * out.grid.size[1]);
+  for (std::size_t n = 0; n < frames.size(); ++n) {
+    const Frame& frame = frames[n];
+    const auto values = binary ? bits_of(frame.slice, elements, n) : read_dicom_pixels(frame.slice);
+    if (!values) return tl::unexpected(values.error());
+    const std::size_t at = static_cast<std::size_t>(frame.k) * area;
+    const auto number = static_cast<std::int32_t>(frame.segment);
+    for (std::size_t o = 0; o < area; ++o) {
+      const std::int32_t value = (*values)[o];
+      if (labels) {
+        if (value != 0) out.numbers[at + o] = value;
+      } else if (binary) {
+        if (value != 0) out.numbers[at + o] = std::max(out.numbers[at + o], number);
+      } else if (const auto share = static_cast<float>(value / most);
+                 share >= 0.5F &&
+                 (share > best[at + o] || (share == best[at + o] && number > out.numbers[at + o]))) {
+        out.numbers[at + o] = number, best[at + o] = share;
+      }
+    }
+  }
+  return out;
+} catch (const std::bad_alloc&) {
+  return failure(path, "holds a segmentation that does not fit into memory");
+}
+
+}  // namespace borelli
