@@ -14,6 +14,7 @@
 #include "pipeline/measure.hpp"
 #include "pipeline/mesh.hpp"
 #include "pipeline/mesh_file.hpp"
+#include "pipeline/mr_scan.hpp"
 #include "pipeline/range_warning.hpp"
 #include "pipeline/render.hpp"
 #include "pipeline/report.hpp"
@@ -59,8 +60,25 @@ class RunData {
       auto read = read_volume(settings_.volume, {settings_.quantity, progress});
       if (read && !settings_.density_curve.empty() && read->volume.quantity != Quantity::hu)
         return bad_use("--density-curve",
-                       "is from CT numbers, and " + settings_.volume + " holds densities: leave it out");
+                       "is from CT numbers, and " + settings_.volume + " holds none: leave it out");
       return read;
+    });
+  }
+  /// The classes of somebody else's label map; nothing where none is given.
+  Result<const ClassMap*> classes() {
+    if (settings_.label_mapping.empty()) return nullptr;
+    return once(classes_, [&] {
+      return read_classes(settings_.labels, settings_.label_names, settings_.label_mapping);
+    });
+  }
+  /// The reading of an MR scan.
+  Result<const MrReading*> mr() {
+    return once(mr_, [&]() -> Result<MrReading> {
+      const auto scanned = scan();
+      if (!scanned) return tl::unexpected(scanned.error());
+      const auto told = classes();
+      if (!told) return tl::unexpected(told.error());
+      return read_mr((*scanned)->volume, *told, settings_.threads);
     });
   }
   Result<const Segmentation*> segmentation() {
@@ -113,6 +131,8 @@ class RunData {
 
   const RunSettings& settings_;
   std::optional<ScannedVolume> scan_;
+  std::optional<ClassMap> classes_;
+  std::optional<MrReading> mr_;
   std::optional<Segmentation> segmentation_;
   std::optional<InertiaTable> table_;
   std::optional<Scene> scene_;
@@ -138,6 +158,7 @@ class Run {
 
  private:
   fs::path file(const std::string& name) const { return settings_.folder / name; }
+  Result<Segmentation> part_scan(const GreyVolume& volume, const SegmentOptions& options);
   Result<json> hand_on(const Segmentation& found, const ScannedVolume& scan);
 
   const RunSettings& settings_;
@@ -158,6 +179,13 @@ Result<json> Run::hand_on(const Segmentation& found, const ScannedVolume& scan) 
               {"parts", parts_found}};
 }
 
+Result<Segmentation> Run::part_scan(const GreyVolume& volume, const SegmentOptions& options) {
+  if (volume.quantity != Quantity::mr) return segment(volume, options);
+  const auto reading = data_.mr();
+  if (!reading) return tl::unexpected(reading.error());
+  return segment_mr(**reading, options);
+}
+
 Result<json> Run::segment_scan(const Progress& progress) {
   const auto scan = data_.scan([&](double share) { progress(0.2 * share); });
   if (!scan) return tl::unexpected(scan.error());
@@ -166,13 +194,9 @@ Result<json> Run::segment_scan(const Progress& progress) {
   if (!cuts) return tl::unexpected(cuts.error());
   options.convention = *cuts;
   options.progress = [&](double share, std::string_view) { progress(0.2 + 0.7 * share); };
-  std::optional<ClassMap> classes;
-  if (!settings_.labels.empty()) {
-    auto read = read_classes(settings_.labels, settings_.label_names, settings_.label_mapping);
-    if (!read) return tl::unexpected(read.error());
-    classes = std::move(*read);
-    options.classes = &*classes;
-  }
+  const auto classes = data_.classes();
+  if (!classes) return tl::unexpected(classes.error());
+  options.classes = *classes;
   Warnings told;
   if (!settings_.landmarks.empty()) {
     auto given = read_given_landmarks(settings_.landmarks);
@@ -180,7 +204,7 @@ Result<json> Run::segment_scan(const Progress& progress) {
     options.given = std::move(given->landmarks);
     told = std::move(given->warnings);
   }
-  auto found = segment((*scan)->volume, options);
+  auto found = part_scan((*scan)->volume, options);
   if (!found) return tl::unexpected(found.error());
   for (const auto& list : {told, (*scan)->warnings})
     found->warnings.insert(found->warnings.begin(), list.begin(), list.end());
@@ -194,7 +218,9 @@ Result<json> Run::use_given_labels(const Progress& progress) {
   if (!scan) return tl::unexpected(scan.error());
   auto labels = read_labels(settings_.labels, settings_.label_names);
   if (!labels) return tl::unexpected(labels.error());
-  if (!(labels->grid == (*scan)->volume.grid))
+  if (!same_grid(labels->grid, (*scan)->volume.grid) && same_lattice(labels->grid, (*scan)->volume.grid))
+    *labels = labels_on(*labels, (*scan)->volume.grid, settings_.threads);
+  if (!same_grid(labels->grid, (*scan)->volume.grid))
     return bad_use(settings_.labels,
                    "lies on another grid than " + settings_.volume + "; resample one onto the other");
   GivenLandmarks given;
@@ -227,7 +253,13 @@ Result<json> Run::integrate() {
   options.cuts = settings_.convention;
   options.frames = settings_.frames;
   options.threads = settings_.threads;
-  auto table = measure((*scan)->volume, (*segmentation)->labels, (*segmentation)->landmarks, options,
+  const GreyVolume* weighed = &(*scan)->volume;
+  if (weighed->quantity == Quantity::mr) {
+    const auto reading = data_.mr();
+    if (!reading) return tl::unexpected(reading.error());
+    weighed = &(*reading)->density;
+  }
+  auto table = measure(*weighed, (*segmentation)->labels, (*segmentation)->landmarks, options,
                        completeness_of((*segmentation)->part));
   if (!table) return tl::unexpected(table.error());
   table->source.volume = settings_.volume;
@@ -255,6 +287,14 @@ Result<json> Run::build_scene() {
   if (!segmentation) return tl::unexpected(segmentation.error());
   Warnings warnings;
   const PartInertials present = movable_parts(**table, warnings);
+  if (present.empty())
+    if (const auto scan = data_.scan(); scan && (*scan)->volume.quantity == Quantity::mr)
+      return failure(
+          settings_.volume,
+          "is MR, in which no part can be told by itself: segmentation/labels.nii.gz and inertia/table.csv "
+          "hold "
+          "its tissues; for a body that moves give a label map (--labels with --label-mapping) or the joints "
+          "(--landmarks)");
   SkeletonOptions options{settings_.subject, settings_.leap};
   auto skeleton = build_skeleton(present, (*segmentation)->landmarks, options);
   if (!skeleton) return tl::unexpected(skeleton.error());

@@ -15,6 +15,7 @@
 #include "segmentation/column_levels.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/joint_centres.hpp"
+#include "segmentation/landmark_seeds.hpp"
 #include "segmentation/limb_tips.hpp"
 #include "segmentation/part_planes.hpp"
 #include "segmentation/slabs.hpp"
@@ -285,6 +286,7 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   }
 
   progress(0.6, "parting bones");
+  bool by_hand = false;
   auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
   if (classes) {
     bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
@@ -292,6 +294,9 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
     for (const auto& list : {options.classes->warnings, classes->warnings()})
       out.warnings.insert(out.warnings.end(), list.begin(), list.end());
     put_given(options.given, out.landmarks);
+  } else if (!trunk.hip[0] && !trunk.shoulder[0] && !options.given.empty()) {
+    bones = seeds_by_landmarks(a, out.landmarks);
+    by_hand = std::any_of(bones.voxels.begin(), bones.voxels.end(), [](std::uint8_t v) { return v != 0; });
   } else if (options.convention == Convention::bone) {
     part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
     part_axial_bones(a, trunk, out.landmarks, bones);
@@ -306,7 +311,10 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   judge(a, owner, planes, out);
   tell_what_is_not_parted(planes, out);
   doubt_impossible_shares(out);
-  if (!trunk.hip[0] && !trunk.shoulder[0] && !classes)
+  if (by_hand)
+    out.warnings.push_back(
+        "neither both hips nor both shoulders were found: parts are by the given landmarks alone");
+  else if (!trunk.hip[0] && !trunk.shoulder[0] && !classes)
     out.warnings.push_back(
         "neither both hips nor both shoulders are in view: no part could be told, and none is labelled");
   warn(out);

@@ -11,6 +11,7 @@
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/given_landmarks.hpp"
+#include "segmentation/mr_tissues.hpp"
 #include "segmentation/read.hpp"
 
 namespace borelli {
@@ -52,13 +53,26 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   if (settings.sampling == "points") options.sampling = Sampling::points;
   if (settings.sampling == "averages") options.sampling = Sampling::averages;
   PartCompleteness completeness;
+  std::optional<ClassMap> classes;
+  if (!settings.mapping.empty()) {
+    auto read = read_classes(settings.labels, settings.names, settings.mapping);
+    if (!read) return tl::unexpected(read.error());
+    classes = std::move(*read);
+  }
+  std::optional<MrReading> mr;
+  if (grey->quantity == Quantity::mr) {
+    auto read = read_mr(*grey, classes ? &*classes : nullptr, threads);
+    if (!read) return tl::unexpected(read.error());
+    mr = std::move(*read);
+    for (const auto& warning : mr->warnings) fmt::print(stderr, "warning: {}\n", warning);
+  }
   Result<LabelMap> labels;
-  if (settings.mapping.empty()) {
+  if (!classes) {
     labels = read_labels(settings.labels, settings.names);
     if (!labels) return tl::unexpected(labels.error());
+    if (!same_grid(labels->grid, grey->grid) && same_lattice(labels->grid, grey->grid))
+      labels = labels_on(*labels, grey->grid, threads);
   } else {
-    const auto classes = read_classes(settings.labels, settings.names, settings.mapping);
-    if (!classes) return tl::unexpected(classes.error());
     SegmentOptions parting;
     parting.threads = threads, parting.given = std::move(landmarks), parting.classes = &*classes;
     if (!settings.convention.empty()) {
@@ -66,7 +80,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
       if (!cuts) return tl::unexpected(cuts.error());
       parting.convention = *cuts;
     }
-    auto found = segment(*grey, parting);
+    auto found = segment(mr ? flat_body(*mr) : *grey, parting);
     if (!found) return tl::unexpected(found.error());
     for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
     completeness = completeness_of(found->part);
@@ -81,7 +95,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     options.cuts = std::move(*cuts);
   }
   if (!settings.convention.empty()) options.cuts = settings.convention;
-  auto table = measure(*grey, std::move(*labels), landmarks, options, completeness);
+  auto table = measure(mr ? mr->density : *grey, std::move(*labels), landmarks, options, completeness);
   if (!table) return tl::unexpected(table.error());
   table->source.volume = settings.volume;
   table->source.quantity = reading;
@@ -239,7 +253,7 @@ void add_inertia(CLI::App& program, Command& command) {
   verb->add_option("--findings", settings->findings,
                    "segmentation.json of `borelli segment`: which parts are cut");
   verb->add_option("--quantity", settings->quantity,
-                   "What the voxels hold: hu, density_kgm3 or density_gcm3");
+                   "What the voxels hold: hu, density_kgm3, density_gcm3 or mr");
   verb->add_option("--density-curve", settings->measure.density_curve,
                    fmt::format("From CT numbers to density, by name (default: {})", default_density_curve));
   verb->add_option(

@@ -98,7 +98,7 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("volume", s.volume, "A DICOM folder or a volume file (.nii.gz, .nrrd, .mha)")->required();
   verb->add_option("-o,--out", asked->out, "Folder; the results go to <out>/<subject>")->required();
   verb->add_option("--subject", s.subject, "Name of the subject (default: the volume's)");
-  verb->add_option("--quantity", asked->quantity, "What the voxels hold: hu, density_kgm3, density_gcm3");
+  verb->add_option("--quantity", asked->quantity, "What the voxels hold: hu, density_kgm3, density_gcm3, mr");
   verb->add_option("--labels", s.labels, "A label map on the volume's grid, to use instead of segmenting");
   verb->add_option("--label-names", s.label_names, "Its names (TSV; default: beside it)");
   verb->add_option(

@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
@@ -36,6 +37,13 @@ void print(const Segmentation& found, const std::string& reading, const std::str
       folder);
 }
 
+Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions& options) {
+  if (volume.quantity != Quantity::mr) return segment(volume, options);
+  const auto reading = read_mr(volume, options.classes, options.threads);
+  if (!reading) return tl::unexpected(reading.error());
+  return segment_mr(*reading, options);
+}
+
 Result<nlohmann::json> run(const Asked& asked, const Command& command) {
   ReadOptions reading;
   if (!asked.quantity.empty()) {
@@ -67,7 +75,7 @@ Result<nlohmann::json> run(const Asked& asked, const Command& command) {
     options.classes = &*classes;
   }
   bar.begin("finding the body's parts");
-  auto found = segment(scanned->volume, options);
+  auto found = segment_scan(scanned->volume, options);
   bar.end(found ? "done" : "failed");
   if (!found) return tl::unexpected(found.error());
   for (const auto& list : {told, scanned->warnings})

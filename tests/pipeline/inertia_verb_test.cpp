@@ -110,7 +110,7 @@ TEST_F(InertiaVerb, RefusesBadUseWithCodeTwo) {
   EXPECT_EQ(run_program("inertia --volume nowhere.nii.gz --labels " + file("labels.nrrd")).code, 2);
   EXPECT_EQ(run_program("inertia" + inputs() + " --density-curve mine").code, 2);
   EXPECT_EQ(run_program("inertia" + inputs() + " -o " + file("table.txt")).code, 2);
-  EXPECT_EQ(run_program("inertia" + inputs() + " --quantity mr").code, 2);
+  EXPECT_EQ(run_program("inertia" + inputs() + " --quantity labels").code, 2);
   EXPECT_EQ(run_program("inertia" + inputs() + " --convention deleva96").code, 2);
   EXPECT_EQ(run_program("inertia" + inputs() + " --voxels points --blur-reach 2").code, 2);
   EXPECT_FALSE(fs::exists(file("table.txt")));

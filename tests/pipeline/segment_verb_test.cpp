@@ -98,6 +98,41 @@ TEST(SegmentVerb, PartsByClassesAndLandmarksOfOthers) {
   EXPECT_EQ(marks->at("knee_left").source, "placed by hand");
 }
 
+// The same body as MR: tissues and what they weigh, no part without classes or landmarks, and all of it said.
+TEST(SegmentVerb, MrGivesTissuesAndSaysSo) {
+  const TestFolder folder;
+  const auto body = build_phantom({});
+  GridOptions coarse;
+  coarse.spacing = Eigen::Vector3d::Constant(5);
+  Scan scan = voxelise(*body, phantom_grid(*body, coarse));
+  // bright fat and marrow, middling flesh, dark cortex, lungs and air
+  for (auto& v : scan.grey.voxels)
+    v = static_cast<std::int16_t>(v < -500 ? 5 : v < 0 ? 900 : v < 200 ? 330 : v < 1000 ? 850 : 20);
+  scan.grey.quantity = Quantity::mr;
+  ASSERT_TRUE(write_volume(folder / "mr.nii.gz", scan.grey));
+  const std::string mr = (folder / "mr.nii.gz").string(), out = (folder / "out").string();
+  const auto tissues = run_program("segment " + mr + " --json -o " + out);
+  ASSERT_EQ(tissues.code, 0) << tissues.err;
+  EXPECT_NE(tissues.err.find("no part can be told in MR by itself"), std::string::npos) << tissues.err;
+  const auto table = run_program("inertia --json --volume " + mr + " --labels " + out + "/labels.nii.gz");
+  ASSERT_EQ(table.code, 0) << table.err;
+  const auto answer = nlohmann::json::parse(table.out);
+  const double mass = answer.at("body").at("mass_kg").get<double>();
+  EXPECT_NEAR(mass, body->whole.mass, 0.06 * body->whole.mass);  // see mr_tissues_test.cpp; voxels of 5 mm
+  const auto whole = run_program("run " + mr + " -o " + (folder / "run").string());
+  EXPECT_EQ(whole.code, 1);
+  EXPECT_NE(whole.err.find("hold its tissues"), std::string::npos) << whole.err;
+
+  // and by the joints
+  ASSERT_TRUE(write_landmarks(folder / "joints.json", body->landmarks));
+  const auto parted = run_program("segment " + mr + " --json --landmarks " +
+                                  (folder / "joints.json").string() + " -o " + out);
+  ASSERT_EQ(parted.code, 0) << parted.err;
+  const auto parts_found = nlohmann::json::parse(parted.out).at("parts");
+  const double litres = parts_found.at("thigh_left").at("volume_mm3").get<double>() * 1e-6;
+  EXPECT_NEAR(litres, 1e3 * body->volume[static_cast<std::size_t>(part_label("thigh_left"))], 0.05 * litres);
+}
+
 TEST(RunOptions, WithoutEffectAreRefused) {
   const TestFolder folder;
   const std::string run = "run " + (folder / "scan.nii.gz").string() + " -o " + (folder / "out").string();
