@@ -1,6 +1,7 @@
 // borelli segment VOLUME -o FOLDER: the parts of a body in a scan, as a label map with landmarks.
 #include <fmt/core.h>
 
+#include <array>
 #include <optional>
 
 #include "pipeline/mr_scan.hpp"
@@ -23,6 +24,12 @@ struct Asked {
 void print(const Segmentation& found, const std::string& reading, const std::string& folder) {
   fmt::print("{}\n", reading);
   fmt::print("{:<18} {:<7} {:>10}  {}\n", "part", "in view", "litres", "confidence");
+  // of MR without parts: its tissues
+  std::array<std::size_t, 256> voxels{};
+  for (const auto label : found.labels.voxels) ++voxels[label];
+  for (std::size_t n = parts.size(); n < found.labels.names.size(); ++n)
+    fmt::print("{:<18} {:<7} {:>10.3f}\n", found.labels.names[n], "",
+               static_cast<double>(voxels[n]) * found.labels.grid.voxel_volume() * 1e-6);
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const PartFinding& part = found.part[n];
     if (part.coverage == Coverage::absent)
