@@ -312,8 +312,9 @@ InertiaTable table_from(const Json& json) {
     throw Damaged{fmt::format("its format is \"{}\", expected \"{}\"", format, format_name)};
   InertiaSource source;
   const Json& from = member(json, "source", "the file");
+  source.frames = "joints";  // of older tables, which do not say
   for (const auto& [key, field] : source_fields)
-    if (from.contains(key) || std::string_view(key) != "frames")  // older tables do not say
+    if (from.contains(key) || std::string_view(key) != "frames")
       source.*field = text(from, key, "\"source\"");
   if (from.contains("stature_m")) source.stature_m = number(from["stature_m"], "stature_m", "\"source\"");
   const Json& parts = member(json, "parts", "the file");

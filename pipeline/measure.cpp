@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "inertia/skin.hpp"
+#include "pipeline/deviations.hpp"
 #include "pipeline/isb_frames.hpp"
 #include "pipeline/segment_frames.hpp"
 
@@ -52,6 +53,7 @@ std::string in_words(Sampling sampling, double mixed, bool told) {
 
 struct Weighed {
   LabelMoments mass, volume;
+  std::optional<LabelMap> grown;  // with the skin's mixed voxels, where those count
   Sampling sampling;
   std::string sampling_in_words;
 };
@@ -70,8 +72,8 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
     weighed.mass = label_moments(labels, volume, *weights, options.threads).value();
   } else {
     const auto straight = density_weights(volume.quantity, curve, BelowAir::straight);
-    weighed.mass =
-        label_moments(grow_skin(labels, options.blur_reach), volume, *straight, options.threads).value();
+    weighed.grown = grow_skin(labels, options.blur_reach);
+    weighed.mass = label_moments(*weighed.grown, volume, *straight, options.threads).value();
   }
   return weighed;
 }
@@ -163,6 +165,8 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   source.frames = options.frames, source.stature_m = options.stature_m;
   InertiaTable table = make_table(std::move(source), std::move(rows));
   if (table.whole.completeness == Completeness::absent) return failure("labels", "no voxel is labelled");
+  add_deviations(table, {volume, labels, weighed->grown ? *weighed->grown : labels, weighed->mass, *curve,
+                         weighed->sampling, landmarks, options});
   return table;
 }
 

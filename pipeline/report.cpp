@@ -167,7 +167,9 @@ json cuts_of(const ReportInputs& inputs, const Thumbnail& copy) {
   std::string convention = "deleva1996";
   if (inputs.segmentation.is_object()) convention = inputs.segmentation.value("convention", convention);
   json lines = json::array();
-  for (const CutLine& line : cut_lines(copy, inputs.labels->names, cut_planes(*inputs.landmarks)))
+  const auto by = borelli::convention(convention);
+  if (!by) return nullptr;  // labels that others cut
+  for (const CutLine& line : cut_lines(copy, inputs.labels->names, cut_planes(*inputs.landmarks, *by)))
     lines.push_back({{"joint", line.joint}, {"from", vector_of(line.from)}, {"to", vector_of(line.to)}});
   if (lines.empty()) return nullptr;
   return {{"convention", convention}, {"lines", lines}};

@@ -14,8 +14,10 @@ constexpr bool is_axial(int label) { return label >= head && label <= lower_trun
 
 }  // namespace
 
-PartPlanes::PartPlanes(const Landmarks& landmarks, Convention convention)
+PartPlanes::PartPlanes(const Landmarks& landmarks, Convention convention,
+                       const std::function<void(Cut&)>& change)
     : convention_(convention), cuts_(cut_planes(landmarks, convention)) {
+  if (change) std::ranges::for_each(cuts_, change);
   for (std::size_t label = 1; label < parts.size(); ++label)
     joint_seen_[label] = landmarks.contains(parts[label].joint);
   for (const Cut& cut : cuts_) by_distal_[static_cast<std::size_t>(cut.distal)] = &cut;
@@ -31,6 +33,16 @@ const Cut* PartPlanes::cut_to(int distal) const { return by_distal_[static_cast<
 bool PartPlanes::parts_off(int distal) const {
   return convention_ == Convention::bone ? joint_seen_[static_cast<std::size_t>(distal)]
                                          : cut_to(distal) != nullptr;
+}
+
+double PartPlanes::distance(int label, const Eigen::Vector3d& point) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Cut& cut : cuts_) {
+    const bool axial = is_axial(label) && (is_axial(cut.proximal) || is_axial(cut.distal));
+    if (axial || cut.proximal == label || cut.distal == label)
+      nearest = std::min(nearest, std::abs((point - cut.point).dot(cut.normal)));
+  }
+  return nearest;
 }
 
 bool PartPlanes::beyond(const Cut& cut, const Eigen::Vector3d& point) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -13,7 +14,9 @@ class PartPlanes {
  public:
   /// Planes of cuts.hpp for the landmarks at hand. Head and trunk parts that no plane parts belong together:
   /// to the lowest part in view above a missing plane, see axial_part.
-  explicit PartPlanes(const Landmarks& landmarks, Convention convention = Convention::deleva1996);
+  /// `change` may shift each plane a little, e.g. to see what that does.
+  explicit PartPlanes(const Landmarks& landmarks, Convention convention = Convention::deleva1996,
+                      const std::function<void(Cut&)>& change = {});
 
   /// The part of a place (patient mm) whose flesh belongs to `owner`: a plane moves it across its joint only,
   /// and only within the plane's reach. Without planes (`bone`) it is the owner's.
@@ -29,6 +32,10 @@ class PartPlanes {
   /// Whether the part is told from the one that it hangs on: by a plane, with `bone` by the joint between
   /// them.
   bool parts_off(int distal) const;
+
+  /// How far the nearest plane is that bounds the part (of head and trunk: any that bounds one of them), mm;
+  /// infinite where there is none.
+  double distance(int label, const Eigen::Vector3d& point) const;
 
   Convention convention() const { return convention_; }
   const std::vector<Cut>& cuts() const { return cuts_; }

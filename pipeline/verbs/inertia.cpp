@@ -1,6 +1,7 @@
 // borelli inertia: from a volume and its labels to the inertia table.
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "inertia/compare_tables.hpp"
@@ -117,8 +118,10 @@ void print_row(const InertiaTable& table, const InertiaRow& row) {
   const bool length = numbers && numbers->length > 0;
   const Comparison deleva = compare(table, row, "deleva1996");
   const auto* p = deleva.published;
-  fmt::print("{:<17} {:<7} {:>8.3f} {:>6} {:>6}  {:>9} {:>6} {:>6} {:>6}  {:<15} {:<15}\n", row.part,
-             name_of(row.completeness), row.inertial.mass, percent(table.share(row)),
+  const auto sd = std::ranges::find(row.deviations, "mass_kg", &EntryDeviation::entry);
+  fmt::print("{:<17} {:<7} {:>8.3f} {:>6} {:>6} {:>6}  {:>9} {:>6} {:>6} {:>6}  {:<15} {:<15}\n", row.part,
+             name_of(row.completeness), row.inertial.mass,
+             sd == row.deviations.end() ? "" : fmt::format("{:.3f}", sd->total), percent(table.share(row)),
              p && deleva.mass ? percent(p->mass_share) : "",
              length ? fmt::format("{}-{}", row.frame->from, row.frame->to) : "",
              length ? fmt::format("{:.0f}", 1000 * numbers->length) : "",
@@ -138,8 +141,9 @@ void print_table(const InertiaTable& table) {
   fmt::print("Voxels: {}\nCuts: {}; frames: {}; pose: {}; beside: de Leva (1996){}\n\n", source.sampling,
              source.cuts, source.frames, source.pose.empty() ? "not stated" : source.pose,
              source.sex.empty() ? ", not shown without --sex" : ", " + source.sex);
-  fmt::print("{:<17} {:<7} {:>8} {:>6} {:>6}  {:>9} {:>6} {:>6} {:>6}  {:<15} {:<15}\n", "part", "",
-             "mass kg", "%", "deLeva", "endpoints", "mm", "centre", "deLeva", "radii X Y Z %", "de Leva");
+  fmt::print("{:<17} {:<7} {:>8} {:>6} {:>6} {:>6}  {:>9} {:>6} {:>6} {:>6}  {:<15} {:<15}\n", "part", "",
+             "mass kg", "sd", "%", "deLeva", "endpoints", "mm", "centre", "deLeva", "radii X Y Z %",
+             "de Leva");
   for (const InertiaRow& row : table.rows) print_row(table, row);
   print_row(table, table.whole);
   for (const InertiaRow& row : table.rows) {

@@ -103,7 +103,7 @@ InertiaTable exact_table(const Phantom& phantom, const Asked& asked) {
   source.density_source = density_curve(asked.body.density_curve).value().source;
   source.sex = asked.sex;
   source.pose = asked.pose.empty() ? "standing" : "as asked";
-  source.cuts = "deleva1996";
+  source.cuts = "deleva1996", source.frames = "joints";
   return make_table(std::move(source), std::move(rows));
 }
 

@@ -140,6 +140,27 @@ TEST(Table, ImpossibleTensorsAreFlaggedWithTheirNumbers) {
   EXPECT_NE(to_csv(table).find("triangle inequality"), std::string::npos);
 }
 
+TEST(Table, DeviationsComeBackFromTheirFile) {
+  InertiaTable table = make_table(source(), {thigh_row(), trunk_row()});
+  table.causes = {"density_curve", "noise"};
+  table.rows[0].deviations = {{"mass_kg", 0.5, {0.3, 0.4}}, {"length_m", 0.002, {0, 0.002}}};
+  table.whole.deviations = {{"mass_kg", 0.7, {0.7, 0}}};
+  const auto read = table_from_json(to_json(table), "table.json");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->causes, table.causes);
+  ASSERT_EQ(read->rows[0].deviations.size(), 2u);
+  EXPECT_EQ(read->rows[0].deviations[0].entry, "mass_kg");
+  EXPECT_EQ(read->rows[0].deviations[0].total, 0.5);
+  EXPECT_EQ(read->rows[0].deviations[0].by_cause, (std::vector{0.3, 0.4}));
+  EXPECT_EQ(to_json(*read), to_json(table));
+  const auto csv = parse_csv(to_csv(table), "table.csv");
+  ASSERT_TRUE(csv) << csv.error().message();
+  EXPECT_EQ(csv->number(0, "mass_kg_sd"), 0.5);
+  EXPECT_EQ(csv->number(0, "mass_sd_noise_kg"), 0.4);
+  EXPECT_EQ(csv->number(0, "length_m_sd"), 0.002);
+  EXPECT_TRUE(std::isnan(csv->number(1, "mass_kg_sd")));
+}
+
 void expect_same(const InertiaTable& a, const InertiaTable& b) {
   EXPECT_EQ(a.source.volume, b.source.volume);
   EXPECT_EQ(a.source.quantity, b.source.quantity);

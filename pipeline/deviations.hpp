@@ -1,0 +1,54 @@
+// How sure a table's numbers are: a standard deviation for every entry, by cause.
+//
+//   density_curve   the published curves in place of the one that was used: the root mean square of what each
+//   makes of the
+//                   entry, about the value in the table. Densities need no curve.
+//   noise           of the scan, estimated from second differences along rows within the body: what of it
+//   does not average
+//                   out, and what the bends of the density curve make of it
+//   partial_volume  of averages (moments.hpp): a twentieth of what the skin's mixed voxels weigh, and a
+//   scanner's blur of
+//                   1 mm, which widens a part
+//   voxel_size      the errors of voxelised ellipsoids as measured, and planes that voxels round where they
+//   lie along the
+//                   grid
+//   cut_planes      landmarks drawn from their deviations, and the parts cut anew by them, on a sample of the
+//   voxels joint_centres   the same draws, as they move endpoints and axes
+// Causes are independent of each other but for the last two, which go into the total together. The draws have
+// a fixed seed: the same scan has the same deviations.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "inertia/density.hpp"
+#include "inertia/moments.hpp"
+#include "inertia/table.hpp"
+#include "pipeline/measure.hpp"
+#include "segmentation/landmarks.hpp"
+#include "segmentation/volume.hpp"
+
+namespace borelli {
+
+/// What a table was measured from.
+struct DeviationInputs {
+  const GreyVolume& volume;
+  const LabelMap& labels;    ///< as they were given
+  const LabelMap& counted;   ///< with the skin's mixed voxels, where those count
+  const LabelMoments& mass;  ///< of `counted`
+  const DensityCurve& curve;
+  Sampling sampling;
+  const Landmarks& landmarks;
+  const MeasureOptions& options;
+};
+
+/// Gives every row of the table, and the whole, their deviations. Labels that our conventions did not cut
+/// (given ones) have no planes that could be drawn anew: their rows' notes say that the cuts count as exact.
+void add_deviations(InertiaTable& table, const DeviationInputs& inputs);
+
+/// Standard deviation of the noise within the labels, from second differences along rows, as for white noise:
+/// median(|v0 - 2 v1 + v2|) / (0.6745 sqrt 6) of those within three deviations. Grey values; 0 where most
+/// neighbours are equal.
+double estimate_noise(const GreyVolume& volume, const LabelMap& labels);
+
+}  // namespace borelli
