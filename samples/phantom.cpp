@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "samples/phantom_builder.hpp"
+#include "samples/phantom_contact.hpp"
 
 namespace borelli {
 
@@ -16,7 +17,8 @@ using Eigen::Matrix3d, Eigen::Matrix4d, Eigen::Vector3d;
 namespace tissue {
 const PhantomTissue air{"air", -1000}, lung{"lung", -650}, fat{"fat", -100}, brain{"brain", 37},
     blood{"blood", 42}, muscle{"muscle", 45}, liver{"liver", 58}, cartilage{"cartilage", 85},
-    spongiosa{"spongiosa", 300}, cortex{"cortex", 1400}, table{"table", -200};
+    spongiosa{"spongiosa", 300}, cortex{"cortex", 1400}, metal{"metal", 3071}, table{"table", -200},
+    blanket{"blanket", -300};
 }
 
 int PhantomBuilder::add(std::string name, const EllipticStack& shape, const PhantomTissue& tissue, int part) {
@@ -29,6 +31,7 @@ std::vector<int> PhantomBuilder::nest(const std::string& name, const EllipticSta
                                       const PhantomTissue& tissue, const std::vector<int>& hosts) {
   std::vector<int> made;
   for (const int host : hosts) {
+    if (host < 0) continue;
     const PhantomSolid& outer = solids[static_cast<std::size_t>(host)];
     const auto& limits = outer.shape.cuts();
     if (std::any_of(limits.begin(), limits.end(), [&](const HalfSpace& h) { return shape.side(h) > 0; }))
@@ -101,8 +104,9 @@ struct Built {
   double flesh_mass = 0, bones_mass = 0;  // kg; the second: what everything within the flesh adds
 };
 
-Built build(const BodyPlan& plan, const DensityCurve& curve, double girth, bool with_bones) {
-  Built built{{plan, curve, girth, {}, {}}};
+Built build(const PhantomOptions& options, const BodyPlan& plan, const DensityCurve& curve, double girth,
+            bool with_bones) {
+  Built built{{plan, curve, girth, options.metal_hip, {}, {}}};
   const Flesh flesh = add_flesh(built.builder);
   built.flesh_mass = mass_of(built.builder);
   if (!with_bones) return built;
@@ -116,12 +120,13 @@ Built build(const BodyPlan& plan, const DensityCurve& curve, double girth, bool 
   return built;
 }
 
-constexpr double least_girth = 0.86, most_girth = 1.15;
+constexpr double least_girth = 0.86, most_girth = 1.40;
 
 // The girth at which the flesh weighs `wanted` kg; nothing where none does. Flesh grows with girth, almost as
 // its square.
-std::optional<double> find_girth(const BodyPlan& plan, const DensityCurve& curve, double wanted) {
-  const auto flesh = [&](double girth) { return build(plan, curve, girth, false).flesh_mass; };
+std::optional<double> find_girth(const PhantomOptions& options, const BodyPlan& plan,
+                                 const DensityCurve& curve, double wanted) {
+  const auto flesh = [&](double girth) { return build(options, plan, curve, girth, false).flesh_mass; };
   double low = least_girth, high = most_girth;
   double low_miss = flesh(low) - wanted, high_miss = flesh(high) - wanted;
   if (!(low_miss <= 0 && high_miss >= 0)) return std::nullopt;
@@ -148,12 +153,12 @@ std::optional<double> find_girth(const BodyPlan& plan, const DensityCurve& curve
 // asked for is the one that comes out: found by repeating, as the flesh changes much more than what leans on
 // it.
 Result<double> mass_at(const PhantomOptions& options, const DensityCurve& curve, double girth) {
-  const double nominal = proportions(options.sex).mass_kg;
+  const double nominal = proportions(options).mass_kg;
   double mass = nominal;
   for (int round = 0; round < 8; ++round) {
     const auto plan = plan_body(options, mass / nominal);
     if (!plan) return tl::unexpected(plan.error());
-    const Built built = build(*plan, curve, girth, true);
+    const Built built = build(options, *plan, curve, girth, true);
     const double before = mass;
     mass = built.flesh_mass + built.bones_mass;
     if (std::abs(mass - before) < 1e-6 * mass) break;
@@ -176,14 +181,20 @@ Error out_of_range(const PhantomOptions& options, const DensityCurve& curve, dou
 }  // namespace
 
 Result<Phantom> build_phantom(const PhantomOptions& options) {
+  if (!options.metal_hip.empty() && options.metal_hip != "left" && options.metal_hip != "right")
+    return bad_use("metal hip", fmt::format("'{}' is neither left nor right", options.metal_hip));
+  if (options.child && options.sex == Sex::female)
+    return bad_use("child", "has the same proportions as girl and boy: leave the sex out");
   const auto curve = density_curve(options.density_curve);
   if (!curve) return tl::unexpected(curve.error());
   // the body is built at its nominal stature, then everything is scaled alike
-  const double nominal_stature = proportions(options.sex).stature * 1e-3;
-  const double nominal_mass = proportions(options.sex).mass_kg;
-  const double stature = options.stature_m.value_or(nominal_stature);
-  if (!(stature >= 1.2 && stature <= 2.3))
-    return bad_use("stature", fmt::format("{} m is no adult's stature; give 1.2 to 2.3 m", stature));
+  const double nominal_stature = proportions(options).stature * 1e-3;
+  const double nominal_mass = proportions(options).mass_kg;
+  const double stature = options.stature_m.value_or(usual_stature(options));
+  const double least = options.child ? 0.9 : 1.2, most = options.child ? 1.5 : 2.3;
+  if (!(stature >= least && stature <= most))
+    return bad_use("stature", fmt::format("{} m is no {}'s stature; give {} to {} m", stature,
+                                          options.child ? "child" : "adult", least, most));
   const double scale = stature / nominal_stature, cubed = scale * scale * scale;
   const double wanted = options.mass_kg.value_or(nominal_mass * cubed) / cubed;
   if (!(wanted > 0 && std::isfinite(wanted)))  // the nominal mass is neither, so one was asked for
@@ -193,20 +204,26 @@ Result<Phantom> build_phantom(const PhantomOptions& options) {
 
   // a few bones lean on the flesh (spinous processes end below the skin), so what they add is found anew with
   // it
-  Built built = build(*plan, *curve, 1, true);
+  Built built = build(options, *plan, *curve, 1, true);
   for (int round = 0; round < 8; ++round) {
     const double missing = wanted - built.flesh_mass - built.bones_mass;
     if (std::abs(missing) <= 1e-11 * wanted) break;
-    const auto girth = find_girth(*plan, *curve, wanted - built.bones_mass);
+    const auto girth = find_girth(options, *plan, *curve, wanted - built.bones_mass);
     if (!girth) return tl::unexpected(out_of_range(options, *curve, wanted * cubed, stature, cubed));
-    built = build(*plan, *curve, *girth, true);
+    built = build(options, *plan, *curve, *girth, true);
   }
   Phantom phantom;
   phantom.girth = built.builder.girth;
   phantom.landmarks = built.builder.plan.landmarks;
   for (auto& [name, landmark] : phantom.landmarks) landmark.point *= scale, landmark.radius *= scale;
-  const Integrals sum = integrals_of(built.builder);
-  phantom.solids = std::move(built.builder.solids);
+  Integrals sum = integrals_of(built.builder);
+  phantom.solids = by_root(std::move(built.builder.solids));
+  const std::vector<SharedPlace> shared = shared_places(phantom.solids);
+  for (const SharedPlace& place : shared) {
+    const PhantomSolid& loser = phantom.solids[place.solid];
+    sum.mass[static_cast<std::size_t>(loser.part)] -= loser.density_kgm3 * place.moments;
+    sum.volume[static_cast<std::size_t>(loser.part)] -= place.moments;
+  }
   for (PhantomSolid& solid : phantom.solids) solid.shape = solid.shape.scaled(scale);
   const Eigen::Vector4d unit(scale, scale, scale, 1);
   Matrix4d whole = Matrix4d::Zero();

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -29,7 +30,12 @@ enum class Sex { male, female };
 
 struct PhantomOptions {
   Sex sex = Sex::male;
-  std::optional<double> stature_m;  ///< sole to vertex; by default the mean of de Leva's sample
+  bool child = false;  ///< proportions of a six-year-old in place of the adult's of either sex
+  /// Draws each segment's length and thickness, the bones' and the way the body stands, left and right each
+  /// for itself: the same seed gives the same body.
+  std::optional<std::uint64_t> variation;
+  std::string metal_hip;  ///< head and neck of the femur and its socket of metal: left, right or neither
+  std::optional<double> stature_m;  ///< sole to vertex; by default the mean of de Leva's sample (child: 1.16)
   std::optional<double> mass_kg;    ///< by default the mean of de Leva's sample, scaled with stature^3
   std::string density_curve{default_density_curve};  ///< that gives the tissues their densities
   /// Joint angles in degrees by name (see pose_ranges); those not named keep their default.
@@ -41,15 +47,17 @@ struct PoseAngle {
   std::string_view joint, motion;  ///< named "knee_left_flexion" and so on: joint, side, motion
   double least, most, standing;
 };
-/// Every angle that a phantom has, on each side. Flexion, then abduction, turn a limb from straight down.
-inline constexpr std::array<PoseAngle, 8> pose_angles{{
+/// Every angle that a phantom has, on each side. Rotation (inwards, about the limb), flexion, then abduction
+/// turn a limb from straight down.
+inline constexpr std::array<PoseAngle, 9> pose_angles{{
     {"shoulder", "flexion", -30, 60, 0},
-    {"shoulder", "abduction", 8, 40, 12},
-    {"elbow", "flexion", 0, 110, 0},
-    {"wrist", "flexion", -40, 40, 0},
-    {"hip", "flexion", -10, 30, 0},
-    {"hip", "abduction", 0, 15, 0},
-    {"knee", "flexion", 0, 80, 0},
+    {"shoulder", "abduction", 0, 165, 12},
+    {"shoulder", "rotation", -90, 90, 0},
+    {"elbow", "flexion", 0, 130, 0},
+    {"wrist", "flexion", -60, 60, 0},
+    {"hip", "flexion", -10, 40, 0},
+    {"hip", "abduction", -4, 25, 0},
+    {"knee", "flexion", 0, 110, 0},
     {"ankle", "dorsiflexion", -15, 5, 0},
 }};
 
@@ -68,7 +76,9 @@ struct PhantomSolid {
 };
 
 struct Phantom {
-  std::vector<PhantomSolid> solids;           ///< parents before their children
+  /// Parents before their children. Limbs that touch are solids that overlap: of two that hold a point, the
+  /// later has it.
+  std::vector<PhantomSolid> solids;
   Landmarks landmarks;                        ///< exact, patient frame, mm
   std::array<Inertial, parts.size()> exact;   ///< by label, patient axes, m; [0] is empty
   std::array<double, parts.size()> volume{};  ///< by label, m^3
@@ -77,8 +87,9 @@ struct Phantom {
 };
 
 /// Builds a body of the given stature and mass. The stature scales everything alike; the mass is then met (to
-/// 1e-9 of it) by scaling the cross-sections of the flesh about unchanged bones. Errors: a mass that needs
-/// flesh thinner than the bones or legs that overlap, an angle that is unknown or out of range.
+/// 1e-9 of it) by scaling the cross-sections of the flesh about unchanged bones. Where limbs touch, one takes
+/// the other's place, and the body weighs less by what they share. Errors: a mass that needs flesh thinner
+/// than the bones or thicker than a body's, an angle that is unknown or out of range.
 Result<Phantom> build_phantom(const PhantomOptions& options);
 
 /// Index of the innermost solid that holds a point (patient frame, mm), -1 for none.

@@ -20,7 +20,7 @@ HalfSpace below(const Vector3d& normal, const Vector3d& point) {
 HalfSpace above(const Vector3d& normal, const Vector3d& point) { return below(-normal, point); }
 
 std::vector<int> trunk_and_head(const Flesh& flesh) {
-  return {flesh.head, flesh.upper_trunk, flesh.middle_trunk, flesh.lower_trunk};
+  return {flesh.head, flesh.upper_trunk, flesh.upper_trunk_low, flesh.middle_trunk, flesh.lower_trunk};
 }
 
 // The thoracic cage's outer wall, in which the ribs lie.
@@ -143,6 +143,7 @@ void add_vertebra(PhantomBuilder& builder, const Flesh& flesh, const Vertebra& v
   // the spinous process reaches towards the skin of the back; C7's ends at the cervicale
   Vector3d tip(0, rear + 20 * w, middle - v.slant);
   for (const int host : hosts) {
+    if (host < 0) continue;
     const EllipticStack& muscle = builder.solids[static_cast<std::size_t>(host)].shape;
     if (tip.z() < muscle.low() || tip.z() > muscle.high()) continue;
     const Ellipse e = muscle.section(tip.z());
@@ -160,7 +161,7 @@ void add_vertebra(PhantomBuilder& builder, const Flesh& flesh, const Vertebra& v
 void add_ribs(PhantomBuilder& builder, const Flesh& flesh, const std::vector<Vertebra>& spine) {
   const BodyPlan& plan = builder.plan;
   const EllipticStack wall = cage_wall(plan);
-  const std::vector<int> hosts{flesh.upper_trunk, flesh.middle_trunk};
+  const std::vector<int> hosts{flesh.upper_trunk, flesh.upper_trunk_low, flesh.middle_trunk};
   const double tilt = 22 * std::numbers::pi / 180;
   const Vector3d normal(0, -std::sin(tilt), std::cos(tilt));  // a rib falls from back to front
   for (int k = 1; k <= 12; ++k) {
@@ -204,7 +205,7 @@ void add_sternum(PhantomBuilder& builder, const Flesh& flesh) {
                               {0.7 * length, 0, 0, 15 * w, 5.5 * w},
                               {length, 0, 0, 21 * w, 6 * w}},
                              8, 0),
-               1.2, {flesh.upper_trunk, flesh.middle_trunk});
+               1.2, {flesh.upper_trunk, flesh.upper_trunk_low, flesh.middle_trunk});
 }
 
 void add_shoulder_girdle(PhantomBuilder& builder, const Flesh& flesh, int side) {
@@ -214,17 +215,18 @@ void add_shoulder_girdle(PhantomBuilder& builder, const Flesh& flesh, int side) 
   const Frame half{Vector3d(sign, 1, 1).asDiagonal().toDenseMatrix(), Vector3d::Zero()};
   const Vector3d shoulder(plan.size.shoulder_half, 2, n - 88);  // as in the standing pose
   const std::string at = fmt::format(" {}", side_name[s]);
-  const std::vector<int> hosts{flesh.upper_trunk, flesh.upper_arm[s]};
+  const std::vector<int> hosts{flesh.upper_trunk, flesh.upper_trunk_low, flesh.upper_arm[s]};
   builder.bone("clavicle" + at,
                capsule({31, -55, n - 65}, shoulder + Vector3d(-34 * w, -8, 24 * w), 6 * w).moved(half), 2,
                hosts);
   builder.nest("acromion" + at,
                ellipsoid(shoulder + Vector3d(2, 4, 33 * w), {19 * w, 12 * w, 5 * w}).moved(half),
                tissue::cortex, hosts);
-  builder.nest(
-      "glenoid" + at,
-      ellipsoid(shoulder + Vector3d(-(humeral_head + 8.5) * w, 5, -2), {6 * w, 11 * w, 16 * w}).moved(half),
-      tissue::cortex, hosts);
+  builder.nest("glenoid" + at,
+               ellipsoid(shoulder + Vector3d(-(humeral_head * plan.size.arm_bone + 8.5 * w), 5, -2),
+                         {6 * w, 11 * w, 16 * w})
+                   .moved(half),
+               tissue::cortex, hosts);
   Matrix3d plate;
   const Vector3d outwards = Vector3d(0.82, -0.57, 0).normalized();
   plate << outwards, outwards.cross(Vector3d::UnitZ()), Vector3d::UnitZ();
@@ -268,7 +270,7 @@ void add_pelvis(PhantomBuilder& builder, const Flesh& flesh, int side) {
   // socket about the femoral head, open to the side, forwards and down
   const Vector3d tuber(62, 28 * w, plan.hip - 74 * w), symphysis(8, -36 * w, plan.hip - 12);
   const Vector3d ischium = (tuber - hip).normalized(), pubis = (symphysis - hip).normalized();
-  const double inner = femoral_head * w + 3.5, outer = inner + 6, foot = inner + 2;
+  const double inner = femoral_head * plan.size.leg_bone + 3.5, outer = inner + 6, foot = inner + 2;
   const Vector3d opening = Vector3d(0.75, -0.3, -0.55).normalized();
   const auto socket = [&](double radius) { return ellipsoid(hip, Vector3d::Constant(radius)); };
   builder.nest("acetabulum" + at,
@@ -279,7 +281,7 @@ void add_pelvis(PhantomBuilder& builder, const Flesh& flesh, int side) {
                    .cut(below(ischium, hip + foot * ischium))
                    .cut(below(pubis, hip + foot * pubis))
                    .moved(half),
-               tissue::cortex, hosts);
+               builder.metal_hip == side_name[s] ? tissue::metal : tissue::cortex, hosts);
   put("ischium", cone(hip + foot * ischium, tuber, {12 * w, 13 * w}, {14 * w, 17 * w}), 2);
   put("pubis",
       cone(hip + foot * pubis, symphysis, {10 * w, 9 * w}, {9 * w, 9 * w})
@@ -307,7 +309,7 @@ void add_sacrum(PhantomBuilder& builder, const Flesh& flesh) {
 void add_organs(PhantomBuilder& builder, const Flesh& flesh) {
   const BodyPlan& plan = builder.plan;
   const double n = plan.neck, x = plan.xiphion, rise = (n - x) / 237.6, w = plan.size.bone;
-  const std::vector<int> hosts{flesh.upper_trunk, flesh.middle_trunk};
+  const std::vector<int> hosts{flesh.upper_trunk, flesh.upper_trunk_low, flesh.middle_trunk};
   const auto at = [&](double height, double across, double y, double a, double b) -> Section {
     return {height, across * w, y * w, 0.955 * a * w, 0.955 * b * w};
   };
@@ -323,7 +325,7 @@ void add_organs(PhantomBuilder& builder, const Flesh& flesh) {
   builder.nest("heart", ellipsoid({0, -38 * w, x + 50}, {18 * w, 28 * w, 45}), tissue::blood, hosts);
   builder.nest("liver", ellipsoid({-46 * w, -20 * w, x - 76}, {48 * w, 44 * w, 44}), tissue::liver, hosts);
   builder.nest("trachea", capsule({0, -42 * w, n + 50}, {0, -26 * w, n - 50}, 8), tissue::air,
-               {flesh.head, flesh.upper_trunk});
+               {flesh.head, flesh.upper_trunk, flesh.upper_trunk_low});
 }
 
 void add_axial_bones(PhantomBuilder& builder, const Flesh& flesh) {

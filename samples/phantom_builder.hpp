@@ -10,13 +10,15 @@
 namespace borelli {
 
 namespace tissue {
-extern const PhantomTissue air, lung, fat, brain, blood, muscle, liver, cartilage, spongiosa, cortex, table;
+extern const PhantomTissue air, lung, fat, brain, blood, muscle, liver, cartilage, spongiosa, cortex, metal,
+    table, blanket;
 }
 
 struct PhantomBuilder {
   BodyPlan plan;
   DensityCurve curve;
   double girth = 1;
+  std::string metal_hip;
   std::vector<PhantomSolid> solids;
   std::vector<Eigen::Matrix4d> moments;  ///< of each solid's shape, as EllipticStack::moments
 
@@ -24,7 +26,7 @@ struct PhantomBuilder {
   int add(std::string name, const EllipticStack& shape, const PhantomTissue& tissue, int part);
   /// Nests a solid in each of `hosts` (indices) that it reaches, cut where the host is cut: a bone that
   /// crosses from one segment into the next becomes two solids that meet in the cut plane. Answers their
-  /// indices.
+  /// indices. Negative hosts are none.
   std::vector<int> nest(const std::string& name, const EllipticStack& shape, const PhantomTissue& tissue,
                         const std::vector<int>& hosts);
   /// A bone: cortical shell, spongiosa within.
@@ -36,6 +38,8 @@ struct PhantomBuilder {
 /// the thigh has a flank beside the pelvis, which does not move with the leg.
 struct Flesh {
   int head, upper_trunk, middle_trunk, lower_trunk;
+  int upper_trunk_low = -1;                  ///< below the shoulders' reach, where that counts
+  std::array<int, 2> upper_arm_low{-1, -1};  ///< likewise
   std::array<int, 2> upper_arm, forearm, palm, flank, thigh, shank, foot;
   std::array<std::array<int, 5>, 2> finger;
 };

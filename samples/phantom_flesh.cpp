@@ -64,6 +64,11 @@ double lesser(double girth) { return 1 + 0.3 * (girth - 1); }
 // Below this plane the thigh is the leg's, above it the trunk's form goes on into it.
 HalfSpace flank_seat(const BodyPlan& plan) { return {Vector3d::UnitZ(), plan.hip + 40}; }
 
+// How far from the shoulder its plane acts (cuts.hpp: a ball of three radii of the humeral head; here the
+// middle of that ball's edge over the arm's breadth, so that a flat end will do).
+double shoulder_reach(const BodyPlan& plan) { return 0.92 * 3 * humeral_head * plan.size.arm_bone; }
+double shoulder_floor(const BodyPlan& plan) { return plan.upper_arm[0].origin.z() - shoulder_reach(plan); }
+
 // The height at which the hips' cuts meet, below which there is no trunk.
 double crotch(const BodyPlan& plan) {
   for (const Cut& cut : plan.cuts)
@@ -78,7 +83,7 @@ Sections trunk_sections(const BodyPlan& plan, double girth) {
   const double chest = p.chest_flesh * g, waist = p.waist_flesh * g, hips = p.pelvis_flesh * g;
   const double shoulders =
       p.chest_flesh * (g > 1 ? g : lesser(g));  // slight bodies are not much narrower there
-  const double neck = p.head_flesh * lesser(g);
+  const double neck = p.neck_flesh * lesser(g);
   // stretches of the trunk, in parts of the usual male's
   const double rise = (n - x) / 237.6, belly = (x - o) / 211.5, low = (o - plan.hip) / 143;
   const auto at = [&](double height, double y, double a, double b, double size, double fat) -> Section {
@@ -128,7 +133,17 @@ void add_trunk(PhantomBuilder& builder, Flesh& flesh) {
     for (const HalfSpace& cut : plan.region(part_label(of))) cuts.push_back(cut);
     return add_limb(builder, name, part_label(of), Frame{}, trunk, {}, cuts);
   };
-  flesh.upper_trunk = slice("upper_trunk", "upper_trunk", {});
+  if (plan.crosses_shoulders) {
+    const HalfSpace floor{Vector3d::UnitZ(), shoulder_floor(plan)};
+    flesh.upper_trunk = slice("upper_trunk", "upper_trunk", {floor.other_side()});
+    std::vector<HalfSpace> cuts = plan.region(part_label("upper_trunk"));
+    std::erase_if(cuts, [](const HalfSpace& cut) { return std::abs(cut.normal.x()) > 0.9; });
+    cuts.push_back(floor);
+    flesh.upper_trunk_low =
+        add_limb(builder, "upper_trunk low", part_label("upper_trunk"), Frame{}, trunk, {}, cuts);
+  } else {
+    flesh.upper_trunk = slice("upper_trunk", "upper_trunk", {});
+  }
   flesh.middle_trunk = slice("middle_trunk", "middle_trunk", {belly_front});
   flesh.lower_trunk = slice("lower_trunk", "lower_trunk", {belly_front});
   for (const int side : {left_side, right_side}) {
@@ -171,6 +186,13 @@ void add_head(PhantomBuilder& builder, Flesh& flesh) {
                 {n + 178 * r, 0, -18, 79, 100, 4}, {n + plan.size.head, 0, -18, 79, 100, 4}};
   const double size = plan.size.head_flesh;
   head = thickened(head, size, lesser(builder.girth), plan.size.fat > 1 ? 1.1 : 1);
+  // a child's neck is not as large as its head
+  const double neck = plan.size.neck_flesh / size;
+  for (Section& section : head) {
+    const double way = std::clamp((section.height - n - 15 * r) / (55 * r), 0.0, 1.0);
+    section.a *= neck + way * (1 - neck);
+    section.b *= neck + way * (1 - neck);
+  }
   const int part = part_label("head");
   flesh.head = add_limb(builder, "head", part, Frame{}, head, {0, 76 * r}, plan.region(part));
 }
@@ -201,9 +223,21 @@ void add_arm(PhantomBuilder& builder, Flesh& flesh, int side) {
                        {-l + 40 * u, 0, 0, 42, 42, 5}, {-180 * u, 0, -2, 43, 46, 6},
                        {-100 * u, 0, 0, 46, 50, 7},    {-40 * u, 0, 0, 49, 54, 7},
                        {0, 0, 0, 49, 54, 7},           {55, 0, 0, 48, 52, 7}};
-  flesh.upper_arm[s] =
-      add_limb(builder, upper_arm, part_label(upper_arm), plan.upper_arm[s],
-               thickened(upper, p.arm_flesh, g, p.fat), {0, 51}, plan.region(part_label(upper_arm)));
+  const Sections thick = thickened(upper, p.arm_flesh, g, p.fat);
+  const int part = part_label(upper_arm);
+  std::vector<HalfSpace> cuts = plan.region(part);
+  if (plan.crosses_shoulders) {  // the rest of the arm lies where it may, on either side of the plane
+    const Vector3d along = plan.upper_arm[s].axes.col(2),
+                   end = plan.upper_arm[s].point({0, 0, -shoulder_reach(plan)});
+    const HalfSpace rest{along, along.dot(end)};
+    std::vector<HalfSpace> below{rest};
+    for (const Cut& cut : plan.cuts)
+      if (cut.proximal == part) below.push_back({cut.normal, cut.normal.dot(cut.point)});
+    flesh.upper_arm_low[s] =
+        add_limb(builder, upper_arm + " low", part, plan.upper_arm[s], thick, {0, 51}, below);
+    cuts.push_back(rest.other_side());
+  }
+  flesh.upper_arm[s] = add_limb(builder, upper_arm, part, plan.upper_arm[s], thick, {0, 51}, cuts);
   constexpr Section wrist{0, 0, 0, 23, 31, 3};
   const Sections lower{at_height(wrist, -p.forearm - 40),
                        at_height(wrist, -p.forearm),
@@ -283,9 +317,10 @@ void add_shank(PhantomBuilder& builder, Flesh& flesh, int side) {
                        {-220 * k, 0, 8, 48, 52, 6},  {-140 * k, 0, 12, 56, 60, 6},
                        {-100 * k, 0, 11, 56, 60, 6}, {-45 * k, 0, 4, 54, 57, 6},
                        at_height(knee, 0),           at_height(knee, 80)};
-  flesh.shank[s] =
-      add_limb(builder, name, part_label(name), plan.shank[s],
-               thickened(shank, p.shank_flesh, builder.girth, p.fat), {}, plan.region(part_label(name)));
+  std::vector<HalfSpace> cuts = plan.region(part_label(name));
+  cuts.push_back(own_half(side));
+  flesh.shank[s] = add_limb(builder, name, part_label(name), plan.shank[s],
+                            thickened(shank, p.shank_flesh, builder.girth, p.fat), {}, cuts);
 }
 
 void add_foot(PhantomBuilder& builder, Flesh& flesh, int side) {
@@ -329,12 +364,15 @@ Flesh add_flesh(PhantomBuilder& builder) {
   add_trunk(builder, flesh);
   add_head(builder, flesh);
   add_face(builder, flesh);
+  // where they touch, arms take the place of legs and trunk, and hands of arms
   for (const int side : {left_side, right_side}) {
-    add_arm(builder, flesh, side);
-    add_hand(builder, flesh, side);
     add_thigh(builder, flesh, side);
     add_shank(builder, flesh, side);
     add_foot(builder, flesh, side);
+  }
+  for (const int side : {left_side, right_side}) {
+    add_arm(builder, flesh, side);
+    add_hand(builder, flesh, side);
   }
   return flesh;
 }

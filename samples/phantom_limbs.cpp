@@ -120,14 +120,19 @@ void add_hand_bones(const LimbBones& palm, const PhantomBuilder& builder, const 
   }
 }
 
-void add_femur(const LimbBones& limb, double length) {
+void add_femur(const LimbBones& limb, double length, bool metal) {
   const double w = limb.w, l = length;
   const Vector3d neck = Vector3d(0.82, 0.05, -0.57).normalized();
   const Vector3d head_seam = 15 * w * neck, shaft_seam = 40 * w * neck, up = Vector3d::UnitZ();
-  limb.put("femoral head",
-           ellipsoid(Vector3d::Zero(), Vector3d::Constant(femoral_head * w)).cut(below(neck, head_seam)),
-           1.5);
-  limb.put("femoral neck", cone(head_seam, shaft_seam, Vector2d(14, 15) * w, Vector2d(15, 18) * w), 2);
+  const auto upper = [&](const std::string& name, const EllipticStack& shape, double cortex) {
+    if (metal)
+      limb.builder.nest(name + limb.at, shape.moved(limb.frame), tissue::metal, limb.hosts);
+    else
+      limb.put(name, shape, cortex);
+  };
+  upper("femoral head",
+        ellipsoid(Vector3d::Zero(), Vector3d::Constant(femoral_head * w)).cut(below(neck, head_seam)), 1.5);
+  upper("femoral neck", cone(head_seam, shaft_seam, Vector2d(14, 15) * w, Vector2d(15, 18) * w), 2);
   const double seam = -l + 12 * w;
   limb.put("femur",
            EllipticStack(Frame{},
@@ -223,11 +228,13 @@ void add_arm_bones(PhantomBuilder& builder, const Flesh& flesh, int side) {
   const std::size_t s = static_cast<std::size_t>(side);
   const BodyPlan& plan = builder.plan;
   const std::string at = fmt::format(" {}", side_name[s]);
-  const double w = plan.size.bone;
-  add_humerus({builder, plan.upper_arm[s], {flesh.upper_arm[s], flesh.forearm[s]}, at, w},
-              plan.size.upper_arm);
-  add_forearm_bones({builder, plan.forearm[s], {flesh.forearm[s], flesh.upper_arm[s]}, at, w},
-                    plan.size.forearm);
+  const double w = plan.size.arm_bone;
+  add_humerus(
+      {builder, plan.upper_arm[s], {flesh.upper_arm[s], flesh.upper_arm_low[s], flesh.forearm[s]}, at, w},
+      plan.size.upper_arm);
+  add_forearm_bones(
+      {builder, plan.forearm[s], {flesh.forearm[s], flesh.upper_arm[s], flesh.upper_arm_low[s]}, at, w},
+      plan.size.forearm);
   add_hand_bones({builder, plan.hand[s], {flesh.palm[s], flesh.forearm[s]}, at, w}, builder, flesh, s);
 }
 
@@ -235,10 +242,10 @@ void add_leg_bones(PhantomBuilder& builder, const Flesh& flesh, int side) {
   const std::size_t s = static_cast<std::size_t>(side);
   const BodyPlan& plan = builder.plan;
   const std::string at = fmt::format(" {}", side_name[s]);
-  const double w = plan.size.bone;
+  const double w = plan.size.leg_bone;
   add_femur(
       {builder, plan.thigh[s], {flesh.thigh[s], flesh.flank[s], flesh.shank[s], flesh.lower_trunk}, at, w},
-      plan.size.thigh);
+      plan.size.thigh, builder.metal_hip == side_name[s]);
   add_shank_bones({builder, plan.shank[s], {flesh.shank[s], flesh.thigh[s], flesh.foot[s]}, at, w},
                   plan.size.shank);
   add_foot_bones({builder, plan.foot[s], {flesh.foot[s], flesh.shank[s]}, at, w}, plan.size.ankle,

@@ -19,9 +19,10 @@ struct Proportions {
   double asis_up;                                 ///< height of the ASIS above the hip centres
   double hip_half, asis_half, shoulder_half;      ///< from the midsagittal plane
   double bone;                                    ///< factor on the thickness of bones
+  double arm_bone, leg_bone;                      ///< the limbs' own, of that
   /// Factors on the male's breadth and depth of flesh.
-  double head_flesh, chest_flesh, chest_depth, waist_flesh, pelvis_flesh, arm_flesh, forearm_flesh,
-      hand_flesh, thigh_flesh, shank_flesh, foot_flesh, fat;
+  double head_flesh, neck_flesh, chest_flesh, chest_depth, waist_flesh, pelvis_flesh, arm_flesh,
+      forearm_flesh, hand_flesh, thigh_flesh, shank_flesh, foot_flesh, fat;
 };
 
 enum Side { left_side, right_side };
@@ -31,6 +32,8 @@ inline constexpr std::array<std::string_view, 2> side_name{"left", "right"};
 /// origin at the ankle, z square to the sole).
 struct BodyPlan {
   Proportions size;
+  /// Arms that cross the shoulders' planes below their reach, or a chest that does.
+  bool crosses_shoulders = false;
   double neck, notch, xiphion, omphalion, asis, hip;  ///< levels above the sole, mm
   std::array<Frame, 2> upper_arm, forearm, hand, thigh, shank, foot;
   Landmarks landmarks;
@@ -44,7 +47,10 @@ struct BodyPlan {
 inline constexpr double humeral_head = 24, femoral_head = 24, knee_condyle = 23, trochlea = 10,
                         talar_dome = 13;
 
-const Proportions& proportions(Sex sex);
+/// Of the body that the options name, before it is scaled to its stature.
+Proportions proportions(const PhantomOptions& options);
+/// Sole to vertex where none is asked for, m.
+double usual_stature(const PhantomOptions& options);
 /// `build`: the asked mass in parts of the usual one at this stature; slight bodies have slighter bones.
 Result<BodyPlan> plan_body(const PhantomOptions& options, double build);
 

@@ -222,6 +222,52 @@ void blur_axis(std::vector<float>& voxels, const Grid& grid, int axis, double si
   });
 }
 
+// What a slice shows beside metal: rays out of it, dark along its long side and bright and dark between, that
+// weaken with the distance (a picture of beam hardening and lost photons, not a model of them).
+void add_streaks(std::vector<float>& value, const GreyVolume& grey, const ScanOptions& options) {
+  const Grid& grid = grey.grid;
+  const double side = 20;  // mm, from the metal's middle
+  each_slice(grid.size[2], options.threads, [&](std::int64_t k) {
+    Vector3d sum = Vector3d::Zero();
+    double count = 0;
+    const auto visit = [&](const auto& each) {
+      for (std::int64_t j = 0; j < grid.size[1]; ++j)
+        for (std::int64_t i = 0; i < grid.size[0]; ++i)
+          each(grid.offset(i, j, k), Vector3d(double(i), double(j), double(k)));
+    };
+    visit([&](std::size_t o, const Vector3d& at) {
+      if (grey.voxels[o] == tissue::metal.hu) sum += at, ++count;
+    });
+    if (count == 0) return;
+    const Vector3d middle = grid.point(sum / count);
+    const double turn =
+        static_cast<double>(k) * grid.axes.col(2).norm() / 15;  // they turn from slice to slice
+    visit([&](std::size_t o, const Vector3d& at) {
+      if (grey.voxels[o] == tissue::metal.hu) return;
+      const Vector3d d = grid.point(at) - middle;
+      const double r = d.norm(), angle = std::atan2(d.y(), d.x());
+      const double ray = 0.6 * std::cos(2 * angle + std::numbers::pi) + 0.4 * std::cos(13 * angle + turn);
+      value[o] += static_cast<float>(options.streaks_hu * ray * std::pow(side / std::max(r, side), 1.3));
+    });
+  });
+}
+
+void limit_view(Scan& scan, double diameter, int threads) {
+  if (diameter <= 0) return;
+  const Grid& grid = scan.grey.grid;
+  const Vector3d middle(0.5 * static_cast<double>(grid.size[0] - 1),
+                        0.5 * static_cast<double>(grid.size[1] - 1), 0);
+  each_slice(grid.size[2], threads, [&](std::int64_t k) {
+    for (std::int64_t j = 0; j < grid.size[1]; ++j)
+      for (std::int64_t i = 0; i < grid.size[0]; ++i) {
+        const Vector3d off = Vector3d(double(i), double(j), 0) - middle;
+        if ((grid.axes * off).norm() <= 0.5 * diameter) continue;
+        scan.grey.at(i, j, k) = -2000;
+        scan.labels.at(i, j, k) = 0;
+      }
+  });
+}
+
 // Mean CT number over 4 x 4 x 4 points in each voxel
 std::vector<float> supersampled(const std::vector<PhantomSolid>& solids, const std::vector<int>& hu,
                                 const Grid& grid, int threads) {
@@ -287,15 +333,43 @@ std::vector<PhantomSolid> phantom_table(const Phantom& phantom) {
   return solids;
 }
 
+PhantomSolid phantom_blanket(const Phantom& phantom) {
+  constexpr double thick = 6, half_width = 260;
+  double front = 1e30, back = -1e30;
+  for (const PhantomSolid& solid : phantom.solids) {
+    if (solid.parent >= 0) continue;
+    for (int i = 0; i <= 60; ++i)
+      for (int j = 0; j < 48; ++j) {
+        const double h = solid.shape.low() + (solid.shape.high() - solid.shape.low()) * i / 60;
+        const Ellipse e = solid.shape.section(h);
+        const double angle = 2 * std::numbers::pi * j / 48;
+        const Vector3d p =
+            solid.shape.frame().point({e.x + e.a * std::cos(angle), e.y + e.b * std::sin(angle), h});
+        if (std::abs(p.x()) < 120 && p.z() < phantom.landmarks.at("suprasternale").point.z())
+          front = std::min(front, p.y());
+        back = std::max(back, p.y());
+      }
+  }
+  const double low = -40, high = phantom.landmarks.at("xiphion").point.z();
+  const double deep = back - front;
+  const auto tube = [&](double more) {
+    return EllipticStack(Frame{}, {{low, 0, back, half_width + more, deep + more},
+                                   {high, 0, back, half_width + more, deep + more}});
+  };
+  return {
+      "blanket", tube(thick).hollowed(tube(0)).cut(HalfSpace{Vector3d::UnitY(), back}), tissue::blanket, 0, 0,
+      -1};
+}
+
 Result<void> check_scan(const GridOptions& grid, const ScanOptions& scan) {
   struct Bounded {
     const char *name, *unit;
     double value, least, most;
   };
-  std::vector<Bounded> all{{"tilt", " degrees", grid.tilt_deg, -45, 45},
-                           {"margin", " mm", grid.margin, 0, 500},
-                           {"blur", " mm", scan.blur_mm, 0, 20},
-                           {"noise", " HU", scan.noise_hu, 0, 1000}};
+  std::vector<Bounded> all{
+      {"tilt", " degrees", grid.tilt_deg, -45, 45}, {"margin", " mm", grid.margin, 0, 500},
+      {"blur", " mm", scan.blur_mm, 0, 20},         {"noise", " HU", scan.noise_hu, 0, 1000},
+      {"streaks", " HU", scan.streaks_hu, 0, 3000}, {"field of view", " mm", scan.field_of_view, 0, 2000}};
   for (int c = 0; c < 3; ++c) {
     all.push_back({"spacing", " mm", grid.spacing[c], 0.2, 50});
     all.push_back({"rotation", " degrees", grid.rotation_deg[c], -180, 180});
@@ -336,8 +410,16 @@ Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table
         }
     }
   const Vector3d margin = Vector3d::Constant(options.margin).cwiseQuotient(options.spacing);
-  const Vector3d first = (box.low - margin).array().floor() - 1;
-  const Vector3d last = (box.high + margin).array().ceil();
+  Vector3d first = (box.low - margin).array().floor() - 1;
+  Vector3d last = (box.high + margin).array().ceil();
+  Box kept;  // of what is scanned, in voxels
+  for (int corner = 0; corner < 8; ++corner) {
+    Vector3d p;
+    for (int c = 0; c < 3; ++c) p[c] = corner >> c & 1 ? options.crop_high[c] : options.crop_low[c];
+    kept.hold(inverse * p);
+  }
+  first = first.cwiseMax(kept.low.array().ceil().matrix());
+  last = last.cwiseMin((kept.high.array().floor() - 1).matrix());
   // the faces of voxels, not their centres, pass through the patient origin: so soles on the floor end
   // between two layers, and left and right are alike
   grid.origin = grid.axes * (first + Vector3d::Constant(0.5) + options.offset);
@@ -347,12 +429,11 @@ Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table
 }
 
 Scan voxelise(const Phantom& phantom, const Grid& grid, const ScanOptions& options) {
-  std::vector<PhantomSolid> solids = phantom.solids;
+  std::vector<PhantomSolid> solids;  // things first: the body takes their place
+  if (options.blanket) solids.push_back(phantom_blanket(phantom));
   if (options.table)
-    for (PhantomSolid& solid : phantom_table(phantom)) {
-      if (solid.parent >= 0) solid.parent += static_cast<int>(phantom.solids.size());
-      solids.push_back(solid);
-    }
+    for (const PhantomSolid& solid : phantom_table(phantom)) solids.push_back(solid);
+  solids.insert(solids.end(), phantom.solids.begin(), phantom.solids.end());
   std::vector<int> hu{-1000};
   std::vector<std::uint8_t> label{0};
   for (const PhantomSolid& solid : solids) {
@@ -376,13 +457,17 @@ Scan voxelise(const Phantom& phantom, const Grid& grid, const ScanOptions& optio
       scan.labels.voxels[begin + v] = label[index[v]];
     }
   });
-  if (!options.partial_volume && options.blur_mm <= 0 && options.noise_hu <= 0) return scan;
+  if (!options.partial_volume && options.blur_mm <= 0 && options.noise_hu <= 0 && options.streaks_hu <= 0) {
+    limit_view(scan, options.field_of_view, options.threads);
+    return scan;
+  }
 
   std::vector<float> value;
   if (options.partial_volume)
     value = supersampled(solids, hu, grid, options.threads);
   else
     value.assign(scan.grey.voxels.begin(), scan.grey.voxels.end());
+  if (options.streaks_hu > 0) add_streaks(value, scan.grey, options);
   if (options.blur_mm > 0)
     for (int axis = 0; axis < 3; ++axis) blur_axis(value, grid, axis, options.blur_mm, options.threads);
   each_slice(grid.size[2], options.threads, [&](std::int64_t k) {
@@ -392,6 +477,7 @@ Scan voxelise(const Phantom& phantom, const Grid& grid, const ScanOptions& optio
       scan.grey.voxels[v] = to_hu(value[v] + noise);
     }
   });
+  limit_view(scan, options.field_of_view, options.threads);
   return scan;
 }
 

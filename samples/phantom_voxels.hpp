@@ -15,10 +15,18 @@ struct GridOptions {
       0;  ///< gantry tilt: each slice is shifted along the rows' normal by tan(tilt) of the step
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< shift of the grid, in voxels, -1 to 1
   double margin = 20;                                ///< mm of air around the body
+  /// What lies outside this box (patient frame, mm) is not scanned: the grid is cut to hold no more of it
+  /// than it must.
+  Eigen::Vector3d crop_low = Eigen::Vector3d::Constant(-1e9), crop_high = Eigen::Vector3d::Constant(1e9);
 };
 
 struct ScanOptions {
-  bool table = false;           ///< a curved table top under the back
+  bool table = false;    ///< a curved table top under the back
+  bool blanket = false;  ///< a thick blanket from the chest to the feet, which it lies on
+  /// Diameter of what the scanner sees about the grid's middle in each slice, mm; 0: all. Outside it voxels
+  /// hold -2000 and belong to nothing.
+  double field_of_view = 0;
+  double streaks_hu = 0;  ///< how bright and dark the rays are that metal throws into its slices, at its side
   bool partial_volume = false;  ///< a voxel is the mean over 4 x 4 x 4 points in it, not its centre's value
   double blur_mm = 0;           ///< standard deviation of a Gaussian blur along the grid's axes
   double noise_hu = 0;          ///< standard deviation of the noise added after that, from voxel to voxel
@@ -44,6 +52,9 @@ Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table
 
 /// Voxelises the phantom on any grid. The same phantom, grid and options give the same bytes.
 Scan voxelise(const Phantom& phantom, const Grid& grid, const ScanOptions& options = {});
+
+/// The blanket: half a tube of 6 mm thickness over body and legs that lies on the belly.
+PhantomSolid phantom_blanket(const Phantom& phantom);
 
 /// The table top: a shallow trough of shell and core along z, 3 mm behind the body at the nearest point.
 std::vector<PhantomSolid> phantom_table(const Phantom& phantom);

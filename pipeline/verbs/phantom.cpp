@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 struct Asked {
   std::string output, sex = "male";
   std::vector<std::string> pose;
-  std::vector<double> spacing{3}, rotation_deg{0, 0, 0}, offset{0, 0, 0};
-  bool seed_chosen = false;
+  std::vector<double> spacing{3}, rotation_deg{0, 0, 0}, offset{0, 0, 0}, crop;
+  bool seed_chosen = false, sex_chosen = false;
   PhantomOptions body;
   GridOptions grid;
   ScanOptions scan;
@@ -48,6 +48,15 @@ Result<std::pair<std::string, double>> angle_from(const std::string& text) {
 Result<void> settle(Asked& asked) {
   if (asked.seed_chosen && asked.scan.noise_hu == 0)
     return bad_use("--seed", "is of the noise, and there is none: add --noise");
+  if (asked.sex_chosen && asked.body.child)
+    return bad_use("--sex", "a child of six has the same proportions as girl and boy: leave it out");
+  if (asked.scan.streaks_hu > 0 && asked.body.metal_hip.empty())
+    return bad_use("--streaks", "come from metal, and there is none: add --metal-hip");
+  if (!asked.crop.empty())
+    for (int c = 0; c < 3; ++c) {
+      asked.grid.crop_low[c] = asked.crop[static_cast<std::size_t>(2 * c)];
+      asked.grid.crop_high[c] = asked.crop[static_cast<std::size_t>(2 * c + 1)];
+    }
   asked.body.sex = asked.sex == "female" ? Sex::female : Sex::male;
   for (const std::string& text : asked.pose) {
     const auto angle = angle_from(text);
@@ -101,7 +110,7 @@ InertiaTable exact_table(const Phantom& phantom, const Asked& asked) {
   source.quantity = "the phantom's solids, integrated exactly (no voxels)";
   source.density_curve = asked.body.density_curve;
   source.density_source = density_curve(asked.body.density_curve).value().source;
-  source.sex = asked.sex;
+  source.sex = asked.body.child ? "" : asked.sex;
   source.pose = asked.pose.empty() ? "standing" : "as asked";
   source.cuts = "deleva1996", source.frames = "joints";
   return make_table(std::move(source), std::move(rows));
@@ -175,6 +184,11 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
                         {"girth", phantom->girth}};
 }
 
+// A seed: -3 would wrap round to a large one.
+std::string no_minus(const std::string& text) {
+  return text.starts_with('-') ? "'" + text + "' is no seed; give a whole number, 0 or more" : "";
+}
+
 }  // namespace
 
 void add_phantom(CLI::App& program, Command& command) {
@@ -184,6 +198,12 @@ void add_phantom(CLI::App& program, Command& command) {
   verb->add_option("--sex", asked->sex, "male or female")
       ->check(CLI::IsMember({"male", "female"}))
       ->capture_default_str();
+  verb->add_flag("--child", asked->body.child, "Proportions of a child of six years instead");
+  verb->add_option("--variation", asked->body.variation,
+                   "Seed: draws lengths and thicknesses of segments and bones and the way the body stands")
+      ->check(no_minus);
+  verb->add_option("--metal-hip", asked->body.metal_hip, "Head and socket of this hip are of metal")
+      ->check(CLI::IsMember({"left", "right"}));
   verb->add_option("--stature", asked->body.stature_m,
                    "Sole to vertex, m (default: the mean of de Leva's sample)");
   verb->add_option("--mass", asked->body.mass_kg,
@@ -210,18 +230,26 @@ void add_phantom(CLI::App& program, Command& command) {
       ->check(CLI::Range(0.0, 500.0))
       ->capture_default_str();
   verb->add_flag("--table", asked->scan.table, "Lay the body on a curved table");
+  verb->add_flag("--blanket", asked->scan.blanket, "Lay a thick blanket over it");
+  verb->add_option("--crop", asked->crop,
+                   "Scan only from x to x, y to y, z to z: six numbers, patient frame (LPS), mm")
+      ->expected(6);
+  verb->add_option("--field-of-view", asked->scan.field_of_view,
+                   "Diameter of what is seen in each slice, mm (default: all)")
+      ->check(CLI::Range(0.0, 2000.0));
+  verb->add_option("--streaks", asked->scan.streaks_hu, "Streaks beside metal, HU at its side")
+      ->check(CLI::Range(0.0, 3000.0));
   verb->add_flag("--partial-volume", asked->scan.partial_volume, "Voxels are means over their box");
   verb->add_option("--blur", asked->scan.blur_mm, "Standard deviation of the scanner's blur, mm")
       ->check(CLI::Range(0.0, 20.0));
   verb->add_option("--noise", asked->scan.noise_hu, "Standard deviation of the noise, HU")
       ->check(CLI::Range(0.0, 1000.0));
   verb->add_option("--seed", asked->scan.seed, "Of the noise: the same seed gives the same bytes")
-      ->check([](const std::string& text) {  // -3 would wrap round to a large one
-        return text.starts_with('-') ? "'" + text + "' is no seed; give a whole number, 0 or more" : "";
-      })
+      ->check(no_minus)
       ->capture_default_str();
   verb->callback([&command, asked, verb] {
     asked->seed_chosen = verb->count("--seed") > 0;
+    asked->sex_chosen = verb->count("--sex") > 0;
     command.work = [asked](const Command& chosen) -> Result<nlohmann::json> { return work(*asked, chosen); };
   });
 }

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "inertia/anthropometry.hpp"
+#include "samples/phantom_voxels.hpp"
 
 namespace borelli {
 namespace {
@@ -77,6 +78,98 @@ TEST(Phantom, SolidsAreDisjointOrNested) {
       }
     }
   }
+}
+
+// Bodies whose limbs touch, or that are built otherwise than an adult.
+std::vector<PhantomOptions> options_of_hard_bodies() {
+  std::vector<PhantomOptions> all{{.mass_kg = 121}, {.child = true}, {.metal_hip = "left"}};
+  all.push_back({.pose_deg = {{"shoulder_left_abduction", 1}, {"shoulder_right_abduction", 2}}});
+  all.push_back({.pose_deg = {{"hip_left_abduction", -4}, {"hip_right_abduction", -4}}});
+  all.push_back({.pose_deg = {{"shoulder_left_abduction", 160},
+                              {"shoulder_left_rotation", -85},
+                              {"elbow_left_flexion", 80},
+                              {"shoulder_right_abduction", 47},
+                              {"shoulder_right_rotation", 88},
+                              {"elbow_right_flexion", 98},
+                              {"wrist_right_flexion", 55},
+                              {"knee_left_flexion", 110},
+                              {"hip_left_flexion", 40}}});
+  for (std::uint64_t seed = 11; seed <= 29; ++seed)  // those of tests/suite
+
+    all.push_back({.sex = seed % 2 ? Sex::male : Sex::female, .variation = seed});
+  return all;
+}
+
+// Nested solids lie in their parents there, too, and roots come one after the other with all that they hold.
+TEST(Phantom, HardBodiesAreNested) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (const PhantomOptions& options : options_of_hard_bodies()) {
+    const Phantom phantom = built(options);
+    SCOPED_TRACE(testing::Message() << phantom.whole.mass << " kg");
+    const std::vector<PhantomSolid>& solids = phantom.solids;
+    for (std::size_t i = 1; i < solids.size(); ++i)
+      ASSERT_TRUE(solids[i].parent < 0 || solids[i].parent < static_cast<int>(i));
+    for (const PhantomSolid& solid : solids) {
+      if (solid.parent < 0) continue;
+      const EllipticStack &shape = solid.shape,
+                          &parent = solids[static_cast<std::size_t>(solid.parent)].shape;
+      for (int n = 0; n < 100; ++n) {
+        const Vector3d u(uniform(random), uniform(random), uniform(random));
+        const Vector3d point =
+            shape.frame().point(shape.box_low() + u.cwiseProduct(shape.box_high() - shape.box_low()));
+        if (!shape.holds(point)) continue;
+        EXPECT_TRUE(parent.holds(point))
+            << solid.name << " pokes out of " << solids[static_cast<std::size_t>(solid.parent)].name;
+      }
+    }
+  }
+}
+
+// Where limbs touch, each place counts once: exact masses and volumes against those of a scan's voxels, whose
+// labels and CT numbers are painted solid by solid. On an oblique grid of 3 mm voxels count a hand's mass to
+// some 0.15 % rms (README: 0.06 % at 2 mm, falling as the square); five of these, since there are 96 numbers.
+TEST(Phantom, TouchingLimbsAreCountedOnce) {
+  const auto options = options_of_hard_bodies();
+  for (std::size_t body = 0; body < 6; ++body) {
+    SCOPED_TRACE(testing::Message() << "hard body " << body);
+    const Phantom phantom = built(options[body]);
+    GridOptions oblique;
+    oblique.rotation_deg = {7, 11, -13};
+    const Scan scan = voxelise(phantom, phantom_grid(phantom, oblique));
+    const auto curve = density_curve(default_density_curve);
+    std::array<double, parts.size()> mass{}, volume{};
+    for (std::size_t o = 0; o < scan.labels.voxels.size(); ++o) {
+      volume[scan.labels.voxels[o]] += scan.labels.grid.voxel_volume() * 1e-9;
+      mass[scan.labels.voxels[o]] += curve->at(scan.grey.voxels[o]) * scan.labels.grid.voxel_volume() * 1e-9;
+    }
+    for (std::size_t part = 1; part < parts.size(); ++part) {
+      EXPECT_NEAR(mass[part] / phantom.exact[part].mass, 1, 0.0075) << parts[part].name;
+      EXPECT_NEAR(volume[part] / phantom.volume[part], 1, 0.0075) << parts[part].name;
+    }
+  }
+}
+
+// The same seed gives the same body, another one another; and no single scale makes one of the other.
+TEST(Phantom, VariationDrawsEachMeasureForItself) {
+  const Phantom one = built({.variation = 1}), again = built({.variation = 1}),
+                other = built({.variation = 2});
+  const auto length = [](const Phantom& phantom, const std::string& from, const std::string& to) {
+    return (phantom.landmarks.at(from).point - phantom.landmarks.at(to).point).norm();
+  };
+  double least = 1e9, most = 0;
+  for (const auto& [from, to] : {std::pair{"hip_left", "knee_left"},
+                                 {"knee_left", "ankle_left"},
+                                 {"shoulder_left", "elbow_left"},
+                                 {"elbow_left", "wrist_left"},
+                                 {"hip_left", "hip_right"},
+                                 {"xiphion", "neck"}}) {
+    EXPECT_EQ(length(one, from, to), length(again, from, to));
+    const double ratio = length(other, from, to) / length(one, from, to);
+    least = std::min(least, ratio), most = std::max(most, ratio);
+  }
+  EXPECT_GT(most / least, 1.03);
+  EXPECT_NE(length(one, "wrist_left", "hip_left"), length(one, "wrist_right", "hip_right"));
 }
 
 // Frames must be orthonormal: moments go through the axes, membership through their transpose.
@@ -332,7 +425,7 @@ TEST(Phantom, BonyPointsLieOnTheirBones) {
                         solid.name == "ramus left" || solid.name == "acetabulum left";
     if (!pelvis && solid.name != "sternum" && solid.name != "C7 spinous process") continue;
     const EllipticStack& shape = solid.shape;
-    for (int n = 0; n < 20000; ++n) {
+    for (int n = 0; n < 100000; ++n) {
       const Vector3d u(uniform(random), uniform(random), uniform(random));
       const Vector3d p =
           shape.frame().point(shape.box_low() + u.cwiseProduct(shape.box_high() - shape.box_low()));
@@ -427,13 +520,16 @@ TEST(Phantom, WhatItCannotBeIsRefusedWithTheReason) {
     return phantom ? std::string("built") : phantom.error().message();
   };
   EXPECT_NE(message({.pose_deg = {{"knee_flexion", 3}}}).find("knee_left_flexion"), std::string::npos);
-  EXPECT_NE(message({.pose_deg = {{"knee_left_flexion", 170}}}).find("0 to 80"), std::string::npos);
+  EXPECT_NE(message({.pose_deg = {{"knee_left_flexion", 170}}}).find("0 to 110"), std::string::npos);
   EXPECT_NE(message({.pose_deg = {{"knee_left_flexion", NAN}}}).find("range"), std::string::npos);
-  EXPECT_NE(message({.mass_kg = 140}).find("can weigh"), std::string::npos);
+  EXPECT_NE(message({.mass_kg = 200}).find("can weigh"), std::string::npos);
   EXPECT_NE(message({.mass_kg = NAN}).find("no mass of a body"), std::string::npos);
   EXPECT_NE(message({.mass_kg = 10}).find("can weigh"), std::string::npos);
   EXPECT_NE(message({.mass_kg = -10}).find("no mass of a body"), std::string::npos);
   EXPECT_NE(message({.stature_m = 0.4}).find("1.2 to 2.3"), std::string::npos);
+  EXPECT_NE(message({.metal_hip = "both"}).find("neither left nor right"), std::string::npos);
+  EXPECT_NE(message({.sex = Sex::female, .child = true}).find("leave the sex out"), std::string::npos);
+  EXPECT_NE(message({.child = true, .stature_m = 1.7}).find("0.9 to 1.5"), std::string::npos);
   EXPECT_NE(message({.density_curve = "none"}).find("schneider2000"), std::string::npos);
 }
 
@@ -441,7 +537,7 @@ TEST(Phantom, WhatItCannotBeIsRefusedWithTheReason) {
 TEST(Phantom, TellsTheSameMassRangeWhateverMassIsAsked) {
   std::string told;
   double least = 0, most = 0;
-  for (const double mass : {1e-9, 20., 40., 130., 400., 1e9}) {
+  for (const double mass : {1e-9, 20., 40., 170., 400., 1e9}) {
     const auto refused = build_phantom({.stature_m = 1.7, .mass_kg = mass});
     ASSERT_FALSE(refused) << mass;
     const std::string what = refused.error().what;

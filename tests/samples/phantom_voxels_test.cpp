@@ -342,5 +342,68 @@ TEST(PhantomVoxels, ScansOfNumbersThatAreNoneOrOutOfRangeAreRefusedByName) {
   EXPECT_FALSE(check_scan({}, {.noise_hu = -1}));
 }
 
+// A scan of a part of the body is that part of the whole scan, voxel by voxel.
+TEST(PhantomVoxels, CroppedScanIsPartOfTheWhole) {
+  const auto phantom = build_phantom({});
+  GridOptions options;
+  options.spacing = {5, 5, 5};
+  const Scan whole = voxelise(*phantom, phantom_grid(*phantom, options));
+  options.crop_low = {-1e9, -1e9, 600};
+  options.crop_high = {150, 1e9, 1400};
+  const Scan part = voxelise(*phantom, phantom_grid(*phantom, options));
+  const Grid& g = part.grey.grid;
+  ASSERT_GT(g.count(), 0u);
+  EXPECT_GE(g.point({0, 0, 0}).z(), 600);
+  EXPECT_LE(g.point({double(g.size[0] - 1), 0, double(g.size[2] - 1)}).z(), 1400);
+  EXPECT_LE(g.point({double(g.size[0] - 1), 0, 0}).x(), 150);
+  EXPECT_GE(g.point({double(g.size[0] - 1), 0, 0}).x(), 140);
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const Vector3d at = whole.grey.grid.index(g.point({double(i), double(j), double(k)}));
+        const auto a = std::lround(at[0]), b = std::lround(at[1]), c = std::lround(at[2]);
+        ASSERT_NEAR((at - Vector3d(double(a), double(b), double(c))).norm(), 0, 1e-9);
+        ASSERT_EQ(part.grey.at(i, j, k), whole.grey.at(a, b, c));
+        ASSERT_EQ(part.labels.at(i, j, k), whole.labels.at(a, b, c));
+      }
+}
+
+// Beyond the field of view nothing is known; within it all is as before. A blanket lies on the body and
+// belongs to nothing; streaks leave slices without metal as they are.
+TEST(PhantomVoxels, FieldOfViewBlanketAndStreaksChangeWhatTheyShould) {
+  const auto phantom = build_phantom({.metal_hip = "left"});
+  GridOptions options;
+  options.spacing = {5, 5, 5};
+  options.margin = 120;
+  const Grid g = phantom_grid(*phantom, options);
+  const Scan plain = voxelise(*phantom, g), narrow = voxelise(*phantom, g, {.field_of_view = 400}),
+             covered = voxelise(*phantom, g, {.blanket = true}),
+             streaked = voxelise(*phantom, g, {.streaks_hu = 300});
+  const Vector3d middle = g.point({0.5 * double(g.size[0] - 1), 0.5 * double(g.size[1] - 1), 0});
+  double cloth = 0, changed = 0;
+  for (std::int64_t k = 0; k < g.size[2]; ++k) {
+    bool metal = false;
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) metal = metal || plain.grey.at(i, j, k) == 3071;
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const bool in = (g.point({double(i), double(j), double(k)}) - middle).head<2>().norm() <= 200;
+        ASSERT_EQ(narrow.grey.at(i, j, k), in ? plain.grey.at(i, j, k) : -2000);
+        ASSERT_EQ(narrow.labels.at(i, j, k), in ? plain.labels.at(i, j, k) : 0);
+        ASSERT_EQ(covered.labels.at(i, j, k), plain.labels.at(i, j, k));
+        if (covered.grey.at(i, j, k) != plain.grey.at(i, j, k)) {
+          ASSERT_EQ(plain.grey.at(i, j, k), -1000);
+          ++cloth;
+        }
+        if (streaked.grey.at(i, j, k) == plain.grey.at(i, j, k)) continue;
+        ASSERT_TRUE(metal);
+        ++changed;
+      }
+  }
+  // half an ellipse of 26 by some 25 cm about, 1.3 m long and 6 mm thick: 6 litres
+  EXPECT_NEAR(cloth * g.voxel_volume() * 1e-6, 6, 1.5);
+  EXPECT_GT(changed, 1000);
+}
+
 }  // namespace
 }  // namespace borelli
