@@ -361,6 +361,14 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       break;
     }
   marks["wrist" + at] = found(wrist, 5, "bone: between radius and carpals");
+
+  // which of the elbow's sides is which is told by the way it bends, where it does: an arm over the head or
+  // turned inwards has them the other way round
+  const Vector3d bent = along - along.dot(down) * down;
+  constexpr double straight = 0.35;  // sine of 20 degrees
+  Landmark &medial = marks["elbow_medial" + at], &lateral = marks["elbow_lateral" + at];
+  const Vector3d outwards = side_sign(side) * bent.cross(down);
+  if (bent.norm() > straight && outwards.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
 }
 
 }  // namespace

@@ -12,6 +12,21 @@ using Eigen::Vector3d;
 constexpr double gap = 2;
 // medial of a head's centre by this much, bone is the trunk's
 constexpr double medial = 30;
+// how far the pelvis and its wings stand before and behind the hips, the breastbone before the column, and
+// clavicles above the shoulders, with a finger's breadth more, mm in a body of usual size
+constexpr double pelvis_front = 80, pelvis_back = 95, wing_back = 70, chest_front = 150, girdle_top = 60;
+
+// Cost of a step per mm at a distance from bone. Farther off than half of any joint's gap bones lie near each
+// other by chance, as a hand's beside the hip: such ways are dear, so that they lead into no other limb's
+// bones, but not closed, since coarse or noisy voxels lose small bones.
+double step_cost(double off_bone) {
+  constexpr double no_joint = 4;  // mm
+  return 1 + std::pow(off_bone / gap, 2) * std::pow(std::max(1.0, off_bone / no_joint), 3);
+}
+
+Vector3d middle_of(const std::array<std::optional<FoundSphere>, 2>& pair) {
+  return 0.5 * (pair[0]->centre + pair[1]->centre);
+}
 
 void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seeds) {
   const auto& g = a.grid();
@@ -26,15 +41,27 @@ void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seed
         if (!a.bone.at(i, j, k)) continue;
         const Vector3d p =
             g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        // a hand on the belly, on the chest or over the head lies between hips and shoulders, too, but
+        // farther forward or higher than the trunk's own bones
+        const double size = trunk.scale;
+        const bool at_pelvis = hips && p[1] > middle_of(trunk.hip)[1] - pelvis_front * size &&
+                               p[1] < middle_of(trunk.hip)[1] + pelvis_back * size &&
+                               (!shoulders || p[2] < middle_of(trunk.shoulder)[2] + girdle_top * size);
+        const bool at_chest = shoulders && p[2] < middle_of(trunk.shoulder)[2] + girdle_top * size &&
+                              p[1] > (trunk.spine_holds(p[2]) ? trunk.spine_at(p[2])[1]
+                                                              : middle_of(trunk.shoulder)[1] + 35 * size) -
+                                         chest_front * size;
         bool axial = trunk.spine_holds(p[2]) && (p - trunk.spine_at(p[2])).norm() < 40;
-        if (hips && p[2] > std::min(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) - 30)
+        if (at_pelvis && p[2] > std::min(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) - 30)
           axial = axial || between(trunk.hip, p);
-        if (shoulders && p[2] > std::min(trunk.shoulder[0]->centre[2], trunk.shoulder[1]->centre[2]) - 165)
+        if (at_chest && p[2] > std::min(trunk.shoulder[0]->centre[2], trunk.shoulder[1]->centre[2]) - 165)
           axial = axial || between(trunk.shoulder, p);
         // above both hips by a hand's breadth nothing is a leg's
-        if (hips && p[2] > std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) + 60 * trunk.scale) {
+        if (at_pelvis && p[2] > std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) + 60 * size) {
           const Vector3d left = (trunk.hip[0]->centre - trunk.hip[1]->centre).normalized();
-          if (left.dot(p - trunk.hip[0]->centre) < 25 && left.dot(p - trunk.hip[1]->centre) > -25)
+          const bool behind_wings = p[1] > middle_of(trunk.hip)[1] + wing_back * size;
+          if (!behind_wings && left.dot(p - trunk.hip[0]->centre) < 25 &&
+              left.dot(p - trunk.hip[1]->centre) > -25)
             axial = true;
         }
         if (axial) seeds.at(i, j, k) = static_cast<std::uint8_t>(Limb::axial);
@@ -116,7 +143,7 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
   for (std::size_t o = 0; o < g.count(); ++o)
     if (a.body.voxels[o] && a.off_bone.voxels[o] < 40)
-      cost.voxels[o] = 1 + static_cast<float>(std::pow(a.off_bone.voxels[o] / gap, 2));
+      cost.voxels[o] = static_cast<float>(step_cost(a.off_bone.voxels[o]));
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
   mark_axial(a, trunk, seeds);
   for (const int side : {left_side, right_side}) {

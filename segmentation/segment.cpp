@@ -13,6 +13,7 @@
 #include "segmentation/bones_at_joints.hpp"
 #include "segmentation/class_parts.hpp"
 #include "segmentation/column_levels.hpp"
+#include "segmentation/contact.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/joint_centres.hpp"
 #include "segmentation/landmark_seeds.hpp"
@@ -205,6 +206,22 @@ void doubt_impossible_shares(Segmentation& out) {
   }
 }
 
+// An arm that lies on the trunk is parted from it by how deep the flesh is, not by anything that the scan
+// shows.
+void doubt_what_touches(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
+                        Segmentation& out) {
+  constexpr double much = 0.15;  // of the area of a cube of the part's volume
+  const auto area = contact_areas(a, owner, planes);
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    PartFinding& finding = out.part[n];
+    if (finding.volume == 0 || area[n] < much * std::pow(finding.volume, 2.0 / 3)) continue;
+    finding.confidence = std::min(finding.confidence, 0.4);
+    finding.note +=
+        (finding.note.empty() ? "" : "; ") +
+        fmt::format("touches other parts over {:.0f} cm2, where nothing shows the border", area[n] * 1e-2);
+  }
+}
+
 void warn(Segmentation& out) {
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const auto& finding = out.part[n];
@@ -223,6 +240,121 @@ void warn(Segmentation& out) {
                              std::to_string(std::lround(100 * std::abs(ratio - 1))) +
                              " % in volume; look at the labels");
   }
+}
+
+using Progress = std::function<void(double, std::string_view)>;
+
+// Parts and landmarks of a body whose trunk is known. `options` as for this volume: where a body of unusual
+// size is looked at as one of usual size, their lengths are enlarged as it is.
+Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& trunk, ClassParts* classes,
+                      const SegmentOptions& options, const Progress& progress) {
+  progress(0.5, "following the limbs");
+  const Limbs limbs = trace_limbs(a, trunk);
+  Segmentation out;
+  find_limb_landmarks(a, trunk, limbs, out.landmarks);
+  find_trunk_landmarks(a, trunk, limbs, out.landmarks);
+  out.convention = options.convention;
+  put_given(options.given, out.landmarks);
+  if (options.convention != Convention::deleva1996) {
+    find_column_levels(a, trunk, out.landmarks);
+    seat_spine_joints(options.convention, out.landmarks);
+    put_given(options.given, out.landmarks);
+  }
+
+  progress(0.6, "parting bones");
+  bool by_hand = false;
+  auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
+  if (classes) {
+    bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
+    classes->find_joints(a, bones, out.landmarks, out.warnings);
+    for (const auto& list : {options.classes->warnings, classes->warnings()})
+      out.warnings.insert(out.warnings.end(), list.begin(), list.end());
+    put_given(options.given, out.landmarks);
+  } else if (!trunk.hip[0] && !trunk.shoulder[0] && !options.given.empty()) {
+    bones = seeds_by_landmarks(a, out.landmarks);
+    by_hand = std::any_of(bones.voxels.begin(), bones.voxels.end(), [](std::uint8_t v) { return v != 0; });
+  } else if (options.convention == Convention::bone) {
+    part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
+    part_axial_bones(a, trunk, out.landmarks, bones);
+  }
+  progress(0.7, "parting soft tissue");
+  const auto owner = label_soft_tissue(a, bones, options.step);
+  find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
+  put_given(options.given, out.landmarks);
+  const PartPlanes planes(out.landmarks, options.convention);
+  progress(0.9, "cutting at the joints");
+  out.labels = label_voxels(volume, a, owner, planes, classes, options.threads);
+  judge(a, owner, planes, out);
+  tell_what_is_not_parted(planes, out);
+  doubt_impossible_shares(out);
+  doubt_what_touches(a, owner, planes, out);
+  if (by_hand)
+    out.warnings.push_back(
+        "neither both hips nor both shoulders were found: parts are by the given landmarks alone");
+  else if (!trunk.hip[0] && !trunk.shoulder[0] && !classes)
+    out.warnings.push_back(
+        "neither both hips nor both shoulders are in view: no part could be told, and none is labelled");
+  warn(out);
+  return out;
+}
+
+bool has_both(const Trunk& trunk) {
+  return trunk.hip[0] && trunk.hip[1] && trunk.shoulder[0] && trunk.shoulder[1];
+}
+
+bool has_body(const Anatomy& a) {
+  return std::any_of(a.body.voxels.begin(), a.body.voxels.end(), [](std::uint8_t v) { return v != 0; });
+}
+
+Grid enlarged(Grid grid, double factor) {
+  grid.axes *= factor;
+  grid.origin *= factor;
+  return grid;
+}
+
+Landmarks enlarged(Landmarks landmarks, double factor) {
+  for (auto& [name, landmark] : landmarks)
+    landmark.point *= factor, landmark.deviation *= factor, landmark.radius *= factor;
+  return landmarks;
+}
+
+// A body of unusual size is looked at as though it were of usual size: the lengths that bones, gaps and flesh
+// are told by are an adult's. `size`: of the body, in parts of an adult's. Nothing where hips and shoulders
+// of such a body are not both in the scan.
+std::optional<Segmentation> parts_at_size(const GreyVolume& volume, double size,
+                                          const SegmentOptions& options, const Progress& progress) {
+  const GreyVolume usual{enlarged(volume.grid, 1 / size), volume.voxels, volume.quantity};
+  const Anatomy a = look(usual, options.step / size, options.threads);
+  if (!has_body(a)) return std::nullopt;
+  const Trunk trunk = find_trunk(a);
+  constexpr double least = 0.75, most = 1.25;  // no other size fits better by far
+  if (!has_both(trunk) || trunk.scale < least || trunk.scale > most) return std::nullopt;
+  SegmentOptions as_usual = options;
+  as_usual.step /= size;
+  as_usual.given = enlarged(options.given, 1 / size);
+  Segmentation out = parts_of(usual, a, trunk, nullptr, as_usual, progress);
+  out.labels.grid = volume.grid;
+  out.landmarks = enlarged(out.landmarks, size);
+  for (PartFinding& part : out.part) part.volume *= size * size * size;
+  for (const auto& [name, landmark] : options.given) out.landmarks[name] = landmark;
+  return out;
+}
+
+// The sizes at which to look again, given what an adult's lengths find: that which is found where it is
+// unusual, or a child's and a giant's where the scan may hold a whole trunk of that size.
+std::vector<double> other_sizes(const Anatomy& a, const Trunk& trunk) {
+  constexpr double small = 0.82, large = 1.14;
+  if (has_both(trunk)) {
+    if (trunk.scale >= small && trunk.scale <= large) return {};
+    return {trunk.scale};
+  }
+  if (trunk.shoulder[0]) return {};  // lungs bear those out: only the hips are not in view
+  constexpr double child = 0.68, giant = 1.22, trunk_and_more = 800;  // mm of an adult: from knee to chin
+  std::vector<double> sizes;
+  const double height = a.step() * static_cast<double>(a.grid().size[2]);
+  for (const double size : {child, giant})
+    if (height > trunk_and_more * size) sizes.push_back(size);
+  return sizes;
 }
 
 }  // namespace
@@ -266,58 +398,19 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
     classes.emplace(*options.classes, volume.grid, a.grid(), options.threads);
     classes->mend(a, options.threads);
   }
-  if (std::none_of(a.body.voxels.begin(), a.body.voxels.end(), [](std::uint8_t v) { return v != 0; }))
+  if (!has_body(a))
     return failure("segmentation",
                    "no body is in the volume: nothing in it is denser than air over more than a few "
                    "centimetres (does it hold Hounsfield units?)");
   progress(0.45, "finding hips, shoulders and spine");
   const Trunk trunk = find_trunk(a);
-  progress(0.5, "following the limbs");
-  const Limbs limbs = trace_limbs(a, trunk);
-  Segmentation out;
-  find_limb_landmarks(a, trunk, limbs, out.landmarks);
-  find_trunk_landmarks(a, trunk, out.landmarks);
-  out.convention = options.convention;
-  put_given(options.given, out.landmarks);
-  if (options.convention != Convention::deleva1996) {
-    find_column_levels(a, trunk, out.landmarks);
-    seat_spine_joints(options.convention, out.landmarks);
-    put_given(options.given, out.landmarks);
-  }
-
-  progress(0.6, "parting bones");
-  bool by_hand = false;
-  auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
-  if (classes) {
-    bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
-    classes->find_joints(a, bones, out.landmarks, out.warnings);
-    for (const auto& list : {options.classes->warnings, classes->warnings()})
-      out.warnings.insert(out.warnings.end(), list.begin(), list.end());
-    put_given(options.given, out.landmarks);
-  } else if (!trunk.hip[0] && !trunk.shoulder[0] && !options.given.empty()) {
-    bones = seeds_by_landmarks(a, out.landmarks);
-    by_hand = std::any_of(bones.voxels.begin(), bones.voxels.end(), [](std::uint8_t v) { return v != 0; });
-  } else if (options.convention == Convention::bone) {
-    part_bones_at_joints(a, out.landmarks, trunk.scale, bones);
-    part_axial_bones(a, trunk, out.landmarks, bones);
-  }
-  progress(0.7, "parting soft tissue");
-  const auto owner = label_soft_tissue(a, bones, options.step);
-  find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
-  put_given(options.given, out.landmarks);
-  const PartPlanes planes(out.landmarks, options.convention);
-  progress(0.9, "cutting at the joints");
-  out.labels = label_voxels(volume, a, owner, planes, classes ? &*classes : nullptr, options.threads);
-  judge(a, owner, planes, out);
-  tell_what_is_not_parted(planes, out);
-  doubt_impossible_shares(out);
-  if (by_hand)
-    out.warnings.push_back(
-        "neither both hips nor both shoulders were found: parts are by the given landmarks alone");
-  else if (!trunk.hip[0] && !trunk.shoulder[0] && !classes)
-    out.warnings.push_back(
-        "neither both hips nor both shoulders are in view: no part could be told, and none is labelled");
-  warn(out);
+  if (!classes)  // they know better
+    for (const double size : other_sizes(a, trunk))
+      if (auto found = parts_at_size(volume, size, options, progress)) {
+        progress(1, "");
+        return *std::move(found);
+      }
+  Segmentation out = parts_of(volume, a, trunk, classes ? &*classes : nullptr, options, progress);
   progress(1, "");
   return out;
 }

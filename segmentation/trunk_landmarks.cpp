@@ -198,8 +198,9 @@ constexpr double vertex_to_neck = 242.9, neck_to_xiphion = 242.1, xiphion_to_omp
                  omphalion_to_hip = 145.7;
 constexpr double neck_to_hip = neck_to_xiphion + xiphion_to_omphalion + omphalion_to_hip;
 
-// highest point of the head, over the neck
-std::optional<Vector3d> find_vertex(const Anatomy& a, const Vector3d& neck, double scale) {
+// highest point of the head, over the neck; what is near an arm's bones is no head
+std::optional<Vector3d> find_vertex(const Anatomy& a, const Limbs& limbs, const Vector3d& neck,
+                                    double scale) {
   const auto& g = a.grid();
   for (std::int64_t k = g.size[2] - 1; k > 0; --k) {
     Vector3d sum = Vector3d::Zero();
@@ -208,6 +209,8 @@ std::optional<Vector3d> find_vertex(const Anatomy& a, const Vector3d& neck, doub
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         const Vector3d p = voxel_point(g, i, j, k);
         if (!a.body.at(i, j, k) || (p - neck).head<2>().norm() > 130 * scale) continue;
+        const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
+        if (owner == Limb::arm_left || owner == Limb::arm_right) continue;
         sum += p;
         ++count;
       }
@@ -227,7 +230,7 @@ double neck_above_shoulders(const Trunk& trunk) {
   return 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 68 * trunk.scale;
 }
 
-void find_neck(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
+void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   Landmark neck;
   double z = 0;
@@ -250,7 +253,7 @@ void find_neck(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
     }
   }
   if (!level_seen(a, z)) return;
-  if (const auto vertex = find_vertex(a, trunk.spine_at(z), trunk.scale)) {
+  if (const auto vertex = find_vertex(a, limbs, trunk.spine_at(z), trunk.scale)) {
     marks["vertex"] = {*vertex, 3, 0, "skin: highest point of the head"};
     if (neck.deviation > 15) {
       z = 0.5 * (z + (*vertex)[2] - vertex_to_neck * trunk.scale);
@@ -266,10 +269,10 @@ void find_neck(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
 
 }  // namespace
 
-void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
+void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   const bool hips = trunk.hip[0] && trunk.hip[1];
   if (hips) find_asis(a, trunk, marks);
-  find_neck(a, trunk, marks);
+  find_neck(a, trunk, limbs, marks);
   const auto neck = marks.find("neck");
   const bool has_neck = neck != marks.end(), shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   if (!hips && !shoulders) return;

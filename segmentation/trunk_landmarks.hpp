@@ -4,6 +4,7 @@
 
 #include "segmentation/anatomy.hpp"
 #include "segmentation/landmarks.hpp"
+#include "segmentation/limbs.hpp"
 #include "segmentation/trunk.hpp"
 
 namespace borelli {
@@ -11,6 +12,7 @@ namespace borelli {
 /// Adds neck, cervicale, vertex, suprasternale, xiphion, omphalion, asis_*, spine_upper and spine_lower where
 /// the scan holds their levels. What bone or skin does not show is placed by proportion, and its source says
 /// so.
-void find_trunk_landmarks(const Anatomy& anatomy, const Trunk& trunk, Landmarks& landmarks);
+void find_trunk_landmarks(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs,
+                          Landmarks& landmarks);
 
 }  // namespace borelli
