@@ -164,13 +164,30 @@ def check_histogram(browser, width):
         expect(abs(line - pixels(hu)) < 1.5, f"at {width} pixels the threshold of {hu} HU lies at {line}, not {pixels(hu)}")
 
 
+def check_masses(browser, width):
+    """Each bar bears its standard deviation, 0.5 % of the body's mass (report_test.cpp), to either side of its end."""
+    bars = browser.run("""[...document.querySelectorAll('figure.mass-chart svg[role=img] > g')].map(row => {
+      const bar = row.querySelector('rect').getBoundingClientRect(), error = row.querySelector('.error-bar .core').getBoundingClientRect();
+      return [row.querySelector('title').textContent, bar.left, bar.right, error.left, error.right]; })""")
+    ticks = browser.run("""[...document.querySelectorAll('.masses text.tick')].filter(t => /^[0-9.]+$/.test(t.textContent))
+      .map(t => [Number(t.textContent), t.getBoundingClientRect()]).map(([v, b]) => [v, (b.left + b.right) / 2])""")
+    percent = (ticks[-1][1] - ticks[0][1]) / (ticks[-1][0] - ticks[0][0])
+    expect(len(bars) == 16, f"at {width} pixels there are {len(bars)} bars")
+    for title, left, right, low, high in bars:
+        share = float(title.split(": ")[1].split(" ")[0])
+        expect(abs(right - left - share * percent) < 1, f"at {width} pixels the bar of '{title}' is {right - left} long")
+        expect(abs(high - (right + 0.5 * percent)) < 2 and abs(low - max(left, right - 0.5 * percent)) < 2,
+               f"at {width} pixels the error bar of '{title}' runs from {low} to {high}, its bar ends at {right}")
+        expect("± 0.25 kg" in title, f"'{title}' does not say its deviation")
+
+
 def check_words(browser):
     expect(browser.run("document.querySelector('h1').children.length") == 0, "the subject's name became markup")
     expect("</script><b id=x>" in browser.run("document.querySelector('h1').textContent"), "the subject's name is not whole")
     for id in ("body", "inertia", "scan", "motion", "run"):
         expect(browser.run(f"document.querySelector('section#{id} h2') !== null"), f"the section '{id}' is missing")
     expect(browser.run("document.querySelectorAll('#panel-mass tbody tr').length") == 16, "the table has not 16 rows")
-    expect(browser.run("document.querySelectorAll('.masses g').length") == 16, "the chart has not 16 bars")
+    expect(browser.run("document.querySelectorAll('.masses[role=img] > g').length") == 16, "the chart has not 16 bars")
     expect(browser.run("document.querySelectorAll('#motion .uplot').length") == 3, "not three charts (energy, drift, multipliers)")
     # a capsule's gravity centre is at 50 % of its length; de Leva (1996), table 4, male shank KJC-AJC: 43.95 %;
     # Dumas et al. (2007), table 2, male shank: 41.0 %
@@ -199,6 +216,7 @@ def check_layout(browser, page, width, **media):
     wide = browser.run("document.documentElement.scrollWidth")
     expect(wide <= width, f"at {width} pixels the page is {wide} wide")
     check_histogram(browser, width)
+    check_masses(browser, width)
     over = browser.run("(box => box.scrollWidth - box.clientWidth)(document.querySelector('.joints-view .scroll'))")
     expect(over <= 0 or width < 420, f"at {width} pixels the joints' table is {over} too wide")
     for selector in ("h1", ".source", ".facts dt", ".warnings li", ".help", ".numbers tbody th", ".difference",

@@ -8,6 +8,7 @@
 #include <zlib.h>
 
 #include <cstdlib>
+#include <set>
 
 #include "pipeline/glb.hpp"
 #include "pipeline/thumbnail.hpp"
@@ -160,6 +161,29 @@ TEST_F(Report, CountsTheGreyValues) {
   EXPECT_TRUE(json::parse(script(page(inputs()), "report"))["histogram"]["tissues"].empty());
 }
 
+TEST_F(Report, DrawsThePlanesOfTheConventionThatWasUsed) {
+  const auto cuts_after = [&](const char* convention) {
+    ReportInputs in = inputs();
+    in.segmentation = {{"convention", convention}};
+    return json::parse(script(page(in), "report"))["cuts"];
+  };
+  const auto joints_of = [](const json& cuts) {
+    std::set<std::string> names;
+    for (const auto& line : cuts["lines"]) names.insert(line["joint"]);
+    return names;
+  };
+  // the left thigh's label ends upwards with its capsule, at 850 + 72 mm; Dempster's plane runs through the
+  // joint centre, de Leva's through the ASIS, which is not among these landmarks
+  joints["hip_left"].point = {85, 0, 918};
+  EXPECT_EQ(joints_of(cuts_after("dempster")).count("hip_left"), 1u);
+  EXPECT_EQ(joints_of(cuts_after("dempster")).count("elbow_left"), 1u);
+  EXPECT_EQ(joints_of(cuts_after("deleva1996")).count("hip_left"), 0u);
+  EXPECT_EQ(joints_of(cuts_after("deleva1996")).count("elbow_left"), 1u);
+  EXPECT_EQ(cuts_after("dempster")["convention"], "dempster");
+  EXPECT_EQ(cuts_after("bone"), (json{{"convention", "bone"}, {"lines", json::array()}}));
+  EXPECT_TRUE(cuts_after("after my own head").is_null());
+}
+
 TEST_F(Report, LongMotionsAreThinnedForTheCurves) {
   motion = capsule_motion(20'000);
   const json data = json::parse(script(page(inputs()), "report"));
@@ -186,7 +210,10 @@ TEST_F(Report, DrawsItselfInABrowser) {
   fs::create_directories(folder);
   motion.multiplier_names = {"grip[0]", "grip[1]"};
   motion.multipliers = Rows::Constant(std::ssize(motion.times), 2, 5);
-  ASSERT_TRUE(write_report(inputs(), folder / "full.html"));
+  ReportInputs full = inputs();
+  for (json& part : full.table["parts"])
+    part["deviations"] = {{"mass_kg", {{"total", 0.25}}}, {"mass_pct", {{"total", 0.5}}}};
+  ASSERT_TRUE(write_report(full, folder / "full.html"));
   ReportInputs little;
   little.subject = "little";
   little.labels = &scan.labels;

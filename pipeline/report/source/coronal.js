@@ -5,8 +5,12 @@ import { fixed, h, partTitle } from './dom.js';
 const besideTable = 812;
 const jointTableWidth = 560;
 
-// the conventions of segmentation/convention.hpp that cut by planes
-const conventions = { deleva1996: 'de Leva (1996)', dempster: 'Dempster (1955)' };
+// the conventions of segmentation/convention.hpp
+const conventions = {
+  deleva1996: '; its parts are cut after de Leva (1996)',
+  dempster: '; its parts are cut after Dempster (1955)',
+  bone: '; no plane cuts its parts: each place follows its bone',
+};
 
 /**
  * The scan summed from front to back, like a radiograph, with the parts' shadows, the joint centres and the planes
@@ -16,7 +20,7 @@ export function makeCoronal(volume, parts, joints, cuts) {
   const [nx, , nz] = volume.size;
   const canvas = h('canvas', {
     role: 'img',
-    'aria-label': `The scan summed from front to back with the joint centres${cuts ? ' and the cut planes' : ''}`,
+    'aria-label': `The scan summed from front to back with the joint centres${cuts?.lines.length ? ' and the cut planes' : ''}`,
   });
   const drawing = h('svg', { 'aria-hidden': 'true' });
   const frame = h('div', { class: 'coronal-sum' }, canvas, drawing);
@@ -45,21 +49,20 @@ export function makeCoronal(volume, parts, joints, cuts) {
       ...jointMarks(joints, place, { width, height, margin }),
     );
   };
-  const convention = cuts ? (conventions[cuts.convention] ?? cuts.convention) : '';
   const element = h(
     'figure',
     {},
     h(
       'figcaption',
       {},
-      `The scan summed from front to back, coloured by part${cuts ? `; its parts are cut after ${convention}` : ''}`,
+      `The scan summed from front to back, coloured by part${conventions[cuts?.convention] ?? ''}`,
     ),
     frame,
     h(
       'p',
       { class: 'key coronal-key' },
       keyOf(h('circle', { class: 'joint', cx: 11, cy: 8, r: 4.5 }), 'joint centre'),
-      cuts ? keyOf(cutLine('M2 11L20 5'), 'cut plane') : null,
+      cuts?.lines.length ? keyOf(cutLine('M2 11L20 5'), 'cut plane') : null,
     ),
   );
   return { element, redraw: draw };

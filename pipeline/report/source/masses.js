@@ -9,6 +9,15 @@ const marks = [
       h('path', { class: 'mark filled', d: `M${x} ${y - 6} L${x + 6} ${y} L${x} ${y + 6} L${x - 6} ${y} Z` }),
   },
   { key: 'dumas', draw: (x, y) => h('circle', { class: 'mark open', cx: x, cy: y, r: 4.6 }) },
+  {
+    key: 'winter',
+    draw: (x, y) => h('rect', { class: 'mark open', x: x - 4, y: y - 4, width: 8, height: 8 }),
+  },
+  {
+    key: 'zatsiorsky',
+    draw: (x, y) =>
+      h('path', { class: 'mark filled', d: `M${x} ${y - 5.5} L${x + 5.5} ${y + 4.5} L${x - 5.5} ${y + 4.5} Z` }),
+  },
 ];
 
 /** `rows` as rowsOf() gives them, `names` the published tables' titles, `whole` what the percents are of. */
@@ -22,11 +31,12 @@ export function makeMassChart(rows, names, whole) {
     const width = drawing.parentElement?.clientWidth ?? 0;
     if (width === 0) return;
     const left = 132;
-    const right = 66;
+    const roomy = width > 520; // for a value's deviation in words
+    const right = roomy && rows.some(hasDeviation) ? 112 : 66;
     const used = marks.filter(({ key }) => rows.some((row) => Number.isFinite(row.published[key]?.mass)));
     const largest = Math.max(
       1,
-      ...rows.flatMap((r) => [r.share || 0, ...used.map(({ key }) => r.published[key]?.mass || 0)]),
+      ...rows.flatMap((r) => [(r.share || 0) + (r.shareDeviation || 0), ...used.map(({ key }) => r.published[key]?.mass || 0)]),
     );
     const step = [0.5, 1, 2, 5, 10, 20].find((s) => largest / s <= 8) ?? 20;
     const high = Math.ceil((largest * 1.02) / step) * step;
@@ -38,7 +48,7 @@ export function makeMassChart(rows, names, whole) {
     drawing.replaceChildren(
       cutPattern(),
       ...axisOf(x, high, step, height, whole),
-      ...rows.flatMap((row, i) => barOf(row, i, x, used, width)),
+      ...rows.flatMap((row, i) => barOf(row, i, x, used, names, width, roomy)),
     );
   };
   const holder = h('div', {}, drawing);
@@ -52,6 +62,14 @@ export function makeMassChart(rows, names, whole) {
       .map(({ key: k, draw: mark }) =>
         h('span', {}, h('svg', { width: 14, height: 14, 'aria-hidden': 'true' }, mark(7, 7)), names[k] ?? k),
       ),
+    rows.some(hasDeviation)
+      ? h(
+          'span',
+          {},
+          h('svg', { class: 'masses', width: 26, height: 14, 'aria-hidden': 'true' }, errorBar(3, 23, 7)),
+          'its standard deviation to either side',
+        )
+      : null,
     rows.some((r) => r.completeness === 'cut')
       ? h('span', {}, h('span', { class: 'swatch hatched' }), 'cut off by the scan')
       : null,
@@ -67,6 +85,19 @@ export function makeMassChart(rows, names, whole) {
     draw,
   };
 }
+
+const hasDeviation = (row) => Number.isFinite(row.share) && row.shareDeviation > 0;
+
+/** A bar with ends from x1 to x2, in a casing that parts it from the bar below. */
+const errorBar = (x1, x2, y) => {
+  const path = `M${x1} ${y}H${x2}M${x1} ${y - 3}V${y + 3}M${x2} ${y - 3}V${y + 3}`;
+  return h(
+    'g',
+    { class: 'error-bar' },
+    h('path', { class: 'casing', d: path }),
+    h('path', { class: 'core', d: path }),
+  );
+};
 
 const cutPattern = () =>
   h(
@@ -102,14 +133,15 @@ function axisOf(x, high, step, height, whole) {
 
 const significantShare = (share) => String(Number(share.toFixed(2)));
 
-function barOf(row, index, x, used, width) {
+function barOf(row, index, x, used, names, width, roomy) {
   const y = 6 + index * rowHeight;
   const middle = y + rowHeight / 2 - 1;
   const known = Number.isFinite(row.share);
-  const value = known ? `${fixed(row.share, 2)} %` : row.completeness === 'absent' ? 'absent' : '–';
+  const spread = roomy && hasDeviation(row) ? ` ± ${fixed(row.shareDeviation, 2)}` : '';
+  const value = known ? `${fixed(row.share, 2)}${spread} %` : row.completeness === 'absent' ? 'absent' : '–';
   const said = used
     .map(({ key }) =>
-      Number.isFinite(row.published[key]?.mass) ? `, ${key} ${fixed(row.published[key]?.mass, 2)} %` : '',
+      Number.isFinite(row.published[key]?.mass) ? `, ${names[key] ?? key} ${fixed(row.published[key]?.mass, 2)} %` : '',
     )
     .join('');
   return [
@@ -119,7 +151,7 @@ function barOf(row, index, x, used, width) {
       h(
         'title',
         {},
-        `${partTitle(row.name)}: ${value}${said}${known ? `, ${significant(row.mass, 4)} kg` : ''}`,
+        `${partTitle(row.name)}: ${value}${said}${known ? `, ${significant(row.mass, 4)}${row.massDeviation > 0 ? ` ± ${significant(row.massDeviation, 2)}` : ''} kg` : ''}`,
       ),
       h('text', { class: 'row-name', x: 122, y: middle + 4, 'text-anchor': 'end' }, partTitle(row.name)),
       known
@@ -141,6 +173,13 @@ function barOf(row, index, x, used, width) {
             rx: 2,
             fill: 'url(#cut)',
           })
+        : null,
+      hasDeviation(row)
+        ? errorBar(
+            x(Math.max(0, row.share - row.shareDeviation)),
+            x(row.share + row.shareDeviation),
+            middle + 7, // clear of the published marks
+          )
         : null,
       used.map(({ key, draw }) =>
         Number.isFinite(row.published[key]?.mass) ? draw(x(row.published[key]?.mass), middle) : null,

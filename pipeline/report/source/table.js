@@ -1,11 +1,16 @@
 // The inertia table beside published ones, in four views that print one below the other.
 import { fixed, h, partTitle, signed } from './dom.js';
 
-const tables = { deleva: ['deleva1996', 'de Leva (1996)'], dumas: ['dumas2007', 'Dumas et al. (2007)'] };
+const tables = {
+  deleva: ['deleva1996', 'de Leva (1996)'],
+  dumas: ['dumas2007', 'Dumas et al. (2007)'],
+  winter: ['winter2009', 'Dempster after Winter (2009)'],
+  zatsiorsky: ['zatsiorsky2002', 'Zatsiorsky (2002)'],
+};
 
 /**
  * The rows of inertia/table.json (inertia/table_file.hpp) as the page uses them, in the order of report.parts:
- * {name, colour, completeness, mass (kg), share (%), volume (l), centre (mm), tensor, anatomical, principal, frame,
+ * {name, colour, completeness, mass (kg), massDeviation, share (%), shareDeviation, volume (l), centre (mm), tensor, anatomical, principal, frame,
  * length (mm), centreShare (%), radii (% about x, y, z), notes, confidence, published: {deleva, dumas: {mass, centreShare,
  * radii, whyNot}}}.
  */
@@ -23,7 +28,9 @@ export function rowsOf(report) {
         colour,
         completeness: e.completeness,
         mass: e.mass_kg,
+        massDeviation: e.deviations?.mass_kg?.total,
         share: d.mass_pct,
+        shareDeviation: e.deviations?.mass_pct?.total,
         volume: scaled(e.volume_m3, 1e3),
         centre: e.centre_m?.map((c) => c * 1e3),
         tensor: e.tensor_kgm2,

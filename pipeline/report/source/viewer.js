@@ -139,7 +139,7 @@ function scan(report, grey, labels, redraws) {
     const coronal = makeCoronal(volume, shown, report.joints, report.cuts);
     redraws.push(coronal.redraw);
     content.push(
-      h('h3', {}, report.cuts ? 'Joint centres and cut planes' : 'Joint centres'),
+      h('h3', {}, report.cuts?.lines.length ? 'Joint centres and cut planes' : 'Joint centres'),
       h(
         'div',
         { class: 'joints-view' },
@@ -153,6 +153,7 @@ function scan(report, grey, labels, redraws) {
     redraws.push(chart.draw);
     content.push(h('h3', {}, 'Grey values'), chart.element);
   }
+  const face = { taken: ' The face was taken away.', hidden: ' Grey values outside the labelled parts are left out.' };
   const step = fixed(volume.step, 1);
   return section(
     'scan',
@@ -160,7 +161,7 @@ function scan(report, grey, labels, redraws) {
     h(
       'p',
       { class: 'quiet' },
-      `Shown at ${step} mm. Drag in a picture to move the other two. As radiologists look: the patient’s right is on the left.`,
+      `Shown at ${step} mm. Drag in a picture to move the other two. As radiologists look: the patient’s right is on the left.${face[report.face] ?? ''}`,
     ),
     content,
   );
