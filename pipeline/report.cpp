@@ -10,6 +10,7 @@
 
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/cut_lines.hpp"
+#include "pipeline/deface.hpp"
 #include "pipeline/glb.hpp"
 #include "pipeline/histogram.hpp"
 #include "pipeline/palette.hpp"
@@ -160,19 +161,32 @@ json joints_of(const Landmarks& landmarks) {
   return list;
 }
 
-/// The planes by which the parts were cut, as lines in the picture from the front; null where none of them
-/// shows.
+/// The planes by which the parts were cut, as lines in the picture from the front; null where the convention
+/// is none of ours, or none of its planes shows.
 json cuts_of(const ReportInputs& inputs, const Thumbnail& copy) {
   if (!inputs.labels || !inputs.landmarks) return nullptr;
-  std::string convention = "deleva1996";
-  if (inputs.segmentation.is_object()) convention = inputs.segmentation.value("convention", convention);
+  std::string name = "deleva1996";
+  if (inputs.segmentation.is_object()) name = inputs.segmentation.value("convention", name);
+  const auto known = convention(name);
+  if (!known) return nullptr;
   json lines = json::array();
-  const auto by = borelli::convention(convention);
-  if (!by) return nullptr;  // labels that others cut
-  for (const CutLine& line : cut_lines(copy, inputs.labels->names, cut_planes(*inputs.landmarks, *by)))
+  for (const CutLine& line : cut_lines(copy, inputs.labels->names, cut_planes(*inputs.landmarks, *known)))
     lines.push_back({{"joint", line.joint}, {"from", vector_of(line.from)}, {"to", vector_of(line.to)}});
-  if (lines.empty()) return nullptr;
-  return {{"convention", convention}, {"lines", lines}};
+  if (lines.empty() && *known != Convention::bone) return nullptr;
+  return {{"convention", name}, {"lines", lines}};
+}
+
+/// Takes the face out of the copy, and says in a word how: "taken" with the front of the head; "hidden" where
+/// no head was found, so that the copy shows no more than labelled parts.
+const char* take_face(const ReportInputs& inputs, Thumbnail& copy) {
+  const auto cut = inputs.labels
+                       ? face_cut(*inputs.labels, inputs.landmarks ? *inputs.landmarks : Landmarks())
+                       : std::nullopt;
+  if (cut)
+    deface(copy, *cut);
+  else
+    keep_labelled(copy);
+  return cut ? "taken" : "hidden";
 }
 
 /// Curves of at most some 1500 points, the trajectory's own samples.
@@ -245,6 +259,7 @@ Result<std::string> report_page(const ReportInputs& inputs) {
   Thumbnail copy;
   if (inputs.grey || inputs.labels) {
     copy = thumbnail(inputs.grey, inputs.labels);
+    if (inputs.deface) report["face"] = take_face(inputs, copy);
     report["volume"] = {{"size", copy.size},
                         {"spacing", copy.spacing},
                         {"origin", vector_of(copy.origin)},

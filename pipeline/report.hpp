@@ -35,7 +35,9 @@ struct ReportInputs {
   nlohmann::json table;                  ///< the inertia table as inertia/table.json has it; null: none
   const Trajectory* trajectory = nullptr;
   std::string_view glb;  ///< bytes of body.glb; empty: no player
-  nlohmann::json run;    ///< run.json as far as it stands
+  /// Take the face out of the scan's copy (deface.hpp); the surface in `glb` is the caller's to make without.
+  bool deface = false;
+  nlohmann::json run;  ///< run.json as far as it stands
   std::vector<ReportFile> files;
 };
 

@@ -7,6 +7,7 @@
 #include "dynamics/simulate.hpp"
 #include "inertia/table_file.hpp"
 #include "pipeline/certificate_report.hpp"
+#include "pipeline/deface.hpp"
 #include "pipeline/display.hpp"
 #include "pipeline/folder_lock.hpp"
 #include "pipeline/given_labels.hpp"
@@ -159,6 +160,8 @@ class Run {
  private:
   fs::path file(const std::string& name) const { return settings_.folder / name; }
   Result<Segmentation> part_scan(const GreyVolume& volume, const SegmentOptions& options);
+  Result<void> take_face(std::vector<Mesh>& meshes, const LabelMap& labels, const Landmarks& landmarks,
+                         Warnings& warnings) const;
   Result<json> hand_on(const Segmentation& found, const ScannedVolume& scan);
 
   const RunSettings& settings_;
@@ -344,12 +347,25 @@ Result<json> Run::move(const Progress& progress) {
   return answer;
 }
 
+Result<void> Run::take_face(std::vector<Mesh>& meshes, const LabelMap& labels, const Landmarks& landmarks,
+                            Warnings& warnings) const {
+  const auto cut = face_cut(labels, landmarks);
+  if (cut) return deface(meshes, labels, *cut, {1e-3 * settings_.mesh_tolerance_mm, settings_.threads, {}});
+  warnings.emplace_back(no_face_found);
+  return {};
+}
+
 Result<json> Run::make_meshes(const Progress& progress) {
   const auto segmentation = data_.segmentation();
   if (!segmentation) return tl::unexpected(segmentation.error());
   auto meshes =
       part_meshes((*segmentation)->labels, {1e-3 * settings_.mesh_tolerance_mm, settings_.threads, progress});
   if (!meshes) return tl::unexpected(meshes.error());
+  Warnings warnings;
+  if (settings_.deface) {
+    if (auto done = take_face(*meshes, (*segmentation)->labels, (*segmentation)->landmarks, warnings); !done)
+      return tl::unexpected(done.error());
+  }
   std::error_code ignored;
   fs::remove_all(file("mesh"), ignored);  // of parts that an earlier run found and this one does not
   const auto written = write_meshes(file("mesh"), *meshes);
@@ -359,7 +375,7 @@ Result<json> Run::make_meshes(const Progress& progress) {
   json files = json::array();
   for (const fs::path& path : *written) files.push_back(path.lexically_relative(settings_.folder).string());
   data_.keep(std::move(*meshes));
-  return json{{"triangles", counts}, {"files", files}};
+  return json{{"triangles", counts}, {"files", files}, {"warnings", warnings}};
 }
 
 Result<json> Run::make_glb() {
@@ -428,6 +444,7 @@ Result<json> Run::write_page(const json& record) {
   page.trajectory = *trajectory;
   page.glb = *body;
   page.run = record;
+  page.deface = settings_.deface;
   page.files = report_files(settings_.folder);
   auto written =
       write_whole(file("report.html"), [&](const fs::path& beside) { return write_report(page, beside); });
@@ -454,6 +471,7 @@ json settings_of(const RunSettings& s) {
           {"tolerance", s.tolerance},
           {"step", s.step ? json(*s.step) : json()},
           {"mesh_tolerance_mm", s.mesh_tolerance_mm},
+          {"deface", s.deface},
           {"allow_untrusted", s.untrusted_is_fine},
           {"leap",
            {{"flight_time", s.leap.flight_time},
@@ -505,8 +523,11 @@ std::vector<Stage> stages_of(Run& run, const RunSettings& settings) {
                     pick(all, {"allow_untrusted"}),
                     {"motion/trajectory.h5", "motion/trajectory.csv"},
                     shown(&Run::move, run)});
-  stages.push_back(
-      {"mesh", {"segmentation"}, pick(all, {"mesh_tolerance_mm"}), {}, shown(&Run::make_meshes, run)});
+  stages.push_back({"mesh",
+                    {"segmentation"},
+                    pick(all, {"mesh_tolerance_mm", "deface"}),
+                    {},
+                    shown(&Run::make_meshes, run)});
   stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(&Run::make_glb, run)});
   stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(&Run::draw_picture, run)});
   stages.push_back({"report",

@@ -39,6 +39,7 @@ struct RunSettings {
   double tolerance = 1e-6;                ///< of the integrator, where it chooses its steps
   std::optional<double> step;             ///< fixed, or the first one tried, s; none: the scene's default
   double mesh_tolerance_mm = 1;
+  bool deface = false;             ///< meshes, picture and report show no face (deface.hpp)
   bool untrusted_is_fine = false;  ///< go on with a motion whose certificate says untrusted
   Leap leap;
   int threads = 0;

@@ -4,7 +4,11 @@
 #include <filesystem>
 #include <optional>
 
+#include "inertia/table_file.hpp"
+#include "pipeline/deface.hpp"
+#include "pipeline/glb.hpp"
 #include "pipeline/report.hpp"
+#include "pipeline/skeleton.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
@@ -19,6 +23,7 @@ using nlohmann::json;
 
 struct Asked {
   std::string folder, volume, quantity, subject;
+  bool deface = false;
 };
 
 /// What the folder holds. The report's inputs point into it.
@@ -103,6 +108,43 @@ Result<void> read_folder(const Asked& asked, Found& found) {
   return {};
 }
 
+/// The body's surface as found.glb has it, made anew from the labels without the face.
+Result<std::string> body_without_face(const Found& found, const fs::path& folder, const FaceCut& cut) {
+  const auto table = read_table(folder / "inertia/table.json");
+  if (!table) return tl::unexpected(table.error());
+  MeshOptions options;
+  if (const auto& run = found.inputs.run; run.is_object() && run.contains("settings"))
+    options.tolerance = 1e-3 * run["settings"].value("mesh_tolerance_mm", 1e3 * options.tolerance);
+  auto meshes = part_meshes(*found.labels, options);
+  if (!meshes) return tl::unexpected(meshes.error());
+  if (const auto done = deface(*meshes, *found.labels, cut, options); !done)
+    return tl::unexpected(done.error());
+  std::vector<std::string> said_by_the_scene;
+  const ScanPoses X_WS = scan_poses(movable_parts(*table, said_by_the_scene), *found.landmarks);
+  return glb(*meshes, X_WS, found.motion->trajectory, {found.inputs.subject});
+}
+
+/// As --deface asks: no face in the scan's copy, nor in the moving body, which is left out where it cannot be
+/// made anew.
+Result<void> show_no_face(Found& found, const fs::path& folder) {
+  found.inputs.deface = true;
+  const bool whole = found.labels && found.landmarks && found.motion && !found.inputs.table.is_null();
+  const auto cut =
+      found.labels ? face_cut(*found.labels, found.landmarks ? *found.landmarks : Landmarks()) : std::nullopt;
+  if (!cut) found.warnings.emplace_back(no_face_found);
+  if (found.glb.empty() || (found.labels && !cut)) return {};
+  if (whole) {
+    if (auto kept = keep(found.glb, body_without_face(found, folder, *cut)); !kept) return kept;
+  } else {
+    found.glb.clear();
+    found.warnings.emplace_back(
+        "the report shows no moving body: without labels, landmarks, table and trajectory it cannot be made "
+        "without its face");
+  }
+  found.inputs.glb = found.glb;
+  return {};
+}
+
 Result<json> run(const Asked& asked, const Command& command) {
   const fs::path folder = asked.folder;
   if (!fs::is_directory(folder)) return bad_use(asked.folder, "no such folder; expected that of a run");
@@ -110,6 +152,8 @@ Result<json> run(const Asked& asked, const Command& command) {
   if (auto fine = check_writable(path); !fine) return tl::unexpected(fine.error());
   Found found;
   if (const auto read = read_folder(asked, found); !read) return tl::unexpected(read.error());
+  if (asked.deface)
+    if (const auto done = show_no_face(found, folder); !done) return tl::unexpected(done.error());
   const auto& in = found.inputs;
   if (!in.labels && !in.trajectory && in.table.is_null() && in.glb.empty())
     return bad_use(asked.folder,
@@ -132,6 +176,7 @@ void add_report(CLI::App& program, Command& command) {
   verb->add_option("--quantity", asked->quantity,
                    "What its voxels hold: hu, density_kgm3, density_gcm3, labels, mr");
   verb->add_option("--subject", asked->subject, "The report's title (by default the folder's name)");
+  verb->add_flag("--deface", asked->deface, "Take the face out of what the page shows");
   verb->callback(
       [&command, asked] { command.work = [asked](const Command& chosen) { return run(*asked, chosen); }; });
 }

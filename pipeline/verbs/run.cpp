@@ -151,6 +151,8 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--damping-ratio", s.leap.damping_ratio, "Of the passive joints")
       ->check(number_within(0.0, 10.0))
       ->capture_default_str();
+  verb->add_flag("--deface", s.deface,
+                 "Take the face out of meshes, picture and report (not out of the labels)");
   verb->add_flag("--allow-untrusted", s.untrusted_is_fine,
                  "Go on with a motion that its certificate does not trust");
   verb->callback([&command, asked, verb] {

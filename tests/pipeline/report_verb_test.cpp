@@ -53,6 +53,14 @@ struct ReportVerb : testing::Test {
     answer = json::parse(run.out, nullptr, false);
     said = run.err;
   }
+  /// The packed block of the page with this name; empty: it has none.
+  std::string page_block(const std::string& name) {
+    const std::string page = read_whole(folder / "report.html").value_or("");
+    const auto tag = page.find("id=\"block-" + name + "\"");
+    if (tag == std::string::npos) return {};
+    const auto from = page.find('>', tag) + 1;
+    return page.substr(from, page.find("</script>", from) - from);
+  }
   json data() {
     const std::string page = read_whole(folder / "report.html").value_or("");
     const auto from = page.find('>', page.find("id=\"report\"")) + 1;
@@ -90,6 +98,41 @@ TEST_F(ReportVerb, DoesWithoutAScanThatIsGone) {
   EXPECT_NE(said.find("scan.nii.gz is no longer there"), std::string::npos);
   EXPECT_EQ(data()["source"]["quantity"], "labels");
   EXPECT_EQ(data()["subject"], "Another name");
+}
+
+TEST_F(ReportVerb, TakesTheFaceAway) {
+  write_run();
+  run();
+  ASSERT_EQ(exit_code, 0) << said;
+  const json before = data();
+  EXPECT_FALSE(before.contains("face"));
+  const std::string whole = page_block("body"), labels = page_block("labels");
+  run("--deface");
+  ASSERT_EQ(exit_code, 0) << said;
+  EXPECT_TRUE(said.empty()) << said;
+  json after = data();
+  EXPECT_EQ(after["face"], "taken");
+  EXPECT_NE(page_block("body"), whole);
+  EXPECT_NE(page_block("labels"), labels);
+  for (const char* same : {"table", "histogram", "joints", "motion", "segmentation", "files", "volume"})
+    EXPECT_EQ(after[same], before[same]) << same;
+
+  fs::remove(folder / "segmentation/landmarks.json");  // without them nobody knows where solids were scanned
+  run("--deface");
+  ASSERT_EQ(exit_code, 0) << said;
+  EXPECT_EQ(data()["face"], "taken");
+  EXPECT_EQ(page_block("body"), "");
+  EXPECT_NE(said.find("shows no moving body"), std::string::npos) << said;
+}
+
+TEST_F(ReportVerb, SaysWhenThereIsNoFaceToTake) {
+  for (auto& voxel : scan.labels.voxels)
+    if (voxel == part_label("head")) voxel = 0;
+  write_run();
+  run("--deface");
+  ASSERT_EQ(exit_code, 0) << said;
+  EXPECT_EQ(data()["face"], "hidden");
+  EXPECT_NE(said.find("no head was found"), std::string::npos) << said;
 }
 
 TEST_F(ReportVerb, RefusesWhatItCannotDraw) {

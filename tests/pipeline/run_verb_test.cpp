@@ -14,6 +14,7 @@
 #include <sstream>
 #include <thread>
 
+#include "pipeline/mesh_file.hpp"
 #include "pipeline/whole_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
@@ -132,6 +133,35 @@ TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
     EXPECT_EQ(after["stages"][n]["key"], before["stages"][n]["key"]);
 
   EXPECT_EQ(stages_done(run + " --force"), all);
+}
+
+TEST_F(RunVerb, DefacedItShowsNoFaceAndMeasuresTheSame) {
+  const std::string scan_file = path("scan.mhd");
+  stages_done(scan_file + words());
+  const auto kept = [&](const char* name) { return read_whole(result(name)).value_or(name); };
+  std::map<std::string, std::string> before;
+  for (const char* name :
+       {"inertia/table.json", "inertia/table.csv", "segmentation/labels.nii.gz", "motion/trajectory.csv",
+        "mesh/upper_trunk.stl", "mesh/head.stl", "mesh/head.vtp", "body.glb", "report.html"})
+    before[name] = kept(name);
+  EXPECT_EQ(stages_done(scan_file + words() + " --deface"), (Names{"mesh", "glb", "report"}));
+  for (const auto& [name, bytes] : before) {
+    const bool shows_the_head = name.starts_with("mesh/head") || name == "body.glb" || name == "report.html";
+    EXPECT_EQ(kept(name.c_str()) != bytes, shows_the_head) << name;
+  }
+  // the phantom looks ahead along -y: what is left of its head ends well behind where its face was
+  const auto foremost = [](const Mesh& mesh) {
+    float least = 1e9F;
+    for (const auto& point : mesh.points) least = std::min(least, point.y());
+    return 1e3F * least;
+  };
+  folder.write("head.vtp", before["mesh/head.vtp"]);
+  const auto whole = read_vtp(path("head.vtp")), left = read_vtp(result("mesh/head.vtp").string());
+  ASSERT_TRUE(whole && left);
+  EXPECT_GT(foremost(*left), foremost(*whole) + 30);  // 0.22 of a head's depth of some 190 mm, less a voxel
+  EXPECT_NE(kept("settings.toml").find("deface = true"), std::string::npos);
+  EXPECT_EQ(stages_done(scan_file + words()), (Names{"mesh", "glb", "report"}));  // and back
+  EXPECT_EQ(kept("mesh/head.stl"), before["mesh/head.stl"]);
 }
 
 TEST_F(RunVerb, WhatAUserEditedIsKeptAndUsed) {
