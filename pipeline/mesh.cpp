@@ -11,8 +11,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <mutex>
 #include <new>
+#include <numeric>
 #include <thread>
 
 #include "pipeline/decimate.hpp"
@@ -215,13 +217,18 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
     all += boxes[label].voxels;
   }
 
-  // parts do not depend on each other; each thread takes the next one that is left
+  // parts do not depend on each other; each thread takes the next one that is left, large ones first, so that
+  // none is alone with one in the end
   std::vector<Mesh> meshes(present.size());
+  std::vector<std::size_t> order(present.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::greater(), [&](std::size_t n) { return boxes[present[n]].voxels; });
   std::atomic<std::size_t> next = 0, done = 0;
   std::mutex telling;
   std::atomic<bool> out_of_memory = false;
   const auto make = [&] {
-    for (std::size_t n = next++; n < present.size(); n = next++) {
+    for (std::size_t m = next++; m < present.size(); m = next++) {
+      const std::size_t n = order[m];
       const Box& box = boxes[present[n]];
       meshes[n] = part_mesh(labels, present[n], box, options.tolerance);
       const std::lock_guard lock(telling);

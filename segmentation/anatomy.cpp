@@ -39,6 +39,7 @@ void measure_depths(Anatomy& a, int threads) {
 Anatomy look(const GreyVolume& volume, double step, int threads) {
   Anatomy a;
   a.source = &volume;
+  a.threads = threads;
   a.scan = resampled(volume, step, threads);
   a.body = body_mask(a.scan);
   a.bone = bone_mask(a.scan, a.body);

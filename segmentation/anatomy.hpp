@@ -13,6 +13,7 @@ namespace borelli {
 
 struct Anatomy {
   const GreyVolume* source = nullptr;  ///< the scan itself, for close-ups; outlives this
+  int threads = 0;  ///< that steps may share their work among; 0: as many as the machine has
   WorkVolume scan;
   Mask body;
   Mask bone;

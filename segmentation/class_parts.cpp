@@ -97,7 +97,7 @@ std::optional<Landmark> head_of(const Anatomy& a, const std::vector<Vector3d>& s
   const auto rough = sphere_through(surface);
   if (!rough || rough->radius < least - 4 || rough->radius > most + 6) return std::nullopt;
   std::optional<FoundSphere> best;
-  for (const FoundSphere& ball : fit_balls(*a.source, rough->centre, least, most))
+  for (const FoundSphere& ball : fit_balls(*a.source, rough->centre, least, most, a.threads))
     if ((ball.centre - rough->centre).norm() < 10 && (!best || ball.score > best->score)) best = ball;
   if (best)
     return Landmark{best->centre, std::max(2.0, 2 * best->deviation), best->radius,

@@ -48,20 +48,23 @@ Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, 
     }
 
   const auto nx = static_cast<std::uint32_t>(g.size[0]), ny = static_cast<std::uint32_t>(g.size[1]);
-  std::vector<std::uint8_t> done(g.count(), 0);
+  // costs of what is still open: no_way where the length is final, too
+  std::vector<float> open = cost.voxels;
   for (std::size_t b = 0; b < buckets.size(); ++b) {
     for (std::size_t n = 0; n < buckets[b].size(); ++n) {
       const std::uint32_t o = buckets[b][n];
-      if (done[o]) continue;
-      done[o] = 1;
-      const float here = out.length.voxels[o], c = cost.voxels[o];
+      const float here = out.length.voxels[o], c = open[o];
+      if (c == no_way) continue;
+      open[o] = no_way;
       const auto i = static_cast<int>(o % nx), j = static_cast<int>(o / nx % ny),
                  k = static_cast<int>(o / nx / ny);
+      const bool within =
+          i > 0 && j > 0 && k > 0 && i + 1 < g.size[0] && j + 1 < g.size[1] && k + 1 < g.size[2];
       for (const auto& s : steps) {
-        if (!g.holds(i + s.i, j + s.j, k + s.k)) continue;
+        if (!within && !g.holds(i + s.i, j + s.j, k + s.k)) continue;
         const auto to = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(o) + s.offset);
-        if (done[to] || cost.voxels[to] == no_way) continue;
-        const float length = here + s.half * (c + cost.voxels[to]);
+        if (open[to] == no_way) continue;
+        const float length = here + s.half * (c + open[to]);
         if (length >= out.length.voxels[to] || length > longest) continue;
         out.length.voxels[to] = length;
         out.owner.voxels[to] = out.owner.voxels[o];

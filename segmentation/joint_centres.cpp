@@ -3,12 +3,14 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "segmentation/hinges.hpp"
+#include "segmentation/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -417,10 +419,13 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
 }
 
 void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
-  for (const int side : {left_side, right_side}) {
-    find_leg(a, trunk, limbs, side, marks);
-    find_arm(a, trunk, limbs, side, marks);
-  }
+  // each limb's are its own
+  std::array<Landmarks, 4> found_on;
+  in_slabs(std::ssize(found_on), a.threads, [&](std::int64_t first, std::int64_t last) {
+    for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n)
+      (n % 2 ? find_arm : find_leg)(a, trunk, limbs, n < 2 ? left_side : right_side, found_on[n]);
+  });
+  for (Landmarks& limb : found_on) marks.merge(limb);
   if (marks.contains("hip_left") && marks.contains("hip_right"))
     marks["mid_hip"] = found(0.5 * (marks["hip_left"].point + marks["hip_right"].point),
                              std::max(marks["hip_left"].deviation, marks["hip_right"].deviation),

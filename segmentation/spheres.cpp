@@ -2,8 +2,12 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+
+#include "segmentation/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -183,8 +187,8 @@ double left_early(const CloseUp& view, const FoundSphere& ball) {
 
 }  // namespace
 
-std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Vector3d& near, double least,
-                                   double most) {
+std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Vector3d& near, double least, double most,
+                                   int threads) {
   static const std::vector<Vector3d> rays = even_directions(120);
   const CloseUp view = close_up(volume, near, most + 20);
   // starts about the place, each with the radii that its rays agree on
@@ -192,14 +196,20 @@ std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Vector3d& nea
     FoundSphere ball;
     int count;
   };
+  std::array<std::vector<Start>, 125> about;
+  in_slabs(std::ssize(about), threads, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t n = first; n < last; ++n) {
+      const Vector3d centre =
+          near + 7 * Vector3d(static_cast<double>(n % 5 - 2), static_cast<double>(n / 5 % 5 - 2),
+                              static_cast<double>(n / 25 - 2));
+      std::vector<std::vector<double>> edges;
+      for (const auto& u : rays) edges.push_back(falls_along(view, centre, u, least, most));
+      for (const auto& peak : agreed_radii(edges, least, most))
+        about[static_cast<std::size_t>(n)].push_back({{centre, peak.radius, 0, 0}, peak.count});
+    }
+  });
   std::vector<Start> starts;
-  for (int n = 0; n < 125; ++n) {
-    const Vector3d centre = near + 7 * Vector3d(n % 5 - 2, n / 5 % 5 - 2, n / 25 - 2);
-    std::vector<std::vector<double>> edges;
-    for (const auto& u : rays) edges.push_back(falls_along(view, centre, u, least, most));
-    for (const auto& peak : agreed_radii(edges, least, most))
-      starts.push_back({{centre, peak.radius, 0, 0}, peak.count});
-  }
+  for (const auto& here : about) starts.insert(starts.end(), here.begin(), here.end());
   std::stable_sort(starts.begin(), starts.end(),
                    [](const Start& a, const Start& b) { return a.count > b.count; });
   std::vector<FoundSphere> balls, tried;
@@ -214,8 +224,15 @@ std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Vector3d& nea
                     [&](const FoundSphere& other) { return like(other, 8, 2.5); }))
       continue;
     tried.push_back(start.ball);
-    auto ball = refined(view, start.ball, least, most);
-    if (ball) ball->score *= 1 - left_early(view, *ball);
+  }
+  std::vector<std::optional<FoundSphere>> measured(tried.size());
+  in_slabs(std::ssize(tried), threads, [&](std::int64_t first, std::int64_t last) {
+    for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n) {
+      measured[n] = refined(view, tried[n], least, most);
+      if (measured[n]) measured[n]->score *= 1 - left_early(view, *measured[n]);
+    }
+  });
+  for (const auto& ball : measured) {
     if (!ball || ball->score < 0.25 || (ball->centre - near).norm() > 30) continue;
     const bool known = std::any_of(balls.begin(), balls.end(), [&](const FoundSphere& other) {
       return (other.centre - ball->centre).norm() < 2 && std::abs(other.radius - ball->radius) < 1;

@@ -29,9 +29,10 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
 
 /// The balls that bone edges agree on, those first that most rays agree on: within 30 mm of `near` and of a
 /// radius within `least` to `most` mm, measured in a close-up of the scan itself. A head and its socket's
-/// outer face are two. Balls that less than a quarter of the rays agree on are left out.
+/// outer face are two. Balls that less than a quarter of the rays agree on are left out. The answer does not
+/// depend on `threads` (0: as many as the machine has).
 std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Eigen::Vector3d& near, double least,
-                                   double most);
+                                   double most, int threads = 0);
 
 /// Algebraic least-squares sphere through at least four points (its linear normal equations). Nothing where
 /// they are coplanar.

@@ -84,7 +84,7 @@ std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>&
                     [&](const Vector3d& other) { return (other - place).norm() < reach; }))
       return false;
     side.places.push_back(place);
-    const Balls more = fit_balls(*a.source, place, 14, 36);
+    const Balls more = fit_balls(*a.source, place, 14, 36, a.threads);
     side.balls.insert(side.balls.end(), more.begin(), more.end());
     return true;
   };
