@@ -73,13 +73,16 @@ struct InertiaSource {
   std::string cuts;            ///< convention of the cuts, e.g. "deleva1996"
   double stature_m = 0;        ///< 0: not known
   std::string frames;          ///< "joints" (segment_frames.hpp) or "isb" (isb_frames.hpp); empty: not stated
+  std::string segments;        ///< those that were asked for ("trunk,thigh_left"); empty: every label
 };
 
 struct InertiaTable {
   InertiaSource source;
   std::vector<std::string> causes;  ///< of deviations, e.g. "noise"; empty where there are none
   std::vector<InertiaRow> rows;
-  InertiaRow whole;  ///< all rows merged; part "body"; whole where every row is
+  /// All rows merged; part "body"; whole where every row is. Where segments were asked for, it is the body's
+  /// all the same.
+  InertiaRow whole;
 
   /// Part of the mass of all rows, 0 to 1.
   double share(const InertiaRow& row) const { return row.inertial.mass / whole.inertial.mass; }

@@ -202,7 +202,7 @@ Json row_json(const InertiaTable& table, const InertiaRow& row) {
   return json;
 }
 
-constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 9> source_fields{
+constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 10> source_fields{
     {{"volume", &InertiaSource::volume},
      {"quantity", &InertiaSource::quantity},
      {"density_curve", &InertiaSource::density_curve},
@@ -211,7 +211,8 @@ constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 9> so
      {"sex", &InertiaSource::sex},
      {"pose", &InertiaSource::pose},
      {"cuts", &InertiaSource::cuts},
-     {"frames", &InertiaSource::frames}}};
+     {"frames", &InertiaSource::frames},
+     {"segments", &InertiaSource::segments}}};
 
 // ---- reading: what is wrong is thrown as a sentence and caught at the border, in table_from_json
 
@@ -314,7 +315,7 @@ InertiaTable table_from(const Json& json) {
   const Json& from = member(json, "source", "the file");
   source.frames = "joints";  // of older tables, which do not say
   for (const auto& [key, field] : source_fields)
-    if (from.contains(key) || std::string_view(key) != "frames")
+    if (from.contains(key) || (field != &InertiaSource::frames && field != &InertiaSource::segments))
       source.*field = text(from, key, "\"source\"");
   if (from.contains("stature_m")) source.stature_m = number(from["stature_m"], "stature_m", "\"source\"");
   const Json& parts = member(json, "parts", "the file");
@@ -322,6 +323,7 @@ InertiaTable table_from(const Json& json) {
   std::vector<InertiaRow> rows;
   for (const Json& part : parts) rows.push_back(row_from(part, rows.size() + 1));
   InertiaTable table = make_table(std::move(source), std::move(rows));
+  if (!table.source.segments.empty()) table.whole = row_from(member(json, "body", "the file"), 0);
   if (json.contains("deviation_causes"))
     for (const Json& cause : json["deviation_causes"]) table.causes.push_back(cause.get<std::string>());
   if (json.contains("body")) table.whole.deviations = deviations_from(json["body"], "body");
@@ -342,7 +344,8 @@ std::string to_csv(const InertiaTable& table) {
       "# anatomical axes: X anterior, Y proximal, Z right; rx, ry, rz: radii of gyration about them, percent "
       "of "
       "length\n"
-      "# mass_pct: percent of the mass of all parts here; centre_pct: from endpoint `from` towards `to`, "
+      "# mass_pct: percent of the mass of all parts (the row body); centre_pct: from endpoint `from` towards "
+      "`to`, "
       "percent of "
       "length\n";
   for (const PublishedSummary& one : published_summaries(table)) out += one_line("# beside " + in_words(one));

@@ -17,7 +17,7 @@ std::string colour_table(const LabelMap& labels) {
     std::string name = labels.names[label].empty() ? fmt::format("label_{}", label) : labels.names[label];
     std::ranges::replace_if(
         name, [](char c) { return c == ' ' || c == '\t'; }, '_');
-    const Colour c = label == 0 ? Colour{} : part_label(name) ? part_colour(name) : other_colour(others++);
+    const Colour c = label == 0 ? Colour{} : is_segment(name) ? part_colour(name) : other_colour(others++);
     text += fmt::format("{} {} {} {} {} {}\n", label, name, c.red, c.green, c.blue, label == 0 ? 0 : 255);
   }
   return text;

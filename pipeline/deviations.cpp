@@ -12,6 +12,7 @@
 #include "pipeline/isb_frames.hpp"
 #include "pipeline/recut.hpp"
 #include "pipeline/segment_frames.hpp"
+#include "pipeline/segment_rows.hpp"
 #include "segmentation/part_planes.hpp"
 
 namespace borelli {
@@ -33,22 +34,22 @@ constexpr std::size_t causes = 6;
 // mode.
 class Spread {
  public:
-  explicit Spread(const InertiaTable& table) : table_(table), nominal_(numbers_of(table)) {
+  explicit Spread(const InertiaTable& table) : nominal_(numbers_of(table)) {
     for (const auto& row : nominal_) {
       sums_.emplace_back(row.size());
       together_.emplace_back(row.size());
     }
   }
 
-  void add(Cause cause, std::vector<InertiaRow> variant, double weight) {
-    const auto numbers = numbers_of(make_table(table_.source, std::move(variant)));
+  void add(Cause cause, const InertiaTable& variant, double weight) {
+    const auto numbers = numbers_of(variant);
     for (std::size_t r = 0; r < numbers.size(); ++r)
       for (std::size_t e = 0; e < numbers[r].size(); ++e)
         sums_[r][e][cause] += weight * square(numbers[r][e].value - nominal_[r][e].value);
   }
   // of cut planes and joint centres together, which go into the total
-  void add_together(std::vector<InertiaRow> variant, double weight) {
-    const auto numbers = numbers_of(make_table(table_.source, std::move(variant)));
+  void add_together(const InertiaTable& variant, double weight) {
+    const auto numbers = numbers_of(variant);
     for (std::size_t r = 0; r < numbers.size(); ++r)
       for (std::size_t e = 0; e < numbers[r].size(); ++e)
         together_[r][e] += weight * square(numbers[r][e].value - nominal_[r][e].value);
@@ -78,7 +79,6 @@ class Spread {
     all.push_back(entries_of(table, table.whole));
     return all;
   }
-  const InertiaTable& table_;
   std::vector<std::vector<Entry>> nominal_;
   std::vector<std::vector<std::array<double, causes>>> sums_;
   std::vector<std::vector<double>> together_;
@@ -87,10 +87,10 @@ class Spread {
 class Deviations {
  public:
   Deviations(InertiaTable& table, const DeviationInputs& in) : table_(table), in_(in), spread_(table) {
-    for (std::size_t n = 0; n < table.rows.size(); ++n) {
+    for (const InertiaRow& row : in.rows) {
       // rows stand in the order of their labels, but for labels without a name and without a voxel
       const auto& names = in.labels.names;
-      const auto it = std::find(names.begin(), names.end(), table.rows[n].part);
+      const auto it = std::find(names.begin(), names.end(), row.part);
       label_.push_back(it == names.end() ? 0 : static_cast<std::size_t>(it - names.begin()));
     }
   }
@@ -111,11 +111,17 @@ class Deviations {
 
  private:
   using Change = std::function<Inertial(std::size_t row, const Inertial&)>;
-  std::vector<InertiaRow> changed(const Change& change) const {
-    std::vector<InertiaRow> rows = table_.rows;
+  InertiaTable table_of(std::vector<InertiaRow> rows, const Landmarks& landmarks) const {
+    return table_of_segments(table_.source, std::move(rows), landmarks, in_.options);
+  }
+  InertiaTable table_of(std::vector<InertiaRow> rows) const {
+    return table_of(std::move(rows), in_.landmarks);
+  }
+  InertiaTable changed(const Change& change) const {
+    std::vector<InertiaRow> rows = in_.rows;
     for (std::size_t n = 0; n < rows.size(); ++n)
       if (rows[n].completeness != Completeness::absent) rows[n].inertial = change(n, rows[n].inertial);
-    return rows;
+    return table_of(std::move(rows));
   }
   BelowAir below() const { return in_.sampling == Sampling::averages ? BelowAir::straight : BelowAir::hold; }
   GreyWeights weights(const DensityCurve& curve) const {
@@ -124,7 +130,7 @@ class Deviations {
   LabelMoments moments(const LabelMap& labels, const GreyWeights& by) const {
     return label_moments(labels, in_.volume, by, in_.options.threads).value();
   }
-  std::vector<InertiaRow> weighed(const LabelMoments& all) const {
+  InertiaTable weighed(const LabelMoments& all) const {
     return changed([&](std::size_t n, const Inertial& as_is) {
       const Inertial now = to_inertial(all[label_[n]], in_.labels.grid, in_.sampling);
       return now.mass > 0 ? now : as_is;
@@ -141,7 +147,7 @@ class Deviations {
   InertiaTable& table_;
   const DeviationInputs& in_;
   Spread spread_;
-  std::vector<std::size_t> label_;  // of each row
+  std::vector<std::size_t> label_;  // of each of in_.rows
   std::mt19937 random_{11};
   std::normal_distribution<double> normal_;
 };
@@ -241,7 +247,7 @@ void Deviations::vary_voxels() {
   const auto draw = [&] { return normal_(random_); };
   for (int n = 0; n < small_draws; ++n)
     spread_.add(voxel_size_cause, changed([&](std::size_t row, const Inertial& part) {
-                  const double L = 1e3 * std::cbrt(table_.rows[row].volume);
+                  const double L = 1e3 * std::cbrt(in_.rows[row].volume);
                   const double off = rough * geometric * quadratic / (L * L);
                   const double extent = std::sqrt(0.5 * part.tensor.trace() / part.mass / 3);
                   return jolted(part, c_volume * off, c_centre * off * 1e-3 * L / extent, c_second * off,
@@ -281,7 +287,7 @@ void Deviations::vary_landmarks() {
   const auto draw = [&] { return normal_(random_); };
   for (int n = 0; n < draws; ++n) {
     const Landmarks moved = drawn(in_.landmarks, draw);
-    std::vector<InertiaRow> cut = table_.rows, laid = table_.rows;
+    std::vector<InertiaRow> cut = in_.rows, laid = in_.rows;
     if (planes) {
       const auto gains = recut->gains(PartPlanes(moved, *by));
       for (std::size_t r = 0; r < cut.size(); ++r) {
@@ -297,9 +303,9 @@ void Deviations::vary_landmarks() {
           row.frame = segment_frame(row.part, moved, row.inertial, in_.options.cuts);
           if (row.frame && in_.options.frames == "isb") lay_isb_frame(*row.frame, row.part, moved);
         }
-    spread_.add(planes_cause, std::move(cut), 1. / draws);
-    spread_.add(joints_cause, std::move(laid), 1. / draws);
-    spread_.add_together(std::move(both), 1. / draws);
+    spread_.add(planes_cause, table_of(std::move(cut)), 1. / draws);
+    spread_.add(joints_cause, table_of(std::move(laid), moved), 1. / draws);
+    spread_.add_together(table_of(std::move(both), moved), 1. / draws);
   }
 }
 
@@ -318,13 +324,13 @@ void Deviations::vary_planes_rounded(const Recut& recut, Convention by) {
       }
       cut.point += rounded * normal_(random_) * cut.normal;
     }));
-    std::vector<InertiaRow> rows = table_.rows;
+    std::vector<InertiaRow> rows = in_.rows;
     for (std::size_t r = 0; r < rows.size(); ++r)
       if (rows[r].completeness != Completeness::absent && label_[r] < gains.size()) {
         rows[r].inertial = with_gain(rows[r].inertial, gains[label_[r]]);
         rows[r].volume = std::max(0.0, rows[r].volume + gains[label_[r]].volume);
       }
-    spread_.add(voxel_size_cause, std::move(rows), 1. / small_draws);
+    spread_.add(voxel_size_cause, table_of(std::move(rows)), 1. / small_draws);
   }
 }
 

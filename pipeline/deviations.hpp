@@ -32,6 +32,7 @@ namespace borelli {
 
 /// What a table was measured from.
 struct DeviationInputs {
+  std::vector<InertiaRow> rows;  ///< of all labels, which the table's are made of (segment_rows.hpp)
   const GreyVolume& volume;
   const LabelMap& labels;    ///< as they were given
   const LabelMap& counted;   ///< with the skin's mixed voxels, where those count

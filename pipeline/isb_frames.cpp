@@ -91,7 +91,7 @@ Laid lay(std::string_view segment, Seen& seen) {
 
 void lay_isb_frame(SegmentFrame& frame, std::string_view part, const Landmarks& landmarks) {
   if (frame.segment == "head" || frame.segment == "middle_trunk" || frame.segment == "hand" ||
-      frame.segment == "trunk") {
+      frame.segment == "trunk" || frame.segment == "arm" || frame.segment == "leg") {
     frame.axes += " (none of the ISB's for this segment)";
     return;
   }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -11,6 +12,7 @@
 #include "pipeline/deviations.hpp"
 #include "pipeline/isb_frames.hpp"
 #include "pipeline/segment_frames.hpp"
+#include "pipeline/segment_rows.hpp"
 
 namespace borelli {
 namespace {
@@ -163,10 +165,16 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   source.sampling = weighed->sampling_in_words;
   source.sex = options.sex, source.pose = options.pose, source.cuts = options.cuts;
   source.frames = options.frames, source.stature_m = options.stature_m;
-  InertiaTable table = make_table(std::move(source), std::move(rows));
+  for (const Segment& segment : options.segments)
+    source.segments += (source.segments.empty() ? "" : ",") + segment.name;
+  InertiaTable table = table_of_segments(std::move(source), rows, landmarks, options);
   if (table.whole.completeness == Completeness::absent) return failure("labels", "no voxel is labelled");
-  add_deviations(table, {volume, labels, weighed->grown ? *weighed->grown : labels, weighed->mass, *curve,
-                         weighed->sampling, landmarks, options});
+  const auto there = [](const InertiaRow& row) { return row.completeness != Completeness::absent; };
+  if (std::ranges::none_of(table.rows, there))
+    return failure("--segments " + table.source.segments, "none of them is in the scan");
+  if (!options.deviations) return table;
+  add_deviations(table, {std::move(rows), volume, labels, weighed->grown ? *weighed->grown : labels,
+                         weighed->mass, *curve, weighed->sampling, landmarks, options});
   return table;
 }
 

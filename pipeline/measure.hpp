@@ -12,6 +12,7 @@
 #include "inertia/table.hpp"
 #include "segmentation/landmarks.hpp"
 #include "segmentation/segment.hpp"
+#include "segmentation/segments.hpp"
 #include "segmentation/volume.hpp"
 
 namespace borelli {
@@ -26,6 +27,8 @@ struct MeasureOptions {
   std::string sex;                  ///< "male", "female", or empty
   double stature_m = 0;             ///< 0: not known
   std::string pose;                 ///< "supine", "standing" ..., or empty
+  SegmentChoice segments;           ///< rows of the table; empty: one for each label
+  bool deviations = true;           ///< give every entry its standard deviation
   int threads = 0;                  ///< 0: as many as the machine has
 };
 
@@ -45,7 +48,8 @@ using PartCompleteness = std::map<std::string, PartHeld, std::less<>>;
 /// The same as our segmentation found it, with its notes.
 PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& findings);
 
-/// A row for each name of the label map but "outside" (absent where it has no voxel), and the whole. The two
+/// A row for each name of the label map but "outside" (absent where it has no voxel), or for each segment
+/// asked for (segment_rows.hpp), and the whole. The two
 /// grids must agree to a hundredth of a voxel; the volume's is used. `completeness` tells of parts by name;
 /// those that it does not tell of are judged by edge_share. What it says of a part is the first of its row's
 /// notes. Errors: volumes that hold neither CT numbers nor densities, another grid, an unknown curve or

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "segmentation/parts.hpp"
+#include "segmentation/segments.hpp"
 
 namespace borelli {
 
@@ -47,8 +48,10 @@ inline constexpr std::array<Colour, parts.size()> part_colours{{
     {0x79, 0x0d, 0x40},  // foot_right
 }};
 
-/// Colour of a part by its name ("thigh_left"); grey for a name that is no body part.
+/// Colour of a part by its name ("thigh_left"), of a group of parts that of its first; grey for a name that
+/// is neither.
 constexpr Colour part_colour(std::string_view name) {
+  if (const SegmentGroup* group = segment_group(name)) name = group->parts.front();
   return part_colours[static_cast<std::size_t>(part_label(name))];
 }
 

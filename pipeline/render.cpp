@@ -192,7 +192,7 @@ Result<void> draw_body(const std::string& path, const std::vector<Mesh>& meshes,
   std::vector<vtkSmartPointer<vtkActor>> bodies, joints;
   for (std::size_t n = 0; n < meshes.size(); ++n) {
     const Mesh& mesh = meshes[n];
-    bodies.push_back(part_actor(mesh, part_label(mesh.name) ? part_colour(mesh.name) : other_colour(n)));
+    bodies.push_back(part_actor(mesh, is_segment(mesh.name) ? part_colour(mesh.name) : other_colour(n)));
   }
   for (const auto& joint : options.joints) joints.push_back(joint_actor(joint, 0.006 * bounds.size().z()));
 

@@ -117,9 +117,20 @@ json source_of(const ReportInputs& inputs) {
 
 std::string css_colour(Colour c) { return fmt::format("#{:02x}{:02x}{:02x}", c.red, c.green, c.blue); }
 
-/// Every part of the convention, and after them what else the label map names.
+/// Every part of the convention (of a table of some segments those alone), and after them what else the label
+/// map names.
 json parts_of(const ReportInputs& inputs) {
   json list = json::array();
+  const bool some = inputs.table.is_object() && inputs.table.contains("source") &&
+                    inputs.table["source"].value("segments", "") != "";
+  if (some && inputs.labels) {
+    const auto& names = inputs.labels->names;
+    for (std::size_t label = 1; label < names.size(); ++label)
+      if (!names[label].empty())
+        list.push_back(
+            {{"name", names[label]}, {"colour", css_colour(part_colour(names[label]))}, {"label", label}});
+    return list;
+  }
   for (std::size_t label = 1; label < parts.size(); ++label)
     list.push_back({{"name", parts[label].name}, {"colour", css_colour(part_colours[label])}});
   if (!inputs.labels) return list;
@@ -295,6 +306,7 @@ Result<void> write_report(const ReportInputs& inputs, const fs::path& path) {
 std::vector<ReportFile> report_files(const fs::path& folder) {
   constexpr std::array known{"segmentation/labels.nii.gz",
                              "segmentation/labels.tsv",
+                             "segmentation/parts.nii.gz",
                              "segmentation/landmarks.json",
                              "inertia/table.csv",
                              "inertia/table.json",

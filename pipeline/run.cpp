@@ -21,6 +21,7 @@
 #include "pipeline/report.hpp"
 #include "pipeline/run_inputs.hpp"
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/table_tolerance.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/given_landmarks.hpp"
@@ -36,10 +37,12 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 // A segmentation from the files that it was written to.
-Result<Segmentation> read_back(const fs::path& folder) {
+Result<Segmentation> read_back(const fs::path& folder, const std::string& segments) {
   Segmentation found;
-  auto labels = read_labels((folder / "labels.nii.gz").string());
+  auto labels = read_labels((folder / (segments.empty() ? "labels.nii.gz" : "parts.nii.gz")).string());
   if (!labels) return tl::unexpected(labels.error());
+  auto asked = choose_segments(segments, labels->names);
+  if (!asked) return tl::unexpected(asked.error());
   auto landmarks = read_landmarks((folder / "landmarks.json").string());
   if (!landmarks) return tl::unexpected(landmarks.error());
   auto findings = read_findings(folder / "segmentation.json");
@@ -47,6 +50,7 @@ Result<Segmentation> read_back(const fs::path& folder) {
   found.labels = std::move(*labels);
   found.landmarks = std::move(*landmarks);
   found.part = *findings;
+  found.asked = std::move(*asked);
   return found;
 }
 
@@ -83,7 +87,16 @@ class RunData {
     });
   }
   Result<const Segmentation*> segmentation() {
-    return once(segmentation_, [&] { return read_back(settings_.folder / "segmentation"); });
+    return once(segmentation_,
+                [&] { return read_back(settings_.folder / "segmentation", settings_.segments); });
+  }
+  /// The labels of the segments that are asked for.
+  Result<const LabelMap*> labels() {
+    const auto found = segmentation();
+    if (!found) return tl::unexpected(found.error());
+    if ((*found)->asked.empty()) return &(*found)->labels;
+    return once(labels_,
+                [&]() -> Result<LabelMap> { return labels_of_segments((*found)->labels, (*found)->asked); });
   }
   Result<const InertiaTable*> table() {
     return once(table_, [&] { return read_table(settings_.folder / "inertia/table.json"); });
@@ -101,9 +114,9 @@ class RunData {
   Result<const std::vector<Mesh>*> meshes() {
     return once(meshes_, [&]() -> Result<std::vector<Mesh>> {
       std::vector<Mesh> stored;
-      const auto parts_found = segmentation();
-      if (!parts_found) return tl::unexpected(parts_found.error());
-      for (const std::string& name : (*parts_found)->labels.names) {
+      const auto asked = labels();
+      if (!asked) return tl::unexpected(asked.error());
+      for (const std::string& name : (*asked)->names) {
         const fs::path path = settings_.folder / "mesh" / (name + ".vtp");
         if (!fs::exists(path)) continue;  // a part without voxels
         auto mesh = read_vtp(path.string());
@@ -135,6 +148,7 @@ class RunData {
   std::optional<ClassMap> classes_;
   std::optional<MrReading> mr_;
   std::optional<Segmentation> segmentation_;
+  std::optional<LabelMap> labels_;
   std::optional<InertiaTable> table_;
   std::optional<Scene> scene_;
   std::optional<Trajectory> trajectory_;
@@ -160,30 +174,61 @@ class Run {
  private:
   fs::path file(const std::string& name) const { return settings_.folder / name; }
   Result<Segmentation> part_scan(const GreyVolume& volume, const SegmentOptions& options);
+  MeasureOptions measuring() const;
   Result<void> take_face(std::vector<Mesh>& meshes, const LabelMap& labels, const Landmarks& landmarks,
                          Warnings& warnings) const;
-  Result<json> hand_on(const Segmentation& found, const ScannedVolume& scan);
+  Result<json> hand_on(Segmentation& found, const ScannedVolume& scan);
 
   const RunSettings& settings_;
   RunData data_;
+  std::optional<GridPick> pick_;  // where a tolerance picked the grid
 };
 
-Result<json> Run::hand_on(const Segmentation& found, const ScannedVolume& scan) {
+Result<json> Run::hand_on(Segmentation& found, const ScannedVolume& scan) {
+  auto asked = choose_segments(settings_.segments, found.labels.names);
+  if (!asked) return tl::unexpected(asked.error());
+  found.asked = std::move(*asked);
   json account = segmentation_account(found, settings_.volume, scan.reading);
   account["convention"] = settings_.convention;
+  if (pick_) account["tolerance"] = to_json(*pick_);
   if (auto written = write_segmentation(file("segmentation"), found, account, settings_.landmarks); !written)
     return tl::unexpected(written.error());
   json parts_found = json::object();
-  for (std::size_t label = 1; label < parts.size(); ++label)
-    parts_found[std::string(parts[label].name)] = name_of(found.part[label].coverage);
-  return json{{"warnings", found.warnings},
+  for (const auto& [name, part] : account["parts"].items()) parts_found[name] = part["coverage"];
+  json answer{{"warnings", found.warnings},
               {"reading", scan.reading},
               {"format", scan.format},
               {"parts", parts_found}};
+  if (pick_) answer["tolerance"] = account["tolerance"];
+  return answer;
+}
+
+MeasureOptions Run::measuring() const {
+  MeasureOptions options;
+  options.density_curve = settings_.density_curve;
+  options.sex = settings_.sex;
+  options.pose = settings_.pose;
+  options.cuts = settings_.convention;
+  options.frames = settings_.frames;
+  options.threads = settings_.threads;
+  return options;
 }
 
 Result<Segmentation> Run::part_scan(const GreyVolume& volume, const SegmentOptions& options) {
+  if (settings_.table_tolerance > 0 && volume.quantity != Quantity::mr) {
+    // not by what the segmentation does not depend on
+    MeasureOptions by;
+    by.cuts = settings_.convention, by.threads = settings_.threads;
+    auto asked = choose_segments(settings_.segments);
+    if (!asked) return tl::unexpected(asked.error());
+    by.segments = std::move(*asked);
+    auto found = segment_within(volume, settings_.table_tolerance, options, by, pick_.emplace());
+    if (found && !pick_->met) found->warnings.push_back(in_words(*pick_));
+    return found;
+  }
   if (volume.quantity != Quantity::mr) return segment(volume, options);
+  if (settings_.table_tolerance > 0)
+    return bad_use("--table-tolerance", "is for CT, where parts are found on a grid: leave it out");
   const auto reading = data_.mr();
   if (!reading) return tl::unexpected(reading.error());
   return segment_mr(**reading, options);
@@ -249,13 +294,8 @@ Result<json> Run::integrate() {
   if (!scan) return tl::unexpected(scan.error());
   const auto segmentation = data_.segmentation();
   if (!segmentation) return tl::unexpected(segmentation.error());
-  MeasureOptions options;
-  options.density_curve = settings_.density_curve;
-  options.sex = settings_.sex;
-  options.pose = settings_.pose;
-  options.cuts = settings_.convention;
-  options.frames = settings_.frames;
-  options.threads = settings_.threads;
+  MeasureOptions options = measuring();
+  options.segments = (*segmentation)->asked;
   const GreyVolume* weighed = &(*scan)->volume;
   if (weighed->quantity == Quantity::mr) {
     const auto reading = data_.mr();
@@ -275,6 +315,9 @@ Result<json> Run::integrate() {
   Warnings warnings;
   for (const InertiaRow& row : table->rows)
     if (!row.flaw.empty()) warnings.push_back(row.part + ": " + row.flaw);
+  if (settings_.table_tolerance > 0)
+    if (auto beyond = beyond_the_voxels(*table, settings_.table_tolerance); !beyond.empty())
+      warnings.push_back(std::move(beyond));
   json answer{{"warnings", warnings},
               {"mass_kg", table->whole.inertial.mass},
               {"density_curve", table->source.density_curve},
@@ -358,8 +401,9 @@ Result<void> Run::take_face(std::vector<Mesh>& meshes, const LabelMap& labels, c
 Result<json> Run::make_meshes(const Progress& progress) {
   const auto segmentation = data_.segmentation();
   if (!segmentation) return tl::unexpected(segmentation.error());
-  auto meshes =
-      part_meshes((*segmentation)->labels, {1e-3 * settings_.mesh_tolerance_mm, settings_.threads, progress});
+  const auto labels = data_.labels();
+  if (!labels) return tl::unexpected(labels.error());
+  auto meshes = part_meshes(**labels, {1e-3 * settings_.mesh_tolerance_mm, settings_.threads, progress});
   if (!meshes) return tl::unexpected(meshes.error());
   Warnings warnings;
   if (settings_.deface) {
@@ -410,7 +454,9 @@ Result<json> Run::draw_picture() {
   const auto segmentation = data_.segmentation();
   if (!segmentation) return tl::unexpected(segmentation.error());
   PictureOptions options;
-  for (const Part& part : parts)
+  std::vector<std::string> shown;
+  for (const Mesh& mesh : **meshes) shown.push_back(mesh.name);
+  for (const Part& part : segment_tree(shown))
     if (const auto joint = (*segmentation)->landmarks.find(part.joint);
         joint != (*segmentation)->landmarks.end())
       options.joints.push_back(1e-3 * joint->second.point);
@@ -437,7 +483,9 @@ Result<json> Run::write_page(const json& record) {
   const auto body = read_whole(file("body.glb"));
   if (!body) return tl::unexpected(body.error());
   page.grey = &(*scan)->volume;
-  page.labels = &(*segmentation)->labels;
+  const auto labels = data_.labels();
+  if (!labels) return tl::unexpected(labels.error());
+  page.labels = *labels;
   page.landmarks = &(*segmentation)->landmarks;
   page.table = json::parse(*table);
   page.segmentation = json::parse(*account);
@@ -465,9 +513,11 @@ json settings_of(const RunSettings& s) {
           {"density_curve", s.density_curve},
           {"convention", s.convention},
           {"frames", s.frames},
+          {"segments", s.segments},
           {"method", s.method},
           {"equations", s.equations},
           {"work_grid_mm", s.work_grid_mm},
+          {"table_tolerance", s.table_tolerance},
           {"tolerance", s.tolerance},
           {"step", s.step ? json(*s.step) : json()},
           {"mesh_tolerance_mm", s.mesh_tolerance_mm},
@@ -496,16 +546,21 @@ std::vector<Stage> stages_of(Run& run, const RunSettings& settings) {
   const auto shown = [](auto method, Run& of) {
     return [method, &of](const Progress& progress, const json&) { return (of.*method)(progress); };
   };
+  std::vector<std::string> labelled{"segmentation/labels.nii.gz", "segmentation/labels.tsv",
+                                    "segmentation/labels.ctbl", "segmentation/landmarks.json",
+                                    "segmentation/segmentation.json"};
+  if (!settings.segments.empty())
+    labelled.insert(labelled.end(), {"segmentation/parts.nii.gz", "segmentation/parts.tsv"});
   std::vector<Stage> stages;
-  stages.push_back({"segmentation",
-                    {},
-                    pick(all, {"quantity", "work_grid_mm", "label_mapping", "convention"}),
-                    {"segmentation/labels.nii.gz", "segmentation/labels.tsv", "segmentation/labels.ctbl",
-                     "segmentation/landmarks.json", "segmentation/segmentation.json"},
-                    shown(settings.labels.empty() || !settings.label_mapping.empty() ? &Run::segment_scan
-                                                                                     : &Run::use_given_labels,
-                          run),
-                    {{"segmentation/landmarks.json"}}});
+  stages.push_back(
+      {"segmentation",
+       {},
+       pick(all, {"quantity", "work_grid_mm", "table_tolerance", "label_mapping", "convention", "segments"}),
+       std::move(labelled),
+       shown(settings.labels.empty() || !settings.label_mapping.empty() ? &Run::segment_scan
+                                                                        : &Run::use_given_labels,
+             run),
+       {{"segmentation/landmarks.json"}}});
   stages.push_back({"inertia",
                     {"segmentation"},
                     pick(all, {"sex", "pose", "density_curve", "convention", "frames"}),

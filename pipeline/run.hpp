@@ -2,8 +2,9 @@
 // folder.
 //
 //   segmentation/labels.nii.gz, labels.tsv, labels.ctbl, landmarks.json, landmarks.mrk.json,
-//   segmentation.json    inertia/table.csv, table.json model/scene.toml    motion/trajectory.h5,
-//   trajectory.csv    mesh/*.stl, *.vtp    body.glb body.png report.html    run.json, settings.toml
+//   segmentation.json (and parts.nii.gz where segments are asked for)    inertia/table.csv, table.json
+//   model/scene.toml    motion/trajectory.h5, trajectory.csv    mesh/*.stl, *.vtp    body.glb body.png
+//   report.html    run.json, settings.toml
 // Each stage reads what the stages before it left, so that a run that was stopped goes on at the first
 // unfinished one.
 #pragma once
@@ -35,7 +36,9 @@ struct RunSettings {
   std::string frames = "joints";          ///< of the segments: "joints" or "isb"
   std::string method = "rk4_adaptive";    ///< integrator
   std::string equations = "recursive";    ///< of motion: "recursive" or "lagrange"
+  std::string segments;                   ///< "trunk,thigh_left" (segments.hpp); empty: every part
   double work_grid_mm = 3;                ///< of the segmentation
+  double table_tolerance = 0;             ///< share; the grid is picked by it (table_tolerance.hpp); 0: not
   double tolerance = 1e-6;                ///< of the integrator, where it chooses its steps
   std::optional<double> step;             ///< fixed, or the first one tried, s; none: the scene's default
   double mesh_tolerance_mm = 1;

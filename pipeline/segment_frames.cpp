@@ -24,7 +24,7 @@ constexpr Endpoint vertex{"VERT", "vertex"}, cervicale{"CERV", "cervicale"},
     suprasternale{"SUPR", "suprasternale"}, xiphion{"XYPH", "xiphion"}, omphalion{"OMPH", "omphalion"},
     mid_hip{"MIDH", "mid_hip"}, shoulder{"SJC", "shoulder"}, elbow{"EJC", "elbow"}, wrist{"WJC", "wrist"},
     knuckle{"MET3", "metacarpale_3"}, hip{"HJC", "hip"}, knee{"KJC", "knee"}, ankle{"AJC", "ankle"},
-    malleolus{"LMAL", "lateral_malleolus"}, heel{"HEEL", "heel"}, toe_tip{"TTIP", "toe_tip"};
+    malleolus{"LMAL", "lateral_malleolus"}, heel{"HEEL", "heel"}, toe_tip{"TTIP", "toe_tip"}, none{"", ""};
 
 struct SegmentPlan {
   std::string_view segment;
@@ -34,7 +34,7 @@ struct SegmentPlan {
   std::string_view cuts;
 };
 
-constexpr std::array<SegmentPlan, 10> plans{{
+constexpr std::array<SegmentPlan, 13> plans{{
     {"head", {{{vertex, cervicale}, {vertex, cervicale}}}, {{{"", "neck"}, vertex}}, {}, "zatsiorsky"},
     {"upper_trunk", {{{suprasternale, xiphion}, {cervicale, xiphion}}}, {}, {}, "zatsiorsky"},
     {"middle_trunk", {{{xiphion, omphalion}, {xiphion, omphalion}}}, {}, {}, "zatsiorsky"},
@@ -45,6 +45,10 @@ constexpr std::array<SegmentPlan, 10> plans{{
     {"thigh", {{{hip, knee}, {hip, knee}}}, {knee, hip}, {"knee", ""}, "zatsiorsky"},
     {"shank", {{{knee, ankle}, {knee, malleolus}}}, {ankle, knee}, {"malleolus", "knee"}, "joint"},
     {"foot", {{{heel, toe_tip}, {heel, toe_tip}}}, {heel, toe_tip}, {}, "joint"},
+    // groups of segments.hpp; a limb, which may be bent, has no length
+    {"trunk", {{{suprasternale, mid_hip}, {cervicale, mid_hip}}}, {}, {}, "zatsiorsky"},
+    {"arm", {{{none, none}, {none, none}}}, {elbow, shoulder}, {"elbow", ""}, "zatsiorsky"},
+    {"leg", {{{none, none}, {none, none}}}, {knee, hip}, {"knee", ""}, "zatsiorsky"},
 }};
 
 // The landmarks of one side of a body, in metres.

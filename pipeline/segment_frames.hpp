@@ -12,6 +12,8 @@
 //   to hip; the knee's epicondyles shank          KJC-AJC, else KJC-LMAL     ankle to knee; the malleoli,
 //   else the knee's epicondyles foot           HEEL-TTIP                  X from heel to toe; Y up to the
 //   ankle, square to X
+// Of groups (segmentation/segments.hpp) the trunk has the axes of its parts and SUPR-MIDH, else CERV-MIDH; an
+// arm and a leg have those of upper arm and thigh, and no length.
 // Where a line is missing, the trunk's right stands in, and `axes` says so; where the neck or a hip is, the
 // patient's axes stand in for the trunk's.
 #pragma once
@@ -27,11 +29,11 @@ namespace borelli {
 /// SegmentFrame::axes of a part of the trunk where the patient's axes stand in.
 inline constexpr std::string_view patients_axes = "the patient's, for want of the neck or a hip";
 
-/// The frame of a part (as in parts.hpp), points in metres. Nothing where the points of its Y axis (of a
-/// foot: its X) are not there, or for the trunk neither those of its axes nor both endpoints. Without both
-/// endpoints it has axes but no length. `cuts` is the convention
-/// that the labels were cut by: of "deleva1996" the planes are told apart as published (zatsiorsky, joint),
-/// another name stands as it is. `inertial`: of the part, in patient axes; only a hand's axes need it.
+/// The frame of a part (as in parts.hpp) or a group of parts, points in metres. Nothing where the points of
+/// its Y axis (of a foot: its X) are not there, or for the trunk neither those of its axes nor both
+/// endpoints. Without both endpoints it has axes but no length. `cuts` is the convention that the labels were
+/// cut by: of "deleva1996" the planes are told apart as published (zatsiorsky, joint), another name stands as
+/// it is. `inertial`: of the part, in patient axes; only a hand's axes need it.
 std::optional<SegmentFrame> segment_frame(std::string_view part, const Landmarks& landmarks,
                                           const Inertial& inertial, std::string_view cuts = "deleva1996");
 

@@ -1,5 +1,7 @@
 #include "pipeline/segmentation_files.hpp"
 
+#include <algorithm>
+
 #include "pipeline/colour_table.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/given_landmarks.hpp"
@@ -14,8 +16,16 @@ namespace fs = std::filesystem;
 
 json segmentation_account(const Segmentation& segmentation, const std::string& input,
                           const std::string& reading) {
-  json all = json::object();
+  json all = json::object(), segments = json::object();
+  const auto& asked = segmentation.asked;
+  for (const Segment& segment : asked) segments[segment.name] = segment.of;
+  const auto wanted = [&](std::string_view part) {
+    return asked.empty() || std::ranges::any_of(asked, [&](const Segment& segment) {
+             return std::ranges::find(segment.of, part) != segment.of.end();
+           });
+  };
   for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (!wanted(parts[n].name)) continue;
     const PartFinding& finding = segmentation.part[n];
     all[std::string(parts[n].name)] = {{"label", n},
                                        {"coverage", name_of(finding.coverage)},
@@ -23,11 +33,13 @@ json segmentation_account(const Segmentation& segmentation, const std::string& i
                                        {"confidence", finding.confidence},
                                        {"note", finding.note}};
   }
-  return {{"input", input},
-          {"reading", reading},
-          {"convention", name_of(segmentation.convention)},
-          {"parts", all},
-          {"warnings", segmentation.warnings}};
+  json account{{"input", input},
+               {"reading", reading},
+               {"convention", name_of(segmentation.convention)},
+               {"parts", all},
+               {"warnings", segmentation.warnings}};
+  if (!asked.empty()) account["segments"] = segments;
+  return account;
 }
 
 Result<void> write_label_files(const fs::path& path, const LabelMap& labels) {
@@ -51,13 +63,21 @@ Result<void> write_label_files(const fs::path& path, const LabelMap& labels) {
 
 Result<void> write_segmentation(const fs::path& folder, const Segmentation& segmentation, const json& account,
                                 const std::string& given) {
-  if (auto written = write_label_files(folder / "labels.nii.gz", segmentation.labels); !written)
+  std::error_code absent;
+  for (const char* name : all_parts_file_names) fs::remove(folder / name, absent);  // of an earlier choice
+  const bool all = segmentation.asked.empty();
+  if (auto written =
+          write_label_files(folder / (all ? "labels.nii.gz" : "parts.nii.gz"), segmentation.labels);
+      !written)
     return written;
+  if (!all) {
+    const LabelMap asked = labels_of_segments(segmentation.labels, segmentation.asked);
+    if (auto written = write_label_files(folder / "labels.nii.gz", asked); !written) return written;
+  }
   const auto marks = write_whole(folder / "landmarks.json", [&](const fs::path& path) {
     return write_landmarks(path.string(), segmentation.landmarks);
   });
   if (!marks) return marks;
-  std::error_code absent;
   if (const fs::path points = folder / "landmarks.mrk.json";
       given.empty() || !fs::equivalent(points, given, absent)) {
     const auto markups = write_whole(

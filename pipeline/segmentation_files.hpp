@@ -2,9 +2,12 @@
 //
 //   labels.nii.gz, labels.tsv   part numbers on the scan's grid, and their names
 //   labels.ctbl                 their colours, for 3D Slicer
+//   parts.nii.gz, .tsv, .ctbl   where segments were asked for (segments.hpp): all parts, which labels.nii.gz
+//                               was taken from; the table needs their neighbours
 //   landmarks.json              joint centres and bony points (segmentation/landmarks_file.hpp)
 //   landmarks.mrk.json          the same as points of 3D Slicer, for a person to mend and hand back
-//   segmentation.json           per part its coverage, confidence and note; warnings; how the file was read
+//   segmentation.json           per part asked for its coverage, confidence and note; warnings; how the file
+//                               was read
 #pragma once
 
 #include <array>
@@ -20,10 +23,11 @@ namespace borelli {
 nlohmann::json segmentation_account(const Segmentation& segmentation, const std::string& input,
                                     const std::string& reading);
 
-/// The files that write_segmentation leaves.
+/// The files that write_segmentation leaves, and those besides where segments were asked for.
 inline constexpr std::array segmentation_file_names{"labels.tsv",         "labels.ctbl",
                                                     "labels.nii.gz",      "landmarks.json",
                                                     "landmarks.mrk.json", "segmentation.json"};
+inline constexpr std::array all_parts_file_names{"parts.nii.gz", "parts.tsv", "parts.ctbl"};
 
 /// A label map, its names (TSV) and its colours (colour_table.hpp), all whole or none: made in a folder
 /// beside, then moved to `path` and beside it. Errors: as write_labels.

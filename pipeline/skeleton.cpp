@@ -12,7 +12,7 @@
 #include "pipeline/joint_ranges.hpp"
 #include "pipeline/segment_frames.hpp"
 #include "segmentation/cuts.hpp"
-#include "segmentation/parts.hpp"
+#include "segmentation/segments.hpp"
 
 namespace borelli {
 namespace {
@@ -57,6 +57,12 @@ std::optional<Vector3d> point_in_world(const Landmarks& landmarks, const std::st
   return Vector3d(1e-3 * it->second.point);
 }
 
+std::vector<Part> tree_of(const PartInertials& present) {
+  std::vector<std::string> names;
+  for (const auto& [name, inertial] : present) names.push_back(name);
+  return segment_tree(names);
+}
+
 // A part's origin: its joint where there is one (the lower trunk's: between the hips), else its gravity
 // centre.
 Vector3d part_origin(const Part& part, const PartInertials& present, const Landmarks& landmarks) {
@@ -68,7 +74,11 @@ Vector3d part_origin(const Part& part, const PartInertials& present, const Landm
 class Builder {
  public:
   Builder(const PartInertials& present, const Landmarks& landmarks, const SkeletonOptions& options)
-      : present_(present), landmarks_(landmarks), options_(options), axes_(trunk_axes(landmarks)) {}
+      : present_(present),
+        tree_(tree_of(present)),
+        landmarks_(landmarks),
+        options_(options),
+        axes_(trunk_axes(landmarks)) {}
 
   Result<Skeleton> build();
 
@@ -90,6 +100,7 @@ class Builder {
   void warn(std::string text) { result_.warnings.push_back(std::move(text)); }
 
   const PartInertials& present_;
+  std::vector<Part> tree_;  // of those that are there
   const Landmarks& landmarks_;
   const SkeletonOptions& options_;
   Eigen::Matrix3d axes_;  // columns: the trunk's left, back, up
@@ -99,8 +110,8 @@ class Builder {
 
 Inertial Builder::subtree(const Part& part) const {
   Inertial sum = present_.find(part.name)->second;
-  for (const Part& child : parts)
-    if (child.parent == part.name && present_.contains(child.name)) sum += subtree(child);
+  for (const Part& child : tree_)
+    if (child.parent == part.name) sum += subtree(child);
   return sum;
 }
 
@@ -196,7 +207,7 @@ std::vector<Switch> Builder::joint(const Part& part) {
       warn(fmt::format("{}: its {} is missing, so it is free in space", part.name, part.parent));
     return free_in_space(part);
   }
-  const Part& parent = parts[static_cast<std::size_t>(part_label(part.parent))];
+  const Part& parent = *std::ranges::find(tree_, part.parent, &Part::name);
   const Vector3d offset = origin(part) - origin(parent);
   Switch to_joint{.kind = Fixed{{Eigen::Matrix3d::Identity(), offset}}, .coordinate = ""};
   const std::string name(part.joint), kind = without_side(name);
@@ -290,20 +301,18 @@ Result<Skeleton> Builder::build() {
       "comes down; there is no contact. Each passive joint springs towards a tuck, and away from "
       "the\nends of its ranges.";
   for (const auto& [name, inertial] : present_) {
-    if (part_label(name) == 0) return bad_use(name, "is no part of the body");
+    if (!is_segment(name)) return bad_use(name, "is no part of the body");
     whole_ += inertial;
   }
   if (present_.empty()) return failure("skeleton", "no part was found, so there is nothing to move");
 
-  for (std::size_t label = 1; label < parts.size(); ++label) {
-    const Part& part = parts[label];
-    const auto it = present_.find(part.name);
-    if (it == present_.end()) continue;
+  for (const Part& part : tree_) {
     Solid solid;
     solid.name = std::string(part.name);
     solid.parent = is_root(part) ? std::string(world_name) : std::string(part.parent);
     solid.switches = joint(part);
-    solid.inertials = {it->second.expressed_in(Eigen::Matrix3d::Identity(), -origin(part))};
+    solid.inertials = {
+        present_.find(part.name)->second.expressed_in(Eigen::Matrix3d::Identity(), -origin(part))};
     scene.solids.push_back(std::move(solid));
   }
   scene.simulation.end_time = options_.leap.flight_time;
@@ -317,7 +326,7 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<std::string>&
   PartInertials present;
   for (const InertiaRow& row : table.rows) {
     if (row.completeness == Completeness::absent || row.inertial.mass <= 0) continue;
-    if (part_label(row.part) == 0) {
+    if (!is_segment(row.part)) {
       warnings.push_back(row.part + " is no part of the skeleton's tree and does not move");
       continue;
     }
@@ -336,8 +345,8 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<std::string>&
 std::map<std::string, Pose, std::less<>> scan_poses(const PartInertials& present,
                                                     const Landmarks& landmarks) {
   std::map<std::string, Pose, std::less<>> X_WS;
-  for (const Part& part : parts)
-    if (present.contains(part.name)) X_WS[std::string(part.name)].p = part_origin(part, present, landmarks);
+  for (const Part& part : tree_of(present))
+    X_WS[std::string(part.name)].p = part_origin(part, present, landmarks);
   return X_WS;
 }
 

@@ -25,7 +25,8 @@
 
 namespace borelli {
 
-/// Inertial elements of each part in the world frame (patient axes, m), in the pose of the scan.
+/// Inertial elements of each part, or group of parts (segmentation/segments.hpp), in the world frame (patient
+/// axes, m), in the pose of the scan.
 using PartInertials = std::map<std::string, Inertial, std::less<>>;
 
 /// What the body does when it is let go: a leap from a trampoline with a tucked backward somersault, passive

@@ -17,6 +17,7 @@
 #include "segmentation/convention.hpp"
 #include "segmentation/landmarks.hpp"
 #include "segmentation/parts.hpp"
+#include "segmentation/segments.hpp"
 #include "segmentation/volume.hpp"
 
 namespace borelli {
@@ -39,7 +40,8 @@ struct PartFinding {
 };
 
 struct Segmentation {
-  LabelMap labels;      ///< on the scan's own grid, labels as in parts.hpp
+  LabelMap labels;      ///< on the scan's own grid, labels as in parts.hpp: all parts, whatever is asked for
+  SegmentChoice asked;  ///< what of it is asked for; empty: all
   Landmarks landmarks;  ///< patient frame, mm
   std::array<PartFinding, parts.size()> part{};
   Convention convention = Convention::deleva1996;  ///< by which the parts were cut

@@ -19,7 +19,7 @@ namespace borelli {
 namespace {
 
 struct InertiaSettings {
-  std::string volume, labels, names, mapping, landmarks, findings, quantity, sampling, convention;
+  std::string volume, labels, names, mapping, landmarks, findings, quantity, sampling, convention, segments;
   MeasureOptions measure;
   std::vector<std::string> compared;
   std::vector<std::string> outputs;
@@ -87,6 +87,9 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     completeness = completeness_of(found->part);
     labels = std::move(found->labels), landmarks = std::move(found->landmarks);
   }
+  auto asked = choose_segments(settings.segments, labels->names);
+  if (!asked) return tl::unexpected(asked.error());
+  options.segments = std::move(*asked);
   if (!settings.findings.empty()) {
     const auto findings = read_findings(settings.findings);
     if (!findings) return tl::unexpected(findings.error());
@@ -276,6 +279,7 @@ void add_inertia(CLI::App& program, Command& command) {
                    "Axes of the segments: along the joint centres, or as the ISB defines them")
       ->check(CLI::IsMember({"joints", "isb"}))
       ->capture_default_str();
+  verb->add_option("--segments", settings->segments, segments_help);
   verb->add_option("--compare", settings->compared,
                    "Tables (.json) to compare instead: of two their differences, of more their means and "
                    "regressions on stature and mass");

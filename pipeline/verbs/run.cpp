@@ -1,6 +1,7 @@
 // borelli run: the whole way from a volume to a moving body and its report.
 #include "pipeline/run.hpp"
 #include "pipeline/measure.hpp"
+#include "pipeline/table_tolerance.hpp"
 
 #include <fmt/core.h>
 
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 
 struct Asked {
   RunSettings run;
-  std::string out, quantity;
+  std::string out, quantity, table_tolerance;
   bool work_grid_chosen = false, tolerance_chosen = false;
 };
 
@@ -41,6 +42,9 @@ void print_outcome(const nlohmann::json& record, const fs::path& folder) {
   for (const auto& stage : record["stages"])
     for (const auto& warning : stage.value("warnings", nlohmann::json::array()))
       fmt::print("warning: {}: {}\n", stage["stage"].get<std::string>(), warning.get<std::string>());
+  for (const auto& stage : record["stages"])
+    if (stage.contains("tolerance") && stage["tolerance"]["met"])
+      fmt::print("{}\n", stage["tolerance"]["in_words"].get<std::string>());
   for (const auto& stage : record["stages"])
     if (stage.contains("mass_kg") && !stage.contains("by_hand"))
       fmt::print("mass {:.3f} kg; ", stage["mass_kg"].get<double>());
@@ -65,6 +69,19 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
       return bad_use(
           "--convention " + settings.convention,
           "is of labels that were cut so (--labels); parts are found by deleva1996, dempster or bone");
+  if (settings.labels.empty() || !settings.label_mapping.empty())
+    if (const auto segments = choose_segments(settings.segments); !segments)
+      return tl::unexpected(segments.error());
+  if (!asked.table_tolerance.empty()) {
+    if (asked.work_grid_chosen)
+      return bad_use("--table-tolerance", "picks the work grid: leave one of it and --work-grid out");
+    if (!settings.labels.empty() && settings.label_mapping.empty())
+      return bad_use("--table-tolerance",
+                     "picks the grid for finding parts, and --labels gives them: leave one of the two out");
+    const auto tolerance = parse_tolerance(asked.table_tolerance);
+    if (!tolerance) return tl::unexpected(tolerance.error());
+    settings.table_tolerance = *tolerance;
+  }
   if (asked.tolerance_chosen && !method_is_adaptive(settings.method))
     return bad_use("--tolerance", "has no effect with " + settings.method +
                                       ", whose steps are all of one length: give --step");
@@ -119,9 +136,12 @@ void add_run(CLI::App& program, Command& command) {
                    "Axes of the segments: along the joint centres, or as the ISB has them")
       ->check(CLI::IsMember({"joints", "isb"}))
       ->capture_default_str();
+  verb->add_option("--segments", s.segments, segments_help);
   verb->add_option("--work-grid", s.work_grid_mm, "Grid on which parts are looked for, mm")
       ->check(number_within(finest_step, coarsest_step))
       ->capture_default_str();
+  verb->add_option("--table-tolerance", asked->table_tolerance,
+                   "Pick the coarsest work grid that gives every entry of the table within this, e.g. 1%");
   verb->add_option("--method", s.method, "Integrator")
       ->check(CLI::IsMember(integrator_names()))
       ->capture_default_str();
@@ -162,7 +182,8 @@ void add_run(CLI::App& program, Command& command) {
     if (!method_is_adaptive(asked->run.method)) verb->get_option("--tolerance")->configurable(false);
     // where labels are given no grid is for finding parts: the settings kept say none, and run again as they
     // are
-    if (!asked->run.labels.empty() && asked->run.label_mapping.empty())
+    const bool picked = !asked->table_tolerance.empty();
+    if ((!asked->run.labels.empty() && asked->run.label_mapping.empty()) || picked)
       verb->get_option("--work-grid")->configurable(false);
     asked->run.settings_text = settings_text(*verb);
     command.work = [asked](const Command& chosen) { return work(*asked, chosen); };

@@ -3,9 +3,11 @@
 
 #include <array>
 #include <optional>
+#include <set>
 
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/table_tolerance.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -17,8 +19,10 @@ namespace borelli {
 namespace {
 
 struct Asked {
-  std::string volume, folder, quantity, landmarks, labels, names, mapping, convention = "deleva1996";
+  std::string volume, folder, quantity, landmarks, labels, names, mapping, segments, tolerance,
+      convention = "deleva1996";
   double step = 3;
+  bool step_chosen = false;
 };
 
 void print(const Segmentation& found, const std::string& reading, const std::string& folder) {
@@ -30,7 +34,10 @@ void print(const Segmentation& found, const std::string& reading, const std::str
   for (std::size_t n = parts.size(); n < found.labels.names.size(); ++n)
     fmt::print("{:<18} {:<7} {:>10.3f}\n", found.labels.names[n], "",
                static_cast<double>(voxels[n]) * found.labels.grid.voxel_volume() * 1e-6);
+  std::set<std::string, std::less<>> asked;
+  for (const Segment& segment : found.asked) asked.insert(segment.of.begin(), segment.of.end());
   for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (!asked.empty() && !asked.contains(parts[n].name)) continue;
     const PartFinding& part = found.part[n];
     if (part.coverage == Coverage::absent)
       fmt::print("{:<18} absent\n", parts[n].name);
@@ -44,7 +51,16 @@ void print(const Segmentation& found, const std::string& reading, const std::str
       folder);
 }
 
-Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions& options) {
+// `pick`: where a tolerance picks the grid
+Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions& options,
+                                  const SegmentChoice& segments, std::optional<GridPick>& pick) {
+  if (pick && volume.quantity == Quantity::mr)
+    return bad_use("--tolerance", "is for CT, where parts are found on a grid: leave it out");
+  if (pick) {
+    MeasureOptions by;
+    by.cuts = name_of(options.convention), by.threads = options.threads, by.segments = segments;
+    return segment_within(volume, pick->tolerance, options, by, *pick);
+  }
   if (volume.quantity != Quantity::mr) return segment(volume, options);
   const auto reading = read_mr(volume, options.classes, options.threads);
   if (!reading) return tl::unexpected(reading.error());
@@ -52,6 +68,15 @@ Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions
 }
 
 Result<nlohmann::json> run(const Asked& asked, const Command& command) {
+  auto segments = choose_segments(asked.segments);
+  if (!segments) return tl::unexpected(segments.error());
+  std::optional<GridPick> pick;
+  if (!asked.tolerance.empty()) {
+    if (asked.step_chosen) return bad_use("--tolerance", "picks the grid: leave one of it and --step out");
+    const auto tolerance = parse_tolerance(asked.tolerance);
+    if (!tolerance) return tl::unexpected(tolerance.error());
+    pick.emplace().tolerance = *tolerance;
+  }
   ReadOptions reading;
   if (!asked.quantity.empty()) {
     const auto quantity = parse_quantity(asked.quantity);
@@ -82,15 +107,19 @@ Result<nlohmann::json> run(const Asked& asked, const Command& command) {
     options.classes = &*classes;
   }
   bar.begin("finding the body's parts");
-  auto found = segment_scan(scanned->volume, options);
+  auto found = segment_scan(scanned->volume, options, *segments, pick);
   bar.end(found ? "done" : "failed");
   if (!found) return tl::unexpected(found.error());
+  found->asked = std::move(*segments);
   for (const auto& list : {told, scanned->warnings})
     found->warnings.insert(found->warnings.begin(), list.begin(), list.end());
-  const auto account = segmentation_account(*found, asked.volume, scanned->reading);
+  if (pick && !pick->met) found->warnings.push_back(in_words(*pick));
+  auto account = segmentation_account(*found, asked.volume, scanned->reading);
+  if (pick) account["tolerance"] = to_json(*pick);
   if (const auto written = write_segmentation(asked.folder, *found, account, asked.landmarks); !written)
     return tl::unexpected(written.error());
   if (!command.json) print(*found, scanned->reading, asked.folder);
+  if (!command.json && pick && pick->met) fmt::print("{}\n", in_words(*pick));
   for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
   return account;
 }
@@ -120,8 +149,13 @@ void add_segment(CLI::App& program, Command& command) {
                    "How parts are cut: by de Leva's planes, by Dempster's, or each voxel with its bone")
       ->check(CLI::IsMember({"deleva1996", "dempster", "bone"}))
       ->capture_default_str();
-  verb->callback(
-      [&command, asked] { command.work = [asked](const Command& chosen) { return run(*asked, chosen); }; });
+  verb->add_option("--tolerance,--table-tolerance", asked->tolerance,
+                   "Pick the coarsest grid that gives every entry of the inertia table within this, e.g. 1%");
+  verb->add_option("--segments", asked->segments, segments_help);
+  verb->callback([&command, asked, verb] {
+    asked->step_chosen = verb->count("--step") > 0;
+    command.work = [asked](const Command& chosen) { return run(*asked, chosen); };
+  });
 }
 
 }  // namespace borelli

@@ -282,6 +282,36 @@ TEST(Skeleton, PartsThatAreMissingAreNotInvented) {
   EXPECT_FALSE(build_skeleton({}, made.phantom.landmarks));
 }
 
+// A trunk as one solid: whatever hung on its parts hangs on it, at the same joints, and the whole is the
+// same.
+TEST(Skeleton, GroupsOfPartsAreOneSolidEach) {
+  const Body made = body();
+  PartInertials some;
+  for (const auto& [name, inertial] : made.parts) {
+    const bool trunk = name.ends_with("trunk"),
+               leg = name == "thigh_left" || name == "shank_left" || name == "foot_left";
+    Inertial& solid = some[trunk ? "trunk" : leg ? "leg_left" : name];
+    solid += inertial;
+  }
+  const auto skeleton = build_skeleton(some, made.phantom.landmarks);
+  ASSERT_TRUE(skeleton) << skeleton.error().message();
+  EXPECT_TRUE(skeleton->warnings.empty()) << skeleton->warnings.front();
+  ASSERT_EQ(skeleton->scene.solids.size(), 12u);
+  for (const auto& [name, parent, joint] : {std::array{"trunk", "world", "mid_hip"},
+                                            {"head", "trunk", "neck"},
+                                            {"upper_arm_left", "trunk", "shoulder_left"},
+                                            {"leg_left", "trunk", "hip_left"},
+                                            {"thigh_right", "trunk", "hip_right"},
+                                            {"shank_right", "thigh_right", "knee_right"}}) {
+    EXPECT_EQ(solid(skeleton->scene, name).parent, parent) << name;
+    const Pose X = pose(skeleton->scene, name);
+    EXPECT_LT((X.p - 1e-3 * made.phantom.landmarks.at(joint).point).norm(), 1e-12) << name;
+    EXPECT_LT((X.R - Eigen::Matrix3d::Identity()).norm(), 1e-13) << name;
+    EXPECT_LT((X * solid(skeleton->scene, name).inertials.at(0).centre - some.at(name).centre).norm(), 1e-12)
+        << name;
+  }
+}
+
 TEST(Skeleton, CutPartsAreTakenWithTheReasonThatTheirRowGives) {
   InertiaTable table;
   InertiaRow row;

@@ -97,6 +97,7 @@ function flatten(term, value, rows) {
 const said = {
   'segmentation/labels.nii.gz': 'the parts, voxel by voxel',
   'segmentation/labels.tsv': 'the labels’ names',
+  'segmentation/parts.nii.gz': 'all parts, of which those asked for were taken',
   'segmentation/landmarks.json': 'joint centres and bony points',
   'inertia/table.csv': 'the inertia table, for a spreadsheet',
   'inertia/table.json': 'the inertia table, for programs',

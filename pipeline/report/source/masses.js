@@ -2,6 +2,8 @@
 import { fixed, h, onResize, partTitle, significant } from './dom.js';
 
 const rowHeight = 26;
+// de Leva's masses are Zatsiorsky's, so that the two marks would lie on each other in most rows
+const closest = 5; // pixels
 const marks = [
   {
     key: 'deleva',
@@ -15,6 +17,7 @@ const marks = [
   },
   {
     key: 'zatsiorsky',
+    hiddenBy: 'deleva', // drawn where it stands apart from that mark
     draw: (x, y) =>
       h('path', { class: 'mark filled', d: `M${x} ${y - 5.5} L${x + 5.5} ${y + 4.5} L${x - 5.5} ${y + 4.5} Z` }),
   },
@@ -59,8 +62,16 @@ export function makeMassChart(rows, names, whole) {
     h('span', {}, h('span', { class: 'swatch neutral' }), 'this body'),
     marks
       .filter(({ key: k }) => rows.some((row) => Number.isFinite(row.published[k]?.mass)))
-      .map(({ key: k, draw: mark }) =>
-        h('span', {}, h('svg', { width: 14, height: 14, 'aria-hidden': 'true' }, mark(7, 7)), names[k] ?? k),
+      .map(({ key: k, hiddenBy, draw: mark }) =>
+        h(
+          'span',
+          {},
+          h('svg', { width: 14, height: 14, 'aria-hidden': 'true' }, mark(7, 7)),
+          names[k] ?? k,
+          hiddenBy && rows.some((row) => Number.isFinite(row.published[hiddenBy]?.mass))
+            ? ` (where it stands apart from ${names[hiddenBy] ?? hiddenBy})`
+            : '',
+        ),
       ),
     rows.some(hasDeviation)
       ? h(
@@ -181,9 +192,12 @@ function barOf(row, index, x, used, names, width, roomy) {
             middle + 7, // clear of the published marks
           )
         : null,
-      used.map(({ key, draw }) =>
-        Number.isFinite(row.published[key]?.mass) ? draw(x(row.published[key]?.mass), middle) : null,
-      ),
+      // the first, de Leva's, on top
+      [...used].reverse().map(({ key, hiddenBy, draw }) => {
+        const at = x(row.published[key]?.mass);
+        const other = hiddenBy ? x(row.published[hiddenBy]?.mass) : NaN;
+        return Number.isFinite(at) && !(Math.abs(at - other) < closest) ? draw(at, middle) : null;
+      }),
       h('text', { class: 'row-value', x: width - 4, y: middle + 4, 'text-anchor': 'end' }, value),
     ),
   ];

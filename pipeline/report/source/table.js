@@ -77,7 +77,7 @@ export function makeTables(report, rows, sources) {
   const having = (value) =>
     Object.keys(sources).filter((key) => rows.some(({ published: p }) => p[key]?.[value] !== undefined));
   const views = {
-    Mass: [massTable(rows, having('mass'), sources)],
+    Mass: [massTable(rows, having('mass'), sources, isWhole(report))],
     'Gravity centre': [centreTable(rows, having('centreShare'), sources)],
     'Radii of gyration': [radiiTable(rows, having('radii'), sources)],
     'Inertia tensor': tensorTables(rows),
@@ -150,7 +150,8 @@ function tabs(views) {
   return h('div', { class: 'tabs' }, list, panels);
 }
 
-export const isWhole = (rows) => rows.every(({ completeness }) => completeness === 'whole');
+/** Whether shares are of the whole body; the table's rows may be some of its segments only. */
+export const isWhole = (report) => report.table?.body?.completeness === 'whole';
 
 const number = (text, extra = '') => h('td', { class: `number ${extra}` }, text);
 const head = (text, extra = {}) => h('th', { scope: 'col', class: 'number', ...extra }, text);
@@ -206,14 +207,14 @@ function difference(row, value, reference) {
   return number(`${signed((100 * (value - reference)) / reference, 1)} %`, 'difference');
 }
 
-function massTable(rows, used, sources) {
+function massTable(rows, used, sources, ofBody) {
   const sum = (get) => rows.reduce((total, row) => total + (get(row) || 0), 0);
   const mass = sum((r) => r.mass);
   const volume = sum((r) => r.volume);
   const compared =
     used.length > 0 ? '; differences are ours against the published ones, in percent of theirs' : '';
   return table(
-    `Volume, mass and share of ${isWhole(rows) ? 'the body’s mass' : 'the mass in the scan'}${compared}`,
+    `Volume, mass and share of ${ofBody ? 'the body’s mass' : 'the mass in the scan'}${compared}`,
     [
       [
         partHead(2),

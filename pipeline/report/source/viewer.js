@@ -65,7 +65,7 @@ async function build() {
 function header(report, rows) {
   const { subject, source, run, motion } = report;
   const verdict = verdictOf(motion);
-  const whole = rows.reduce((sum, { mass }) => sum + (mass || 0), 0);
+  const whole = report.table?.body?.mass_kg ?? 0;
   const found = rows.filter(({ completeness }) => completeness === 'whole').length;
   const cut = rows.filter(({ completeness }) => completeness === 'cut').length;
   const duration = motion?.times?.length > 1 ? motion.times.at(-1) - motion.times[0] : 0;
@@ -75,7 +75,7 @@ function header(report, rows) {
   const numbers = (words) => words.map((word, i) => (i % 2 ? h('small', {}, ` ${word} `) : word));
   const warnings = warningsOf(report);
   const facts = [
-    whole > 0 ? fact(significant(whole, 4), 'kg', isWhole(rows) ? 'body mass' : 'in the scan') : null,
+    whole > 0 ? fact(significant(whole, 4), 'kg', isWhole(report) ? 'body mass' : 'in the scan') : null,
     rows.length > 0
       ? fact(String(found), `of ${rows.length}${cut ? `, ${cut} cut` : ''}`, 'parts whole')
       : null,
@@ -124,7 +124,7 @@ function sourceText({ source, segmentation, run }) {
 
 function anatomy(report, rows, redraws) {
   const sources = sourcesOf(rows);
-  const chart = makeMassChart(rows, sources, isWhole(rows) ? 'the body’s mass' : 'the mass in the scan');
+  const chart = makeMassChart(rows, sources, isWhole(report) ? 'the body’s mass' : 'the mass in the scan');
   redraws.push(chart.draw);
   return section('inertia', 'Parts and their inertia', chart.element, makeTables(report, rows, sources));
 }

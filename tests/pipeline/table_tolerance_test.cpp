@@ -1,0 +1,125 @@
+// The grid that a tolerance picks: the table by it is compared with that by the finest grid there is, of
+// which the pick knows nothing.
+#include "pipeline/table_tolerance.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "samples/phantom.hpp"
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/read.hpp"
+#include "tests/paths.hpp"
+
+namespace borelli {
+namespace {
+
+InertiaTable table_by(const GreyVolume& volume, const Segmentation& found) {
+  MeasureOptions options;
+  options.deviations = false;
+  return measure(volume, found.labels, found.landmarks, options, completeness_of(found.part)).value();
+}
+
+SegmentOptions by_step(double step) {
+  SegmentOptions options;
+  options.step = step;
+  return options;
+}
+
+class TableToleranceOnBodies : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(TableToleranceOnBodies, EveryEntryIsWithinItOfTheFinestGrid) {
+  PhantomOptions body;
+  body.variation = GetParam();
+  body.sex = GetParam() % 2 ? Sex::female : Sex::male;
+  GridOptions grid;
+  grid.spacing.setConstant(3);
+  ScanOptions scanner;
+  scanner.noise_hu = 10;
+  const Phantom phantom = build_phantom(body).value();
+  const GreyVolume scan = voxelise(phantom, phantom_grid(phantom, grid), scanner).grey;
+  std::vector<GridTable> tables;
+  for (const double step : grids_to_try(scan))
+    tables.push_back({step, table_by(scan, segment(scan, by_step(step)).value())});
+  const InertiaTable& full = *tables.back().table;
+
+  std::vector<double> picked;
+  for (const double tolerance : {0.1, 0.05, 0.02, 0.01, 0.005}) {
+    std::size_t n = 1;
+    while (n + 1 < tables.size() && !judged(tables[n - 1], tables[n], tolerance, 3).met) ++n;
+    double worst = 0;
+    std::string where;
+    for (const EntryErrors& e : entry_errors(*tables[n].table, full))
+      if (e.largest() > worst) worst = e.largest(), where = e.part;
+    EXPECT_LE(worst, tolerance) << where << ", grid of " << tables[n].step << " mm";
+    picked.push_back(tables[n].step);
+    RecordProperty(std::to_string(tolerance),
+                   std::to_string(tables[n].step) + " mm, off by " + std::to_string(worst) + " in " + where);
+  }
+  EXPECT_TRUE(std::ranges::is_sorted(picked, std::greater()));  // who asks for less gets a coarser grid
+  EXPECT_GT(picked.front(), picked.back());                     // and something is saved
+
+  GridPick pick;
+  const auto found = segment_within(scan, 0.05, {}, {}, pick);
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_EQ(pick.step, picked[1]);
+  EXPECT_EQ(found->labels.voxels, segment(scan, by_step(pick.step)).value().labels.voxels);
+}
+
+INSTANTIATE_TEST_SUITE_P(Drawn, TableToleranceOnBodies, testing::Values(0, 3));
+
+TEST(TableTolerance, OnTheIcrpMaleWhatItsSlicesCannotGiveIsSaid) {
+  const std::string file = test::shared_folder() + "/volumes/icrp_am/AM_hu.nii.gz";
+  if (!std::filesystem::exists(file)) GTEST_SKIP() << "needs " << file;
+  const auto scan = read_volume(file, {FileQuantity::hu, {}});
+  ASSERT_TRUE(scan) << scan.error().message();
+  GridPick pick;
+  ASSERT_TRUE(segment_within(scan->volume, 0.01, {}, {}, pick));
+  EXPECT_FALSE(pick.met);                                   // slices of 8 mm
+  EXPECT_EQ(pick.step, grids_to_try(scan->volume).back());  // so that nothing is off from it
+  EXPECT_NE(in_words(pick).find("1 % is more than"), std::string::npos) << in_words(pick);
+}
+
+TEST(TableTolerance, ErrorsAreRelativeToTheSegment) {
+  InertiaRow row;
+  row.part = "head";
+  row.volume = 0.008;  // a cube of 0.2 m
+  row.inertial = {8, {0, 0, 1}, Eigen::Vector3d(0.05, 0.06, 0.07).asDiagonal()};
+  InertiaRow other = row;
+  other.inertial = {8.08, {0.002, 0, 1}, Eigen::Vector3d(0.05, 0.06, 0.0665).asDiagonal()};
+  const auto one = make_table({}, {row}), two = make_table({}, {other});
+  const auto errors = entry_errors(two, one);
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_NEAR(errors[0].mass, 0.01, 1e-12);
+  EXPECT_NEAR(errors[0].centre, 0.01, 1e-12);
+  EXPECT_NEAR(errors[0].moments, 0.05, 1e-12);
+  other.completeness = Completeness::cut;  // no longer the same thing
+  EXPECT_EQ(entry_errors(make_table({}, {other}), one)[0].mass, 1);
+}
+
+TEST(TableTolerance, VoxelsThatCannotGiveItAreNamed) {
+  InertiaRow row;
+  row.part = "hand_left";
+  row.volume = 4e-4;
+  row.inertial = {0.4, {0, 0, 1}, 1e-4 * Eigen::Matrix3d::Identity()};
+  // by cause: voxels 0.3 and 0.4 of a percent, planes 5 percent, which no voxels answer for
+  row.deviations = {{"mass_kg", 0.02, {0.0012, 0.0016, 0.02}}};
+  InertiaTable table = make_table({}, {row});
+  table.rows[0].deviations = row.deviations;
+  table.causes = {"noise", "voxel_size", "cut_planes"};
+  EXPECT_EQ(beyond_the_voxels(table, 0.01), "");
+  const std::string said = beyond_the_voxels(table, 0.0049);
+  EXPECT_NE(said.find("0.49 % is less than"), std::string::npos) << said;
+  EXPECT_NE(said.find("0.5 % of hand_left mass_kg"), std::string::npos) << said;
+}
+
+TEST(TableTolerance, AreReadAsSharesAndPercents) {
+  EXPECT_DOUBLE_EQ(parse_tolerance("1%").value(), 0.01);
+  EXPECT_DOUBLE_EQ(parse_tolerance(" 0.5 %").value(), 0.005);
+  EXPECT_DOUBLE_EQ(parse_tolerance("0.02").value(), 0.02);
+  for (const char* wrong : {"", "%", "1 percent", "-1%", "0.01%", "60%", "1", "nan", "1%%"})
+    EXPECT_FALSE(parse_tolerance(wrong)) << wrong;
+}
+
+}  // namespace
+}  // namespace borelli
