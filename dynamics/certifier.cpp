@@ -197,15 +197,20 @@ void Certifier::note_assembly(const Assembly& assembly) {
   tell("velocities", "/s", assembly.velocity);
 }
 
+void Certifier::observe_overlap(double t, const Contact& contact, double gap) {
+  ConstraintResidual& residual = certificate_.residuals[contact.constraint];
+  if (-gap <= residual.position) return;
+  residual.position = -gap;
+  residual.position_time = t;
+}
+
+void Certifier::observe_gaps(double t, const Eigen::VectorXd& h) {
+  for (const Contact& contact : system_.contacts) observe_overlap(t, contact, h[contact.row]);
+}
+
 void Certifier::observe_contacts(double t, const ContactStep& step) {
-  for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
-    const Contact& contact = system_.contacts[i];
-    ConstraintResidual& residual = certificate_.residuals[contact.constraint];
-    if (const double overlap = -step.gap[Eigen::Index(i)]; overlap > residual.position) {
-      residual.position = overlap;
-      residual.position_time = t;
-    }
-  }
+  for (std::size_t i = 0; i < system_.contacts.size(); ++i)
+    observe_overlap(t, system_.contacts[i], step.gap[Eigen::Index(i)]);
   certificate_.impacts += step.impacts;
   certificate_.impact_loss += step.impact_loss;
   if (const double gain = step.group_work.sum(); gain > 0) {

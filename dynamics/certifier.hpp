@@ -59,6 +59,8 @@ class Certifier {
     ++certificate_.impacts;
     certificate_.impact_loss += lost;
   }
+  /// Takes in the rows of all contacts, open ones too, after a step: what overlaps.
+  void observe_gaps(double t, const Eigen::VectorXd& h);
   /// Takes in what contacts did in a step that ended at t, where the method realises them itself.
   void observe_contacts(double t, const ContactStep& step);
   /// An explicit method found the scene stiff at time t.
@@ -82,6 +84,7 @@ class Certifier {
   void judge_energy(const Work& work);
   void observe_momenta(double t, const Workspace& workspace);
   void observe_residuals(double t, const State& state, const Workspace& workspace);
+  void observe_overlap(double t, const Contact& contact, double gap);
   void note_singular_positions();
   void note_assembly(const Assembly& assembly);
 

@@ -70,6 +70,19 @@ inline int kinematic_row_count(const ConstraintKind& kind) {
       kind);
 }
 
+/// The radii of both of what touches, together, m: its gap is a distance less that. 0: of something flat, or
+/// a limit.
+inline double radii_of(const ConstraintKind& kind) {
+  return std::visit(
+      [](const auto& k) {
+        if constexpr (requires { k.radii; })
+          return k.radii.a + k.radii.b;
+        else
+          return 0.;
+      },
+      kind);
+}
+
 /// The surface of a unilateral constraint.
 inline ContactSurface surface_of(const ConstraintKind& kind) {
   return std::visit(

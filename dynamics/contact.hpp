@@ -53,8 +53,9 @@ struct ContactSurface {
   }
 };
 
-/// A slip slower than this has no direction of its own, m/s.
-inline constexpr double least_slip = 1e-10;
+/// m/s. A slip that has come down to less has ended; one below the second goes the way it went, or was to
+/// begin: its direction would follow the least of forces, in less time than any step.
+inline constexpr double least_slip = 1e-10, least_steered_slip = 1e-6;
 
 /// The slip direction of a sliding contact whose velocity across is `slip` (m/s).
 template <class T>
@@ -63,7 +64,7 @@ void slip_direction(const ContactMode& mode, const T (&slip)[2], T (&direction)[
   const double along = value_of(slip[0]) * mode.slip[0] + value_of(slip[1]) * mode.slip[1];
   direction[0] = mode.slip[0];
   direction[1] = mode.slip[1];
-  if (along <= least_slip) return;
+  if (along <= least_steered_slip) return;
   const T speed = sqrt(slip[0] * slip[0] + slip[1] * slip[1]);
   direction[0] = slip[0] / speed;
   direction[1] = slip[1] / speed;

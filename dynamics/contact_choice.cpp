@@ -12,7 +12,8 @@ namespace {
 // parts of the accelerations at hand that are zero, and of a friction's limit that have reached it
 constexpr double small = 1e-9, at_the_limit = 1e-6;
 
-ContactMode mode_of(const Shock& contacts, const ShockResult& result, int i, bool from_limit, double scale) {
+ContactMode mode_of(const Shock& contacts, const ShockResult& result, int i, const Vector2d& at_limit,
+                    double scale) {
   const double normal = result.impulse[3 * i], friction = contacts.surfaces[i].friction;
   ContactMode mode;
   if (normal * contacts.response(3 * i, 3 * i) <= small * scale) return mode;
@@ -23,8 +24,8 @@ ContactMode mode_of(const Shock& contacts, const ShockResult& result, int i, boo
   if (slip.squaredNorm() == 0 && force.norm() >= (1 - at_the_limit) * friction * normal) {
     if (moves.norm() > small * scale)
       slip = moves.normalized();
-    else if (from_limit)
-      slip = -force.normalized();
+    else
+      slip = at_limit;
   }
   if (slip.squaredNorm() == 0)
     mode.touch = Touch::sticking;
@@ -35,14 +36,14 @@ ContactMode mode_of(const Shock& contacts, const ShockResult& result, int i, boo
 
 }  // namespace
 
-Choice choose_modes(const Shock& contacts, const std::vector<char>& at_limit, double gravity) {
+Choice choose_modes(const Shock& contacts, const std::vector<Vector2d>& slip_at_limit, double gravity) {
   const int n = int(contacts.surfaces.size());
   const ShockResult result = press(contacts);
   Choice out{.settled = result.settled, .jammed = -1, .modes = {}};
   double scale = gravity;
   for (int i = 0; i < n; ++i) scale = std::max(scale, std::abs(contacts.velocity[3 * i]));
   if (result.jammed >= 0 && result.velocity[3 * result.jammed] < -small * scale) out.jammed = result.jammed;
-  for (int i = 0; i < n; ++i) out.modes.push_back(mode_of(contacts, result, i, at_limit[i], scale));
+  for (int i = 0; i < n; ++i) out.modes.push_back(mode_of(contacts, result, i, slip_at_limit[i], scale));
   return out;
 }
 

@@ -18,9 +18,9 @@ struct Choice {
 };
 
 /// `contacts`: n closed ones that neither approach nor part; its `velocity` holds the accelerations that they
-/// have without any of their forces, m/s^2, and `slip` the directions of those that slide. `at_limit`: those
-/// that come from sticking at the limit of their friction, and slide now if that limit is still reached.
-/// `gravity`, m/s^2: with the accelerations it says what is small.
-Choice choose_modes(const Shock& contacts, const std::vector<char>& at_limit, double gravity);
+/// have without any of their forces, m/s^2, and `slip` the directions of those that slide. `slip_at_limit`:
+/// where to those slide (unit) that come from sticking at the limit of their friction, if that is still
+/// reached; zero: others. `gravity`, m/s^2: with the accelerations it says what is small.
+Choice choose_modes(const Shock& contacts, const std::vector<Eigen::Vector2d>& slip_at_limit, double gravity);
 
 }  // namespace borelli

@@ -34,13 +34,20 @@ ContactEvents::ContactEvents(const System& system, const SimulationSettings& set
       modes_(system.contacts.size()),
       slack_(system.contacts.size(), 0),
       hit_(system.contacts.size(), false),
-      at_limit_(system.contacts.size(), false) {
+      slip_at_limit_(system.contacts.size(), Eigen::Vector2d::Zero()),
+      borne_(slip_at_limit_),
+      shared_(system.contacts.size(), false) {
   every_.every_row = true;
 }
 
 double ContactEvents::friction_of(int i) const {
   const Contact& contact = system_.contacts[i];
   return contact.tangents ? surface_of(system_.parameters.constraints[contact.constraint].kind).friction : 0;
+}
+
+double ContactEvents::size_of(int i) const {
+  const double radii = radii_of(system_.parameters.constraints[system_.contacts[i].constraint].kind);
+  return radii > 0 ? radii : length_of(i);
 }
 
 void ContactEvents::tell() {
@@ -82,8 +89,9 @@ void ContactEvents::follow(const Workspace& workspace) {
       changed = true;
       modes_[i].slip[c] = workspace.rows.slip_along[i][c];
     }
+  scan_constraints(system_, system_.parameters, workspace.kinematics, every_);
+  certifier_.observe_gaps(workspace.kinematics.t, every_.h);
   if (any_slack_) {
-    scan_constraints(system_, system_.parameters, workspace.kinematics, every_);
     for (std::size_t i = 0; i < slack_.size(); ++i)
       if (slack_[i] > 0 && every_.h[system_.contacts[i].row] > slack_[i]) {
         slack_[i] = 0;
@@ -104,7 +112,9 @@ void ContactEvents::evaluate(const State& state, const Kinematics& kinematics, s
     EventValue* value = &values[functions * i];
     value[0] = value[1] = value[2] = value[3] = {1, 0};
     if (mode.touch == Touch::open) {
-      value[0] = {every_.h[row] + slack_[i], every_.rate[row]};
+      const int rows = system_.contacts[i].tangents ? 3 : 1;
+      value[0] = {every_.h[row] + slack_[i], every_.rate[row], every_.rate.segment(row, rows).norm(),
+                  size_of(int(i))};
       continue;
     }
     if (!solved) continue;
@@ -114,7 +124,7 @@ void ContactEvents::evaluate(const State& state, const Kinematics& kinematics, s
     if (mode.touch == Touch::sliding)
       // one that only bears its whole friction does not slip, but for rounding
       value[2] = {every_.rate[row + 1] * mode.slip[0] + every_.rate[row + 2] * mode.slip[1] + least_slip, 0};
-    else
+    else if (!shared_[i])
       value[2] = {(1 + at_limit_rounding) * friction * w_.multipliers[row] -
                       std::hypot(w_.multipliers[row + 1], w_.multipliers[row + 2]),
                   0};
@@ -123,7 +133,7 @@ void ContactEvents::evaluate(const State& state, const Kinematics& kinematics, s
 }
 
 /// What is left to the limit of the friction of each constraint's contacts together.
-void ContactEvents::compare_sums(std::span<EventValue> values) const {
+void ContactEvents::compare_sums(std::span<EventValue> values) {
   for (std::size_t first = 0, i = 0; first < modes_.size(); first = i) {
     const int constraint = system_.contacts[first].constraint;
     double normal = 0;
@@ -136,10 +146,22 @@ void ContactEvents::compare_sums(std::span<EventValue> values) const {
       normal += w_.multipliers[row];
       across += w_.multipliers.segment<2>(row + 1);
     }
+    const double size = across.norm();
+    for (std::size_t k = first; k < i; ++k)
+      borne_[k] = size > 0 ? Eigen::Vector2d(-across / size) : Eigen::Vector2d::Zero();
     if (sticks)
       values[functions * first + 3] = {
           (1 + at_limit_rounding) * friction_of(int(first)) * normal - across.norm(), 0};
   }
+}
+
+/// Whether another contact of the same constraint is closed: then their forces are not unique.
+bool ContactEvents::has_company(int i) const {
+  for (std::size_t k = 0; k < modes_.size(); ++k)
+    if (int(k) != i && modes_[k].touch != Touch::open &&
+        system_.contacts[k].constraint == system_.contacts[i].constraint)
+      return true;
+  return false;
 }
 
 Result<AfterEvent> ContactEvents::handle(std::span<const int> which, State& state, Workspace&,
@@ -147,10 +169,15 @@ Result<AfterEvent> ContactEvents::handle(std::span<const int> which, State& stat
   for (int f : which) {
     const int i = f / functions, what = f % functions;
     if (what == 0) hit_[i] = true;
-    if (what == 2 && modes_[i].touch == Touch::sticking) at_limit_[i] = true;
+    if (what == 2 && modes_[i].touch == Touch::sticking) {
+      if (has_company(i))
+        shared_[i] = true;
+      else
+        slip_at_limit_[i] = borne_[i];
+    }
     if (what == 3)
       for (std::size_t k = 0; k < modes_.size(); ++k)
-        if (system_.contacts[k].constraint == system_.contacts[i].constraint) at_limit_[k] = true;
+        if (system_.contacts[k].constraint == system_.contacts[i].constraint) slip_at_limit_[k] = borne_[k];
   }
   if (auto done = look(state); !done) return tl::unexpected(done.error());
   if (auto done = settle(state, log); !done) return tl::unexpected(done.error());
@@ -168,7 +195,16 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
     const int row = system_.contacts[i].row;
     const bool touches =
         before[i].touch != Touch::open || hit_[i] || every_.h[row] <= closed_gap * length_of(i);
-    if (!touches || mobility(row) == 0) continue;
+    if (!touches) continue;
+    if (mobility(row) == 0) {  // between prescribed motions
+      if (every_.rate[row] < -settings_.rest_speed || every_.h[row] < -closed_gap * length_of(i))
+        return failure(
+            fmt::format("contact '{}'", system_.contacts[i].name),
+            fmt::format("closes at t = {:.9g} s at {:.3g} per second, where no impulse can stop it: all that "
+                        "meets there is driven",
+                        state.t, -every_.rate[row]));
+      continue;
+    }
     closed.push_back(i);
     if (every_.rate[row] < -std::max(approaching * speed, 1e-3 * settings_.rest_speed)) approach = true;
   }
@@ -178,10 +214,12 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
   }
   if (auto done = choose(state, closed); !done) return done;
   std::fill(hit_.begin(), hit_.end(), false);
-  std::fill(at_limit_.begin(), at_limit_.end(), false);
+  std::fill(slip_at_limit_.begin(), slip_at_limit_.end(), Eigen::Vector2d::Zero());
   tell();
   if (any_closed_)
     if (auto done = take_away_speed(state); !done) return done;
+  for (std::size_t i = 0; i < modes_.size(); ++i)
+    if (before[i].touch != Touch::sticking || modes_[i].touch != Touch::sticking) shared_[i] = false;
   log_changes(state.t, before, log);
   return {};
 }
@@ -237,8 +275,11 @@ Result<void> ContactEvents::meet(State& state, const std::vector<int>& closed,
   const ShockResult result = resolve(shock, settings_.impacts, settings_.restitution, settings_.rest_speed);
   if (!result.settled)
     return failure(system_.scene,
-                   fmt::format("impacts follow each other without end at t = {:.9g} s, among them at '{}'",
-                               state.t, system_.contacts[closed[0]].name));
+                   fmt::format("impacts follow each other without end at t = {:.9g} s, among them at '{}'{}",
+                               state.t, system_.contacts[closed[0]].name,
+                               settings_.impacts == ImpactLaw::sequential
+                                   ? "; impacts = \"simultaneous\" takes them all at once"
+                                   : ""));
   state.v += response * result.impulse;
   for (int k = 0; k < n; ++k) {
     if (result.impulse[3 * k] == 0) continue;
@@ -255,8 +296,11 @@ Result<void> ContactEvents::choose(const State& state, const std::vector<int>& c
   for (ContactMode& mode : modes_) mode = {};
   std::fill(slack_.begin(), slack_.end(), 0);
   std::vector<int> contacts;
-  for (int i : closed)
-    if (every_.rate[system_.contacts[i].row] <= settings_.rest_speed) contacts.push_back(i);
+  for (int i : closed) {
+    const int row = system_.contacts[i].row;
+    slack_[i] = std::max(0., -every_.h[row]);
+    if (every_.rate[row] <= settings_.rest_speed) contacts.push_back(i);
+  }
   if (contacts.empty()) return {};
   for (ContactMode& mode : w_.rows.modes) mode = {};
   if (const Fault fault =
@@ -265,10 +309,10 @@ Result<void> ContactEvents::choose(const State& state, const std::vector<int>& c
   const Eigen::VectorXd free = w_.a;
   Eigen::MatrixXd response;
   Shock shock = shock_of(contacts, response);
-  std::vector<char> at_limit;
+  std::vector<Eigen::Vector2d> at_limit;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     const Contact& contact = system_.contacts[contacts[k]];
-    at_limit.push_back(at_limit_[contacts[k]]);
+    at_limit.push_back(slip_at_limit_[contacts[k]]);
     const Eigen::Vector2d slip = shock.velocity.segment<2>(3 * k + 1);
     if (slip.norm() > settings_.rest_speed) shock.slip[k] = slip.normalized();
     for (int c = 0; c < (contact.tangents ? 3 : 1); ++c)
@@ -291,7 +335,8 @@ Result<void> ContactEvents::choose(const State& state, const std::vector<int>& c
                     state.t));
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     modes_[contacts[k]] = choice.modes[k];
-    if (choice.modes[k].touch == Touch::open) slack_[contacts[k]] = rounding_gap * length_of(contacts[k]);
+    double& slack = slack_[contacts[k]];
+    slack = choice.modes[k].touch == Touch::open ? slack + rounding_gap * length_of(contacts[k]) : 0;
   }
   return {};
 }

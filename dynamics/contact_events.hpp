@@ -40,7 +40,7 @@ class ContactEvents : public EventSource {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(w_, modes_, slack_, hit_, at_limit_, any_closed_, any_slack_);
+    k(w_, modes_, slack_, hit_, slip_at_limit_, borne_, shared_, any_closed_, any_slack_);
   }
 
  private:
@@ -55,9 +55,12 @@ class ContactEvents : public EventSource {
   Result<void> take_away_speed(State& state);
   void log_changes(double t, const std::vector<ContactMode>& before, std::vector<LoggedEvent>& log) const;
   void tell();
-  void compare_sums(std::span<EventValue> values) const;
+  void compare_sums(std::span<EventValue> values);
   double length_of(int i) const { return system_.row_scale[system_.contacts[i].row]; }
+  /// m, of what meets.
+  double size_of(int i) const;
   double friction_of(int i) const;
+  bool has_company(int i) const;
   /// The acceleration that a unit force along a row gives along it, the bilateral constraints apart.
   double mobility(int row);
 
@@ -68,8 +71,14 @@ class ContactEvents : public EventSource {
   Workspace w_;
   ConstraintRows every_;  ///< the rows of all contacts
   std::vector<ContactMode> modes_;
-  std::vector<double> slack_;  ///< m: what a contact that was let go may seem to close by rounding
-  std::vector<char> hit_, at_limit_;
+  std::vector<double> slack_;  ///< m: what a contact that was let go overlaps, and may close by rounding
+  std::vector<char> hit_;
+  std::vector<Eigen::Vector2d>
+      slip_at_limit_;  ///< of those that come to their limit: where to they slide; zero: none
+  std::vector<Eigen::Vector2d>
+      borne_;  ///< against what the constraint's contacts bear together, when last looked at
+  std::vector<char>
+      shared_;  ///< sticks though it came to its own limit: others of its constraint bear what it cannot
   bool any_closed_ = false, any_slack_ = false;
 };
 

@@ -3,6 +3,7 @@
 // velocities or the mode of the motion (an impact), or only note it.
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +16,12 @@ namespace borelli {
 struct EventValue {
   double value = 0;
   double rate = 0;  ///< its derivative by time along the motion
+  /// How fast it can change at this state, whichever way things turn (the speed of what meets); less than
+  /// |rate| counts as |rate|. A function of which neither is known is looked at where steps end.
+  double speed = 0;
+  /// The least change over which it may turn sharply: the size of what meets, through which a step too long
+  /// may pass unseen.
+  double size = std::numeric_limits<double>::infinity();
 };
 
 /// Which passages through zero count.

@@ -18,13 +18,57 @@ constexpr double together = 16;
 
 int sign(double x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
 
-/// Where a function that starts on `side` with these values and rates h apart may have been through zero and
-/// back: it heads for zero at the start, away from it at the end, and the tangents meet beyond zero.
-bool may_have_been_through(int side, const EventValue& start, const EventValue& end, double h) {
-  if (side * start.rate >= 0 || side * end.rate <= 0) return false;
-  const double time = (end.value - end.rate * h - start.value) / (start.rate - end.rate);
-  return side * (start.value + start.rate * time) <= 0;
+// of the step: looks are no closer than these parts, at the most and where it matters
+constexpr double finest = 1. / 4096;
+
+// speeds change between looks
+constexpr double allowance = 2;
+
+/// Whether only rounding keeps a function of known size off zero.
+bool at_zero(const EventValue& value) {
+  return std::isfinite(value.size) && std::abs(value.value) <= 1e-13 * value.size;
 }
+
+/// How far a function may go between two looks.
+double reach(const EventValue& a, const EventValue& b, double time) {
+  return allowance * time * std::max({a.speed, std::abs(a.rate), b.speed, std::abs(b.rate)});
+}
+
+/// The cubic through two values and rates, h apart; s from 0 to 1.
+struct Cubic {
+  Cubic(const EventValue& a, const EventValue& b, double h)
+      : c0(a.value),
+        c1(a.rate * h),
+        c2(3 * (b.value - a.value) - (2 * a.rate + b.rate) * h),
+        c3(2 * (a.value - b.value) + (a.rate + b.rate) * h) {}
+  double at(double s) const { return c0 + s * (c1 + s * (c2 + s * c3)); }
+  /// How far it is from a look in the middle, in value and (over a quarter of the time) in rate.
+  double off(const EventValue& middle, double h) const {
+    return std::max(std::abs(at(0.5) - middle.value), std::abs(c1 + c2 + 0.75 * c3 - middle.rate * h) / 4);
+  }
+  /// Where it is nearest to zero or farthest beyond, seen from `side`, among its turning points within; the
+  /// middle if there are none.
+  double lowest(int side) const {
+    double best = 0.5;
+    const double half = c2 / 3, root = half * half - c3 * c1 / 3;
+    if (root < 0) return best;
+    // c1 + 2 c2 s + 3 c3 s^2 = 0, without cancellation
+    const double q = -(half + std::copysign(std::sqrt(root), half));
+    for (const double s : {q / c3, c1 / (3 * q)})
+      if (s > 0 && s < 1 && side * at(s) < side * at(best)) best = s;
+    return best;
+  }
+  /// Whether it keeps to `side` between its ends, if it is off by that much in the middle, and so elsewhere
+  /// by as much times 16 s^2 (1 - s)^2.
+  bool keeps(int side, double off) const {
+    for (int k = 1; k < 16; ++k) {
+      const double s = k / 16., share = 16 * s * s * (1 - s) * (1 - s);
+      if (side * at(s) <= share * off) return false;
+    }
+    return true;
+  }
+  double c0, c1, c2, c3;
+};
 
 }  // namespace
 
@@ -40,6 +84,7 @@ EventWatch::EventWatch(const System& system, std::vector<EventSource*> sources)
   values_.resize(count);
   hits_.reserve(count);
   which_.reserve(count);
+  ahead_.reserve(64);
 }
 
 void EventWatch::evaluate(const State& state, const Kinematics& kinematics) {
@@ -96,68 +141,168 @@ Result<bool> EventWatch::find(StepPath& path, double t, double h, const Landing&
   return true;
 }
 
-/// Finds the first event of function i in what is left of the step.
-Result<void> EventWatch::search(int i, StepPath& path, double h, Landing& landing) {
-  Watched& w = watched_[i];
-  w.found = none;
-  Error error;
-  const auto at = [&](double theta, EventValue& value) {
-    if (auto done = path.land(theta, landing); !done) {
-      error = done.error();
+/// The looks at one function in what is left of a step.
+class EventWatch::Search {
+ public:
+  Search(EventWatch& watch, int i, StepPath& path, double h, Landing& landing)
+      : watch_(watch), i_(i), path_(path), h_(h), landing_(landing) {}
+
+  bool look(double theta, EventValue& value) {
+    if (auto done = path_.land(theta, landing_); !done) {
+      error_ = done.error();
       return false;
     }
-    const State& state = landing.state;
-    update_kinematics(system_, system_.parameters, state.t, state.q.data(), state.v.data(), kinematics_);
-    evaluate(state, kinematics_);
-    value = values_[i];
+    const State& state = landing_.state;
+    update_kinematics(watch_.system_, watch_.system_.parameters, state.t, state.q.data(), state.v.data(),
+                      watch_.kinematics_);
+    watch_.evaluate(state, watch_.kinematics_);
+    value = watch_.values_[i_];
     return true;
-  };
-  const auto value_at = [&](double theta, double& y) {
-    EventValue value;
-    if (!at(theta, value)) return false;
-    y = value.value;
-    return true;
-  };
-  const auto rate_at = [&](double theta, double& y) {
-    EventValue value;
-    if (!at(theta, value)) return false;
-    y = value.rate;
-    return true;
-  };
-
-  struct Point {
-    double theta, value;
-  };
-  Point points[3] = {{w.from, w.start.value}};
-  int count = 1, side = w.side;
-  const bool crossed = side * w.end.value < 0;
-  // of a function that starts at zero, or beyond it by rounding, the turning point tells whether it left at
-  // all
-  if (w.start.rate * w.end.rate < 0 &&
-      (crossed ? side * w.start.value <= 0 : may_have_been_through(side, w.start, w.end, (1 - w.from) * h))) {
-    Root turn;
-    if (!find_root(rate_at, w.from, w.start.rate, 1, w.end.rate, std::sqrt(resolution_), turn))
-      return tl::unexpected(error);
-    Point point{turn.after, 0};
-    if (!value_at(point.theta, point.value)) return tl::unexpected(error);
-    points[count++] = point;
   }
-  points[count++] = {1, w.end.value};
-  for (int k = 1; k < count; ++k) {
-    const Point &before = points[k - 1], &after = points[k];
-    if (side * after.value >= 0) continue;
-    if (w.crossing == Crossing::both || (side > 0) == (w.crossing == Crossing::falling)) {
-      if (side * before.value <= 0) {
-        w.found = before.theta;  // it never left zero
-        return {};
+
+  enum class Answer { found, none, failed };
+
+  /// From a look at zero, whose rate points to `side`: to one that has left it, no later than `end`, with no
+  /// passage between: the cubic between them rises and a look in the middle bears it out. None: it never
+  /// leaves.
+  Answer leave(int side, const Look& from, const Look& end, Look& left) {
+    left = end;
+    for (;;) {
+      const double part = left.theta - from.theta, time = part * h_,
+                   least = 0.25 * side * from.value.rate * time;
+      Look middle{from.theta + 0.5 * part, {}};
+      if (0.5 * part < 4 * watch_.resolution_) return Answer::none;
+      if (!look(middle.theta, middle.value)) return Answer::failed;
+      const Cubic cubic(from.value, left.value, time);
+      const double off = cubic.off(middle.value, time);
+      if (reach(from.value, left.value, time) <= 2 * left.value.size && side * left.value.value > least &&
+          2 * side * middle.value.value > least && 8 * off < side * middle.value.value)
+        return Answer::found;
+      left = middle;
+    }
+  }
+
+  /// The first passage from `side` through zero between a look on that side and `end`, as two looks about it.
+  Answer passage(int side, Look& before, const Look& end, Look& after) {
+    std::vector<Look>& ahead = watch_.ahead_;
+    ahead.clear();
+    ahead.push_back(end);
+    while (!ahead.empty()) {
+      const Look next = ahead.back();
+      const double part = next.theta - before.theta, time = part * h_;
+      const bool through = side * next.value.value < 0;
+      const double reached = reach(before.value, next.value, time);
+      const bool near = std::abs(before.value.value) + std::abs(next.value.value) <= reached;
+      const bool sharp =
+          reached > 2 * next.value.size;  // what it may turn in is shorter than the way between
+      if (part <= std::max(sharp ? 0 : finest, 8 * watch_.resolution_) || !near) {
+        if (through) {
+          after = next;
+          return Answer::found;
+        }
+        before = next;
+        ahead.pop_back();
+        continue;
       }
-      Root root;
-      if (!find_root(value_at, before.theta, before.value, after.theta, after.value, resolution_, root))
-        return tl::unexpected(error);
-      w.found = root.after;
+      Look middle{before.theta + 0.5 * part, {}};
+      if (!look(middle.theta, middle.value)) return Answer::failed;
+      if (sharp) {
+        ahead.push_back(middle);
+        continue;
+      }
+      const Cubic cubic(before.value, next.value, time);
+      const double off = 4 * cubic.off(middle.value, time);
+      if (through) {
+        // one passage only, if the cubic is borne out
+        if (off > std::abs(before.value.value) + std::abs(next.value.value)) {
+          ahead.push_back(middle);
+        } else if (side * middle.value.value < 0) {
+          after = middle;
+          return Answer::found;
+        } else {
+          before = middle;
+          after = next;
+          return Answer::found;
+        }
+        continue;
+      }
+      if (side * middle.value.value >= 0) {
+        if (cubic.keeps(side, off)) {
+          before = next;
+          ahead.pop_back();
+          continue;
+        }
+        const double low = cubic.lowest(side);
+        if (side * cubic.at(low) < -off) {  // through and back: there it is
+          middle.theta = before.theta + low * part;
+          if (!look(middle.theta, middle.value)) return Answer::failed;
+        }
+      }
+      ahead.push_back(middle);
+    }
+    return Answer::none;
+  }
+
+  /// The moment between two looks, just after it.
+  Answer moment(const Look& before, const Look& after, double& theta) {
+    const auto value_at = [this](double at, double& y) {
+      EventValue value;
+      if (!look(at, value)) return false;
+      y = value.value;
+      return true;
+    };
+    Root root;
+    if (!find_root(value_at, before.theta, before.value.value, after.theta, after.value.value,
+                   watch_.resolution_, root))
+      return Answer::failed;
+    theta = root.after;
+    return Answer::found;
+  }
+
+  tl::unexpected<Error> failed() const { return tl::unexpected(error_); }
+
+ private:
+  EventWatch& watch_;
+  int i_;
+  StepPath& path_;
+  double h_;
+  Landing& landing_;
+  Error error_;
+};
+
+/// Finds the first event of function i in what is left of the step.
+Result<void> EventWatch::search(int i, StepPath& path, double h, Landing& landing) {
+  using Answer = Search::Answer;
+  Watched& w = watched_[i];
+  w.found = none;
+  Search search(*this, i, path, h, landing);
+  const Look end{1, w.end};
+  Look before{w.from, w.start};
+  int side = w.side;
+  const auto counts = [&] {
+    return w.crossing == Crossing::both || (side > 0) == (w.crossing == Crossing::falling);
+  };
+  if (side * before.value.value <= 0 && side * before.value.rate > 0) {
+    Look left;
+    const Answer answer = search.leave(side, before, end, left);
+    if (answer == Answer::failed) return search.failed();
+    if (answer == Answer::found) before = left;
+  }
+  if (side * before.value.value <= 0 && side * end.value.value < 0 && counts()) {
+    w.found = before.theta;  // it never left zero
+    return {};
+  }
+  for (;;) {
+    Look after;
+    const Answer answer = search.passage(side, before, end, after);
+    if (answer == Answer::failed) return search.failed();
+    if (answer == Answer::none) break;
+    if (counts()) {
+      if (search.moment(before, after, w.found) == Answer::failed) return search.failed();
       return {};
     }
     side = -side;
+    before = after;
   }
   w.side_at_end = side;
   return {};
@@ -198,6 +343,8 @@ Result<AfterEvent> EventWatch::handle(Landing& landing, Workspace& workspace, st
       w.side = std::abs(w.start.value) > 2 * std::abs(before.value) && value != 0 ? value
                : rate != 0                                                        ? rate
                                                                                   : -w.side;
+    else if (at_zero(w.start) && rate != 0)  // another event has let it go
+      w.side = rate;
     else if (w.found > 1 && value != 0)
       w.side = value;
     // one that is still to come in this step keeps its side, whatever rounding says

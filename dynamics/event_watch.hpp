@@ -1,6 +1,7 @@
-// Finds the first event in a step. A change of sign between the step's ends is a crossing; so is an excursion
-// through zero and back, if the function's rates at both ends point to it (towards zero at the start, away
-// from it at the end): the turning point between is looked at. More than that in one step is not seen.
+// Finds the first event in a step, however long that is. Between two looks a function has not been through
+// zero if both values are larger than what its speed allows, or if the cubic through values and rates at
+// both, which a look in the middle bears out, keeps off zero; else the middle is looked at, and both halves
+// in turn. A function that starts at zero (an impact just passed) is first followed to where it has left.
 #pragma once
 
 #include "dynamics/event.hpp"
@@ -40,6 +41,12 @@ class EventWatch {
     bool searched = false;
   };
   void evaluate(const State& state, const Kinematics& kinematics);
+  /// A look at one function within the step.
+  struct Look {
+    double theta = 0;
+    EventValue value;
+  };
+  class Search;
   Result<void> search(int i, StepPath& path, double h, Landing& landing);
 
   const System& system_;
@@ -49,6 +56,7 @@ class EventWatch {
   std::vector<Watched> watched_;
   Kinematics kinematics_;
   std::vector<int> hits_, which_;
+  std::vector<Look> ahead_;  ///< scratch
   bool end_known_ = false;
   double theta_ = 0;       ///< of the event found
   double resolution_ = 0;  ///< of theta

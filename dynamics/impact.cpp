@@ -1,11 +1,14 @@
 #include "dynamics/impact.hpp"
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <algorithm>
+#include <limits>
 
 namespace borelli {
 
 using Eigen::Matrix3d;
+using Eigen::MatrixXd;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -14,7 +17,7 @@ namespace {
 
 // velocities that are this part of the largest one at the start are zero
 constexpr double rounding = 1e-13, nearly = 1e-8;
-constexpr int most_passes = 200000, most_sweeps = 20000;
+constexpr int most_passes = 200000, most_sweeps = 20000, most_newton = 100;
 
 /// Moved from the law without rebound towards the asked one, as far as the work stays below zero.
 template <class Vector>
@@ -218,15 +221,118 @@ class Resolution {
   }
 
   /// Sweeps until impulses stay: each contact's normal impulse, then its friction, projected on the cone.
-  /// Where strong friction makes that swing, each contact's own problem is solved whole instead.
+  /// Where they come near only slowly (friction at its very limit, masses far apart) Newton's method goes on
+  /// from there; and where strong friction makes them swing, each contact's own problem is solved whole
+  /// instead.
   bool sweep(const VectorXd& target, const VectorXd& least, VectorXd& p) const {
     const VectorXd start = p;
-    if (sweep(target, least, p, false)) return true;
+    // where contacts are at the very limit of their friction sweeps come near, and no nearer
+    const double enough = std::max(nearly * shock_.velocity.cwiseAbs().maxCoeff(), 1e-2 * rest_speed_);
+    const double left = sweep(target, least, p, false);
+    if (left <= still_) return true;
+    // from what came near, and from what keeps all that touches where it is
+    VectorXd polished = p, kept = keeping(target);
+    double left_by_newton = newton(target, least, polished);
+    if (left_by_newton > enough)
+      if (const double left_of_kept = newton(target, least, kept); left_of_kept < left_by_newton) {
+        polished = kept;
+        left_by_newton = left_of_kept;
+      }
+    if (std::min(left, left_by_newton) <= enough) {
+      if (left_by_newton <= left) p = polished;
+      return true;
+    }
     p = start;
-    return sweep(target, least, p, true);
+    return sweep(target, least, p, true) <= enough;
   }
 
-  bool sweep(const VectorXd& target, const VectorXd& least, VectorXd& p, bool whole) const {
+  /// The least impulses after which normals have their targets and nothing slips.
+  VectorXd keeping(const VectorXd& target) const {
+    VectorXd wanted = -shock_.velocity;
+    for (int i = 0; i < n_; ++i) wanted[3 * i] += target[i];
+    return shock_.response.completeOrthogonalDecomposition().solve(wanted);
+  }
+
+  /// What each impulse would be after a projection with a step of its own size, and how that changes with the
+  /// impulses: P(p) of p = P(p).
+  void project(const VectorXd& target, const VectorXd& least, const VectorXd& p, VectorXd& to,
+               MatrixXd& slope) const {
+    const VectorXd u = shock_.velocity + shock_.response * p;
+    to = p;
+    slope.setZero(3 * n_, 3 * n_);
+    for (int i = 0; i < n_; ++i) {
+      const int row = 3 * i;
+      const double friction = shock_.surfaces[i].friction, own = shock_.response(row, row);
+      if (own <= 0) continue;
+      const double normal = p[row] - (u[row] - target[i]) / own;
+      to[row] = std::max(least[i], normal);
+      if (normal > least[i]) {
+        slope.row(row) = -shock_.response.row(row) / own;
+        slope(row, row) += 1;
+      }
+      const double across = std::max(shock_.response(row + 1, row + 1), shock_.response(row + 2, row + 2));
+      if (friction == 0 || across <= 0) continue;
+      if (slides(i)) {
+        to.segment<2>(row + 1) = -friction * to[row] * shock_.slip[i];
+        slope.middleRows<2>(row + 1) = -friction * shock_.slip[i] * slope.row(row);
+        continue;
+      }
+      const Vector2d tangent = p.segment<2>(row + 1) - u.segment<2>(row + 1) / across;
+      MatrixXd own_slope = -shock_.response.middleRows<2>(row + 1) / across;
+      own_slope(0, row + 1) += 1;
+      own_slope(1, row + 2) += 1;
+      const double limit = friction * to[row], size = tangent.norm();
+      if (size <= limit) {
+        to.segment<2>(row + 1) = tangent;
+        slope.middleRows<2>(row + 1) = own_slope;
+      } else {
+        const Vector2d along = tangent / size;
+        to.segment<2>(row + 1) = limit * along;
+        slope.middleRows<2>(row + 1) = limit / size * (own_slope - along * (along.transpose() * own_slope)) +
+                                       friction * along * slope.row(row);
+      }
+    }
+  }
+
+  /// Newton's method on p - P(p) = 0, which is not smooth where contacts change between open, sticking and
+  /// sliding (Alart and Curnier, A mixed formulation for frictional contact problems prone to Newton like
+  /// solution methods, CMAME 92, 1991); of dependent contacts the least change.
+  double newton(const VectorXd& target, const VectorXd& least, VectorXd& p) const {
+    VectorXd to, next_to, units(3 * n_);
+    MatrixXd slope;
+    for (int i = 0; i < 3 * n_; ++i) units[i] = std::max(shock_.response(i, i), 0.);
+    project(target, least, p, to, slope);
+    const auto off = [&](const VectorXd& a, const VectorXd& b) {
+      return (a - b).cwiseProduct(units).cwiseAbs().maxCoeff();
+    };
+    double size = off(p, to), least_size = size;
+    VectorXd nearest = to;
+    for (int pass = 0; pass < most_newton && size > still_; ++pass) {
+      const MatrixXd jacobian = MatrixXd::Identity(3 * n_, 3 * n_) - slope;
+      const VectorXd change = jacobian.completeOrthogonalDecomposition().solve(to - p);
+      double share = 1, best = 1, best_size = std::numeric_limits<double>::infinity();
+      for (int k = 0; k < 8 && best_size >= size; ++k, share /= 2) {
+        const VectorXd next = p + share * change;
+        project(target, least, next, next_to, slope);
+        if (const double now = off(next, next_to); now < best_size) {
+          best_size = now;
+          best = share;
+        }
+      }
+      p += best * change;
+      project(target, least, p, to, slope);
+      size = off(p, to);
+      if (size < least_size) {
+        least_size = size;
+        nearest = to;
+      }
+    }
+    p = nearest;
+    return least_size;
+  }
+
+  /// What the last sweep still changed, m/s.
+  double sweep(const VectorXd& target, const VectorXd& least, VectorXd& p, bool whole) const {
     VectorXd u = shock_.velocity + shock_.response * p;
     const auto move = [&](int row, double to) {
       const double by = to - p[row];
@@ -258,10 +364,9 @@ class Resolution {
           t = on_friction_cone(t, friction * p[row]);
         change = std::max({change, move(row + 1, t[0]), move(row + 2, t[1])});
       }
-      if (change <= still_) return true;
+      if (change <= still_) break;
     }
-    // where contacts are at the very limit of their friction they come near only slowly
-    return change <= nearly * shock_.velocity.cwiseAbs().maxCoeff();
+    return change;
   }
 
   /// What a unit of normal impulse, with the friction of a slip that has a direction, gives along the normal.
@@ -275,7 +380,7 @@ class Resolution {
 
   const Shock& shock_;
   RestitutionLaw law_;
-  double rest_speed_;
+  double rest_speed_;  ///< m/s; 0: of accelerations
   int n_;
   double still_;  ///< m/s
   ShockResult out_;

@@ -20,6 +20,15 @@ constexpr double closed_gap = 1e-9;
 constexpr double settled = 1e-10;
 constexpr int most_sweeps = 5000;
 
+/// The least gap of two rounded things within half a step before and after now, if they go on as they go: at
+/// `speed`, of which `rate` along the line between them.
+double least_gap(double gap, double rate, double speed, double radii, double half_step) {
+  const double distance = gap + radii;
+  // nearest outside the step, or at rest
+  if (speed * speed * half_step <= std::abs(rate) * distance) return gap;
+  return std::sqrt(std::max(0., 1 - rate * rate / (speed * speed))) * distance - radii;
+}
+
 }  // namespace
 
 MoreauStepping::Scratch::Scratch(const System& system)
@@ -42,7 +51,7 @@ MoreauStepping::Scratch::Scratch(const System& system)
 
 /// The contacts that touch or overlap in the middle of the step, with their velocities at its start (y) and
 /// those that its end would have without them (out).
-void MoreauStepping::find_acting(const MotionFlow& motion, const VectorXd& y, const VectorXd& out,
+void MoreauStepping::find_acting(const MotionFlow& motion, const VectorXd& y, const VectorXd& out, double h,
                                  double least_rebound) {
   const System& system = motion.system();
   const Eigen::Index n = system.nv;
@@ -54,6 +63,10 @@ void MoreauStepping::find_acting(const MotionFlow& motion, const VectorXd& y, co
     step_.gap[i] = s.every.h[contact.row];
     if (step_.gap[i] > closed_gap * system.row_scale[contact.row]) {
       impulse_.segment<3>(3 * i).setZero();
+      const double radii = radii_of(system.parameters.constraints[contact.constraint].kind);
+      if (radii > 0)
+        step_.gap[i] = least_gap(step_.gap[i], s.every.rate[contact.row],
+                                 s.every.rate.segment<3>(contact.row).norm(), radii, 0.5 * h);
       continue;
     }
     const Eigen::Index k = 3 * Eigen::Index(s.acting.size());
@@ -211,7 +224,7 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
   step_.impacts = 0;
   step_.impact_loss = step_.unsettled = 0;
   const double fall = system.parameters.gravity.norm() * h;  // what gravity makes of a velocity in the step
-  find_acting(*motion, y, out, fall);
+  find_acting(*motion, y, out, h, fall);
   const Eigen::Index rows = 3 * Eigen::Index(s.acting.size());
   if (rows == 0) return {.next_step = h};
   find_response(*motion);

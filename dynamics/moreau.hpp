@@ -17,7 +17,8 @@ namespace borelli {
 
 /// What the contacts did in the last step.
 struct ContactStep {
-  Eigen::VectorXd gap;         ///< m, of each contact in the middle of the step
+  Eigen::VectorXd gap;         ///< m, of each contact in the middle of the step; of those that do not act,
+                               ///< the least in it
   Eigen::VectorXd group_work;  ///< J, of their impulses on each independent group
   long impacts = 0;            ///< contacts that met faster than one step's gravity makes them
   double impact_loss = 0;      ///< J, lost in these
@@ -56,7 +57,7 @@ class MoreauStepping : public Integrator {
     Eigen::VectorXd wanted, correction, moved, slope;
   };
   void find_acting(const MotionFlow& motion, const Eigen::VectorXd& y, const Eigen::VectorXd& out,
-                   double least_rebound);
+                   double h, double least_rebound);
   void find_response(const MotionFlow& motion);
   double sweep(const System& system, const Eigen::VectorXd& target, double scale, Eigen::VectorXd& impulse);
   double work(const Eigen::VectorXd& impulse) const;

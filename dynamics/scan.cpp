@@ -194,6 +194,7 @@ void mask_contact(const System& system, int i, ConstraintRowsOf<T>& rows) {
     rows.slip.row(i) = along[0] * rows.L.row(contact.row + 1) + along[1] * rows.L.row(contact.row + 2);
   }
   const int kept = mode.touch == Touch::sliding ? 1 : 0;
+  if (kept == 0 && rows.degenerate == contact.row) rows.degenerate = -1;  // asks for no direction
   for (int r = contact.row + kept; r < contact.row + (contact.tangents ? 3 : 1); ++r) {
     rows.L.row(r).setZero();
     rows.E[r] = rows.h[r] = rows.rate[r] = rows.partial_rate[r] = T(0);

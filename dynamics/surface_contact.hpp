@@ -124,6 +124,7 @@ void capsule_over_capsule(ConstraintScan<T>& scan, int r, int a, const ThickSegm
   const T length = sqrt(d.squaredNorm());
   if (!(value_of(length) > 1e-12 * (A.radius + B.radius))) {
     scan.degenerate(r);
+    scan.residual(r, T(-A.radius - B.radius), T(0), T(0));
     return;
   }
   const Vector n = d / length;

@@ -338,6 +338,67 @@ TEST(ContactRuns, ContactsHoldUnderBaumgarteToo) {
   EXPECT_NEAR(rests.certificate.impact_loss, g, 1e-9);
 }
 
+TEST(ContactRuns, ABoxOnFourCornersBeginsToSlideWhereItsFrictionEnds) {
+  // pushed with 4 N/s: it slides from mu m g on, by (F(t) - mu m g) / m
+  for (double friction : {0.2, 0.4, 0.6})
+    for (const char* method : {"dopri5", "dop853"}) {
+      SCOPED_TRACE(fmt::format("{} at {}", method, friction));
+      Scene scene;
+      scene.solids = {solid("box", "world", free_switches("box"),
+                            {inertial(1, {0, 0, 0}, {0.1 / 12, 0.17 / 12, 0.25 / 12})})};
+      scene.solids[0].switches[2].q = {0.05};
+      BoxOverPlane meet;
+      meet.box = {"box", {0, 0, 0}};
+      meet.size = {0.4, 0.3, 0.1};
+      meet.plane.on = {"world", {0, 0, 0}};
+      meet.surface.friction = friction;
+      scene.constraints = {{"ground", meet}};
+      scene.efforts = {{"push", Force{{"box", {0, 0, 0}}, {1, 0, 0}, Axes::world, Polynomial{{0, 4}}, {}}}};
+      const Trajectory path = run(scene, settings(method, 2, 1e-3, 1e-9));
+      EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+      const double begins = friction * g / 4, slid = 2 - begins;
+      EXPECT_NEAR(last(path, 0), 4 * slid * slid * slid / 6, 1e-7);
+      ASSERT_EQ(events(path, "slip").size(), 4u);
+      EXPECT_NEAR(events(path, "slip")[0].time, begins, 1e-7);
+    }
+}
+
+TEST(ContactRuns, ABoxOnASlopeBesideItsFrictionsLimitStaysOrCreeps) {
+  const double angle = std::atan(0.4);
+  for (double beside : {-1e-2, -1e-3, -1e-4, 0., 1e-6, 1e-4, 1e-2}) {
+    SCOPED_TRACE(beside);
+    Scene scene = sample("block_on_slope.toml");
+    scene.solids[0].switches[0] = fixed({0, 0, 0}, Eigen::AngleAxisd(-angle, Vector3d::UnitY()).matrix());
+    scene.solids[1].switches[0].v = {0};
+    scene.simulation.end_time = 0.5;
+    std::get<BoxOverPlane>(scene.constraints[0].kind).surface.friction = 0.4 * (1 + beside);
+    const Trajectory path = run(scene);
+    EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+    const double down = std::max(0., -beside) * g * std::sin(angle);
+    EXPECT_NEAR(last(path, 0), -0.5 * down * 0.25, 1e-9);
+  }
+}
+
+TEST(ContactRuns, WhatIsDrivenTogetherIsNamed) {
+  Scene scene;
+  scene.solids = {
+      solid("driven", "world", {driven(slide("z", Vector3d::UnitZ()), Polynomial{{1, -1}})},
+            {inertial(1, {0, 0, 0}, {1, 1, 1})}),
+      solid("free", "world", {slide("x", Vector3d::UnitX(), 0, 1)}, {inertial(1, {0, 0, 0}, {1, 1, 1})})};
+  SphereOverPlane meet;
+  meet.sphere = {"driven", {0, 0, 0}};
+  meet.radius = 0.1;
+  meet.plane.on = {"world", {0, 0, 0}};
+  scene.constraints = {{"ground", meet}};
+  const System system = compiled(scene);
+  const auto out = simulate(system, system.initial, settings("dopri5", 2, 1e-2, 1e-8));
+  ASSERT_FALSE(out);
+  EXPECT_EQ(out.error().where, "contact 'ground'");
+  EXPECT_NE(out.error().what.find("closes at t = 0.9 s at 1 per second, where no impulse can stop it"),
+            std::string::npos)
+      << out.error().what;
+}
+
 TEST(ContactRuns, AnOverlapAtTheStartIsNamed) {
   Scene scene = sample("bouncing_ball.toml");
   scene.solids[0].switches[0].q = {0.05};
