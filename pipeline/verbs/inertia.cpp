@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "inertia/compare_tables.hpp"
 #include "inertia/published_summary.hpp"
@@ -36,6 +37,15 @@ Result<GreyVolume> read_grey(const InertiaSettings& settings, std::string& readi
   if (!scan) return tl::unexpected(scan.error());
   reading = scan->reading;
   return std::move(scan->volume);
+}
+
+// the map of all parts that a map of some segments was taken from (segmentation_files.hpp); empty where there
+// is none
+std::string parts_beside(const std::string& labels) {
+  const std::filesystem::path path(labels);
+  const auto all = path.parent_path() / "parts.nii.gz";
+  std::error_code absent;
+  return path.filename() == "labels.nii.gz" && std::filesystem::exists(all, absent) ? all.string() : "";
 }
 
 Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int threads) {
@@ -87,6 +97,11 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     completeness = completeness_of(found->part);
     labels = std::move(found->labels), landmarks = std::move(found->landmarks);
   }
+  if (const auto all = parts_beside(settings.labels); !classes && !all.empty())
+    fmt::print(stderr,
+               "warning: {} holds the segments that were asked for alone, and where they end the rest of the "
+               "body would count as their skin; {} with --segments gives the numbers of the whole\n",
+               settings.labels, all);
   auto asked = choose_segments(settings.segments, labels->names);
   if (!asked) return tl::unexpected(asked.error());
   options.segments = std::move(*asked);

@@ -91,6 +91,15 @@ TEST_F(SegmentsVerbs, ARunOfSomeHasThemAloneWithTheNumbersOfTheWholeRun) {
   EXPECT_EQ(account["parts"].size(), 5u);
   EXPECT_EQ(account["segments"]["trunk"].size(), 3u);
 
+  // the labels alone do not tell skin from what was left out
+  const std::string inertia = "inertia --volume " + path("scan.nii.gz") + " --segments thigh_left --labels ";
+  const std::string folder_of = (some / "segmentation").string();
+  EXPECT_NE(run_program(inertia + folder_of + "/labels.nii.gz").err.find("parts.nii.gz with --segments"),
+            std::string::npos);
+  const ProgramRun right = run_program(inertia + folder_of + "/parts.nii.gz -o " + path("right.json"));
+  EXPECT_EQ(right.err, "");
+  EXPECT_EQ(read_table(path("right.json")).value().rows.at(0).inertial.mass, table.rows.at(1).inertial.mass);
+
   // from the files it left, the same again
   const std::string before = read_whole(some / "inertia/table.json").value();
   fs::remove(some / "inertia/table.csv");
