@@ -85,17 +85,16 @@ std::vector<EntryErrors> errors_of_jumps(const InertiaTable& table, double coars
 
 GridPick judged(const GridTable& coarser, const GridTable& here, double tolerance, double coarsest_edge) {
   GridPick pick{tolerance, here.step, 0, false, {}};
-  if (!coarser.table || !here.table) return pick;
+  if (!here.table) return pick;
+  pick.errors = errors_of_jumps(*here.table, coarsest_edge);
+  if (!coarser.table) return pick;
   pick.against = coarser.step;
-  pick.errors = entry_errors(*coarser.table, *here.table);
-  const auto jumps = errors_of_jumps(*here.table, coarsest_edge);
-  for (EntryErrors& e : pick.errors) {
-    e.mass *= caution, e.centre *= caution, e.moments *= caution;
-    const auto least = std::ranges::find(jumps, e.part, &EntryErrors::part);
-    if (least == jumps.end()) continue;
-    e.mass = std::max(e.mass, least->mass);
-    e.centre = std::max(e.centre, least->centre);
-    e.moments = std::max(e.moments, least->moments);
+  for (const EntryErrors& differs : entry_errors(*coarser.table, *here.table)) {
+    auto e = std::ranges::find(pick.errors, differs.part, &EntryErrors::part);
+    if (e == pick.errors.end()) e = pick.errors.insert(e, {differs.part, 0, 0, 0});
+    e->mass = std::max(e->mass, caution * differs.mass);
+    e->centre = std::max(e->centre, caution * differs.centre);
+    e->moments = std::max(e->moments, caution * differs.moments);
   }
   pick.met = largest_of(pick.errors) <= tolerance;
   return pick;
@@ -122,16 +121,17 @@ Result<Segmentation> segment_within(const GreyVolume& volume, double tolerance, 
       now.table = std::move(*table);
     pick = judged(before, now, tolerance, edge);
     if (pick.met || n + 1 == steps.size()) return found;
-    // what no grid but the finest can be trusted with needs none between
-    if (now.table && largest_of(errors_of_jumps(*now.table, edge)) > tolerance && n + 2 < steps.size())
-      n = steps.size() - 2;
-    before = std::move(now);
+    // what no two grids can be trusted to agree on goes to the finest at once
+    const bool hopeless = now.table && largest_of(errors_of_jumps(*now.table, edge)) > tolerance;
+    if (hopeless) n = steps.size() - 2;
+    before = hopeless ? GridTable{} : std::move(now);
   }
   return failure("segmentation", "there is no grid to try");
 }
 
 std::string in_words(const GridPick& pick) {
-  if (pick.against == 0)
+  const bool jumps = largest_of(pick.errors) > pick.tolerance;
+  if (pick.against == 0 && !jumps)
     return fmt::format(
         "grid of {:.3g} mm, the finest: coarser ones find no parts to compare with, so that it "
         "is not known whether it gives {}",
@@ -152,10 +152,15 @@ std::string in_words(const GridPick& pick) {
   if (pick.met)
     return fmt::format("grid of {:.3g} mm for {}: by what it differs from {:.3g} mm it is off by at most {}",
                        pick.step, percent(pick.tolerance), pick.against, off);
+  if (pick.against == 0)
+    return fmt::format(
+        "{} is more than finding the parts gives in this scan: from one grid to another its landmarks may "
+        "move "
+        "by as much as changes {}; the finest grid, {:.3g} mm, was used",
+        percent(pick.tolerance), off, pick.step);
   return fmt::format(
       "{} is more than finding the parts gives in this scan: by what grids of {:.3g} and {:.3g} mm differ, "
-      "the "
-      "finer one, which was used, is off by up to {}",
+      "the finer one, which was used, is off by up to {}",
       percent(pick.tolerance), pick.against, pick.step, off);
 }
 

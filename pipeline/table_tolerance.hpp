@@ -34,7 +34,7 @@ std::vector<EntryErrors> entry_errors(const InertiaTable& table, const InertiaTa
 struct GridPick {
   double tolerance = 0;             ///< share
   double step = 0;                  ///< mm, of the grid picked
-  double against = 0;               ///< mm, of the coarser grid that it agrees with
+  double against = 0;               ///< mm, of the coarser grid that it was compared with; 0: with none
   bool met = false;                 ///< the tolerance; else `step` is the finest grid there is
   std::vector<EntryErrors> errors;  ///< estimated, of the table by `step`: twice what the two grids differ
                                     ///< by, and no less than errors_of_jumps

@@ -76,6 +76,7 @@ TEST(TableTolerance, OnTheIcrpMaleWhatItsSlicesCannotGiveIsSaid) {
   GridPick pick;
   ASSERT_TRUE(segment_within(scan->volume, 0.01, {}, {}, pick));
   EXPECT_FALSE(pick.met);                                   // slices of 8 mm
+  EXPECT_EQ(pick.against, 0);                               // no two grids could show otherwise
   EXPECT_EQ(pick.step, grids_to_try(scan->volume).back());  // so that nothing is off from it
   EXPECT_NE(in_words(pick).find("1 % is more than"), std::string::npos) << in_words(pick);
 }
@@ -95,6 +96,28 @@ TEST(TableTolerance, ErrorsAreRelativeToTheSegment) {
   EXPECT_NEAR(errors[0].moments, 0.05, 1e-12);
   other.completeness = Completeness::cut;  // no longer the same thing
   EXPECT_EQ(entry_errors(make_table({}, {other}), one)[0].mass, 1);
+}
+
+TEST(TableTolerance, AGridIsJudgedByWhatItDiffersAndByHowFarLandmarksJump) {
+  InertiaRow row;
+  row.part = "thigh_left";
+  row.volume = 0.008;  // a cube of 0.2 m
+  row.inertial = {8, {0, 0, 1}, Eigen::Vector3d(0.05, 0.06, 0.07).asDiagonal()};
+  InertiaRow other = row;
+  other.inertial.mass *= 1.02;
+  const GridTable coarse{6, make_table({}, {other})}, fine{4.5, make_table({}, {row})};
+  // joints of limbs jump by a quarter of the coarsest edge, here 1 mm in 200: moments by 2.5 times that share
+  const GridPick five = judged(coarse, fine, 0.05, 4);
+  EXPECT_TRUE(five.met);
+  EXPECT_EQ(five.step, 4.5);
+  EXPECT_EQ(five.against, 6);
+  EXPECT_NEAR(five.errors.at(0).mass, 0.04, 1e-12);  // twice the difference
+  EXPECT_NEAR(five.errors.at(0).moments, 0.0125, 1e-12);
+  EXPECT_FALSE(judged(coarse, fine, 0.03, 4).met);
+  EXPECT_FALSE(judged(coarse, fine, 0.05, 20).met);  // slices of 20 mm
+  const GridPick alone = judged({8, {}}, fine, 0.05, 4);
+  EXPECT_FALSE(alone.met);
+  EXPECT_NE(in_words(alone).find("no parts to compare with"), std::string::npos) << in_words(alone);
 }
 
 TEST(TableTolerance, VoxelsThatCannotGiveItAreNamed) {
