@@ -15,93 +15,158 @@ namespace {
 // below these rounding is as large as what the methods leave
 constexpr double least_explicit = 1e-14, least_implicit = 1e-12;
 
-double row_difference(const System& system, const Trajectory& a, Eigen::Index i, const Trajectory& b,
-                      Eigen::Index j) {
-  double worst = 0;
-  for (const CoordinateInfo& info : system.coordinates) {
+// how often two runs are compared
+constexpr int comparisons = 64;
+
+// a run by another sort of method may cost so many times what has been spent
+constexpr double worth_a_try = 5;
+
+void compare(const System& system, const Samples& a, const Samples& b, std::size_t i, Difference& worst) {
+  const auto take = [&](double size, std::size_t coordinate) {
+    if (size <= worst.size) return;
+    worst = {size, a.times[i], int(coordinate)};
+  };
+  for (std::size_t c = 0; c < system.coordinates.size(); ++c) {
+    const CoordinateInfo& info = system.coordinates[c];
     const double unit = system.velocity_scale[info.v_index];
     if (info.q_size == 4) {  // the angle between two orientations, by the chord of their quaternions
-      const Quaternion p = a.q.row(i).segment<4>(info.q_index), q = b.q.row(j).segment<4>(info.q_index);
-      worst = std::max(worst, 4 * std::asin(std::min(1.0, 0.5 * std::min((p - q).norm(), (p + q).norm()))));
+      const Quaternion p = a.q[i].segment<4>(info.q_index), q = b.q[i].segment<4>(info.q_index);
+      take(4 * std::asin(std::min(1.0, 0.5 * std::min((p - q).norm(), (p + q).norm()))), c);
     } else {
-      const double p = a.q(i, info.q_index), q = b.q(j, info.q_index);
-      worst = std::max(worst, std::abs(p - q) / (info.angle ? unit : std::max(unit, std::abs(q))));
+      const double p = a.q[i][info.q_index], q = b.q[i][info.q_index];
+      take(std::abs(p - q) / (info.angle ? unit : std::max(unit, std::abs(q))), c);
     }
     for (int k = info.v_index; k < info.v_index + info.v_size; ++k)
-      worst = std::max(worst, std::abs(a.v(i, k) - b.v(j, k)) / (unit + std::abs(b.v(j, k))));
+      take(std::abs(a.v[i][k] - b.v[i][k]) / (unit + std::abs(b.v[i][k])), c);
   }
-  return worst;
 }
 
 }  // namespace
 
-double largest_difference(const System& system, const Trajectory& a, const Trajectory& b) {
-  if (a.times != b.times) return row_difference(system, a, a.q.rows() - 1, b, b.q.rows() - 1);
-  double worst = 0;
-  for (Eigen::Index i = 0; i < a.q.rows(); ++i) worst = std::max(worst, row_difference(system, a, i, b, i));
+Difference largest_difference(const System& system, const Samples& a, const Samples& b) {
+  Difference worst;
+  for (std::size_t i = 0; i < std::min(a.q.size(), b.q.size()); ++i) compare(system, a, b, i, worst);
   return worst;
 }
 
-Result<Trajectory> run_to_accuracy(const System& system, const SimulationSettings& settings,
-                                   const RunOnce& run, const std::function<bool()>& stopped) {
-  SimulationSettings chosen = settings;
-  chosen.accuracy = 0;
-  chosen.method = settings.accuracy >= 1e-4 ? "dopri5" : "dop853";
-  chosen.tolerance = std::max(0.1 * settings.accuracy, 10 * least_explicit);
-  std::string why =
-      settings.accuracy >= 1e-4 ? "cheapest at such an accuracy" : "cheapest at a high accuracy";
-  // a method of several steps bears no projection between them
-  const char* const implicit =
-      system.rows > 0 && settings.constraints == ConstraintTreatment::projection ? "arkode" : "cvode";
-  bool stiff = false;
-  std::optional<Trajectory> before;
-  double tolerance_before = 0;
-  for (;;) {
-    auto now = run(chosen, !stiff);
-    if (!now) return now;
-    Certificate& c = now->certificate;
-    if (stopped()) return now;
-    if (!stiff && std::isfinite(c.stiff_from)) {
-      stiff = true;
-      why = fmt::format("{} found the scene stiff at t = {:.6g} s", chosen.method, c.stiff_from);
-      chosen.method = implicit;
-      chosen.tolerance = std::max(0.1 * settings.accuracy, 10 * least_implicit);
-      before.reset();
-      continue;
-    }
-    const double least = stiff ? least_implicit : least_explicit;
-    if (!before) {
-      tolerance_before = chosen.tolerance;
-      chosen.tolerance *= 0.1;
-    } else {
-      // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference
-      const double share = chosen.tolerance / tolerance_before;
-      const double difference =
-          largest_difference(system, *before, *now) * std::max(1.0, share / (1 - share));
-      const bool reached = difference <= settings.accuracy;
-      if (reached || chosen.tolerance <= least) {
-        c.accuracy = settings.accuracy;
-        c.estimated_error = difference;
-        c.notes.push_back(fmt::format(
-            "accuracy {:.3g}: chose {} ({}) at tolerance {:.2g}; differs from the run at {:.2g} by {:.2g}",
-            settings.accuracy, chosen.method, why, chosen.tolerance, tolerance_before, difference));
-        if (!reached && c.trusted) {
-          c.trusted = false;
-          c.reason = fmt::format(
-              "the accuracy of {:.3g} could not be shown: runs at tolerances {:.2g} and {:.2g} differ by "
-              "{:.2g}; "
-              "shorten the run, or ask for less",
-              settings.accuracy, tolerance_before, chosen.tolerance, difference);
-          c.reason_time = now->times.back();
-        }
-        return now;
-      }
-      tolerance_before = chosen.tolerance;
-      chosen.tolerance *= std::clamp(0.3 * settings.accuracy / difference, 1e-3, 0.1);
-    }
-    chosen.tolerance = std::max(chosen.tolerance, least);
-    before = std::move(*now);
+namespace {
+
+/// The choice of method and tolerance, from run to run.
+class Search {
+ public:
+  Search(const System& system, double start, const SimulationSettings& settings)
+      : system_(system), start_(start), settings_(settings), chosen_(settings) {
+    chosen_.accuracy = 0;
+    // a method of several steps bears no projection between them
+    implicit_ =
+        system.rows > 0 && settings.constraints == ConstraintTreatment::projection ? "arkode" : "cvode";
+    choose_explicit();
   }
+
+  Result<Trajectory> run(const RunOnce& run, const std::function<bool()>& stopped) {
+    for (;;) {
+      Samples samples;
+      samples.times = times();
+      auto now = run(chosen_, limits_, samples);
+      if (!now || stopped()) return now;
+      spent_ += double(now->certificate.evaluations);
+      if (samples.q.size() < samples.times.size()) {
+        change_method(now->certificate);
+        before_.reset();
+        continue;
+      }
+      limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through
+      if (before_ && judge(largest_difference(system_, *before_, samples), *now)) return now;
+      if (!before_) next_tolerance(0.1);
+      before_ = std::move(samples);
+    }
+  }
+
+ private:
+  std::vector<double> times() const {
+    std::vector<double> out;
+    if (!(settings_.end_time > start_)) return out;
+    for (int i = 1; i < comparisons; ++i)
+      out.push_back(start_ + (settings_.end_time - start_) * i / comparisons);
+    out.push_back(settings_.end_time);
+    return out;
+  }
+
+  void choose_explicit() {
+    chosen_.method = settings_.accuracy >= 1e-4 ? "dopri5" : "dop853";
+    why_ = settings_.accuracy >= 1e-4 ? "cheapest at such an accuracy" : "cheapest at a high accuracy";
+    least_ = least_explicit;
+    chosen_.tolerance = std::max(0.1 * settings_.accuracy, 10 * least_);
+  }
+
+  /// Gives over to the other sort of method, for five times what has been spent so far.
+  void change_method(const Certificate& left) {
+    if (found_.empty())
+      found_ = fmt::format("{} found the scene stiff at t = {:.6g} s", chosen_.method, left.stiff_from);
+    const bool from_implicit = chosen_.method == implicit_;
+    if (from_implicit) {
+      choose_explicit();
+      why_ = fmt::format("{}, but {} needs more than {:.3g} evaluations", found_, implicit_,
+                         limits_.evaluations);
+    } else {
+      chosen_.method = implicit_;
+      why_ = found_;
+      least_ = least_implicit;
+      chosen_.tolerance = std::max(0.1 * settings_.accuracy, 10 * least_);
+    }
+    limits_ = {.leave_if_stiff = false, .evaluations = worth_a_try * spent_};
+  }
+
+  void next_tolerance(double factor) {
+    tolerance_before_ = chosen_.tolerance;
+    chosen_.tolerance = std::max(chosen_.tolerance * factor, least_);
+  }
+
+  /// Whether the run is the answer; else chooses the next tolerance.
+  bool judge(const Difference& found, Trajectory& now) {
+    // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference
+    const double share = chosen_.tolerance / tolerance_before_;
+    const double difference = found.size * std::max(1.0, share / (1 - share));
+    const bool reached = difference <= settings_.accuracy;
+    if (!reached && chosen_.tolerance > least_) {
+      next_tolerance(std::clamp(0.3 * settings_.accuracy / difference, 1e-3, 0.1));
+      return false;
+    }
+    Certificate& c = now.certificate;
+    c.accuracy = settings_.accuracy;
+    c.estimated_error = difference;
+    c.notes.push_back(fmt::format(
+        "accuracy {:.3g}: chose {} ({}) at tolerance {:.2g}; differs from the run at {:.2g} by {:.2g}",
+        settings_.accuracy, chosen_.method, why_, chosen_.tolerance, tolerance_before_, difference));
+    if (reached || !c.trusted) return true;
+    const CoordinateInfo& worst = system_.coordinates[found.coordinate];
+    c.trusted = false;
+    c.reason = fmt::format(
+        "the accuracy of {:.3g} could not be shown: runs at tolerances {:.2g} and {:.2g} differ by {:.2g} in "
+        "coordinate '{}' of '{}' at t = {:.6g} s; shorten the run, or ask for less",
+        settings_.accuracy, tolerance_before_, chosen_.tolerance, difference, worst.name, worst.solid,
+        found.time);
+    c.reason_time = found.time;
+    return true;
+  }
+
+  const System& system_;
+  double start_;
+  const SimulationSettings& settings_;
+  SimulationSettings chosen_;
+  const char* implicit_;
+  RunLimits limits_{.leave_if_stiff = true};
+  std::string why_, found_;
+  double least_ = 0, tolerance_before_ = 0;
+  double spent_ = 0;  ///< evaluations, so far
+  std::optional<Samples> before_;
+};
+
+}  // namespace
+
+Result<Trajectory> run_to_accuracy(const System& system, double start, const SimulationSettings& settings,
+                                   const RunOnce& run, const std::function<bool()>& stopped) {
+  return Search(system, start, settings).run(run, stopped);
 }
 
 }  // namespace borelli

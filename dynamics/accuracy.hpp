@@ -5,29 +5,48 @@
 // differ by estimates the error of the coarser one (the finer's is about a tenth of it; more where rounding
 // allows no tolerance so much smaller, and the estimate grows with that); once it is within the accuracy the
 // finer run is returned. Accuracy counts on each component's scale (System::velocity_scale:
-// 1 rad, or the length of what a coordinate carries; velocities per second, and of their own size), at all
-// rows of an output interval, or at the end where every step is a row.
+// 1 rad, or the length of what a coordinate carries; velocities per second, and of their own size), at times
+// that both runs look at, from the methods' dense output.
 #pragma once
 
 #include <functional>
+#include <limits>
 
 #include "dynamics/system.hpp"
 
 namespace borelli {
 
-/// One run with those settings; ended early where it turns out stiff, if asked (Certificate::stiff_from
-/// tells).
-using RunOnce = std::function<Result<Trajectory>(const SimulationSettings&, bool leave_if_stiff)>;
+/// The states of a run at times that other runs are looked at, too.
+struct Samples {
+  std::vector<double> times;          ///< s, rising, after the start
+  std::vector<Eigen::VectorXd> q, v;  ///< as many as the run has come to
+};
 
-/// The largest difference of two runs of one system, as above; their rows must be at the same times but for
-/// output_interval = 0.
-double largest_difference(const System& system, const Trajectory& a, const Trajectory& b);
+/// What ends a run before its time.
+struct RunLimits {
+  bool leave_if_stiff = false;  ///< it turns out stiff (Certificate::stiff_from tells)
+  double evaluations = std::numeric_limits<double>::infinity();  ///< it takes more than so many
+};
 
-/// Runs to settings.accuracy (> 0): by dop853, or dopri5 from 1e-4 up; where these find the scene stiff by
-/// cvode, or by arkode where constraints are projected. The certificate says what was chosen and why, and
-/// distrusts a run whose accuracy could not be shown (a chaotic motion over a
-/// long time). `stopped` tells whether the user has ended the last run.
-Result<Trajectory> run_to_accuracy(const System& system, const SimulationSettings& settings,
+/// One run with those settings; fills in the samples.
+using RunOnce =
+    std::function<Result<Trajectory>(const SimulationSettings&, const RunLimits&, Samples& samples)>;
+
+/// The largest difference of two runs of one system, as above.
+struct Difference {
+  double size = 0;
+  double time = 0;      ///< s
+  int coordinate = -1;  ///< in System::coordinates; -1: there is none
+};
+Difference largest_difference(const System& system, const Samples& a, const Samples& b);
+
+/// Runs from time `start` (s) to settings.accuracy (> 0): by dop853, or dopri5 from 1e-4 up; where these find
+/// the scene stiff by cvode, or by arkode where constraints are projected. These may spend five times what
+/// has been spent; where that does not do, the stiffness was none (a passage through a singular position
+/// looks like it) and the explicit method may spend five times as much again, and so on in turn until one
+/// comes through. The certificate says what was chosen and why, and distrusts a run whose accuracy could not
+/// be shown (a chaotic motion over a long time). `stopped` tells whether the user has ended the last run.
+Result<Trajectory> run_to_accuracy(const System& system, double start, const SimulationSettings& settings,
                                    const RunOnce& run, const std::function<bool()>& stopped);
 
 }  // namespace borelli

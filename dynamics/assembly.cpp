@@ -27,6 +27,15 @@ double residual(const System& system, const Workspace& w, int row) {
   return std::abs(w.rows.h[row]) / scale;
 }
 
+/// Of each independent group, the row that is farthest off.
+void find_worst_rows(const System& system, const Workspace& w, Eigen::VectorXi& rows) {
+  rows.setConstant(system.groups, -1);
+  for (int row = 0; row < system.rows; ++row) {
+    int& worst = rows[system.constraints[system.row_constraint[row]].group];
+    if (worst < 0 || residual(system, w, row) > residual(system, w, worst)) worst = row;
+  }
+}
+
 /// The largest residual among the independent rows, and its row.
 std::pair<double, int> worst_independent(const System& system, const Workspace& w) {
   std::pair<double, int> worst{0, -1};
@@ -47,6 +56,26 @@ std::pair<double, double> total_residual(const System& system, const Workspace& 
   }
   return {largest, sum};
 }
+
+}  // namespace
+
+// Where assembly ends, at the least sum of squares, sum_i h_i grad h_i = 0: the rows that are unmet are
+// dependent there, and each bears its residual's part of the contradiction.
+std::string contradiction(const System& system, const Workspace& w, int row) {
+  std::vector<std::string> names = w.solver.rows_behind(row);
+  const double own = residual(system, w, row);
+  for (int other = 0; other < system.rows; ++other) {
+    const std::string& name = system.row_names[other];
+    if (other == row || system.row_constraint[other] == system.row_constraint[row]) continue;
+    // below a thousandth it is what the others' unmet rows left unfinished
+    if (residual(system, w, other) > std::max(satisfied, 1e-3 * own) &&
+        std::find(names.begin(), names.end(), name) == names.end())
+      names.push_back(name);
+  }
+  return names.empty() ? "" : fmt::format("; it contradicts '{}'", fmt::join(names, "', '"));
+}
+
+namespace {
 
 class Assembler {
  public:
@@ -130,7 +159,7 @@ class Assembler {
       if (left <= satisfied * speed) continue;
       return failure(system_.row_place(row),
                      fmt::format("its rate cannot be made zero at the start: {:.6g} per second remains{}",
-                                 w_.rows.rate[row], company(row)));
+                                 w_.rows.rate[row], contradiction(system_, w_, row)));
     }
     w_.solver.prepare(w_.rows.L, w_.factor, true);
     return {};
@@ -144,28 +173,11 @@ class Assembler {
               fmt::format("no free coordinate moves it at the position reached, and {}; check its points and "
                           "the initial positions",
                           left)};
-    if (const std::string with = company(row); !with.empty())
+    if (const std::string with = contradiction(system_, w_, row); !with.empty())
       return {where, fmt::format("cannot hold at the start: {}{}", left, with)};
     return {where,
             fmt::format("cannot be reached from the initial positions: {}; check its points, or start closer",
                         left)};
-  }
-
-  /// The constraints that a row contradicts: those that it depends on, and those that are left unmet beside
-  /// it. Where assembly ends, at the least sum of squares, sum_i h_i grad h_i = 0: the rows that are unmet
-  /// are dependent there, and each bears its residual's part of the contradiction.
-  std::string company(int row) const {
-    std::vector<std::string> names = w_.solver.rows_behind(row);
-    const double own = residual(system_, w_, row);
-    for (int other = 0; other < system_.rows; ++other) {
-      const std::string& name = system_.row_names[other];
-      if (other == row || system_.row_constraint[other] == system_.row_constraint[row]) continue;
-      // below a thousandth it is what the others' unmet rows left unfinished
-      if (residual(system_, w_, other) > std::max(satisfied, 1e-3 * own) &&
-          std::find(names.begin(), names.end(), name) == names.end())
-        names.push_back(name);
-    }
-    return names.empty() ? "" : fmt::format("; it contradicts '{}'", fmt::join(names, "', '"));
   }
 
   const System& system_;
@@ -230,7 +242,10 @@ void project(const System& system, const Parameters& parameters, State& state, W
   for (int iteration = 0;; ++iteration) {
     out.fault = update_terms(system, parameters, state.t, state.q.data(), state.v.data(), w);
     if (out.fault) return;
-    if (iteration == 0) out.energy_before = w.terms.group_kinetic + w.terms.group_potential;
+    if (iteration == 0) {
+      out.energy_before = w.terms.group_kinetic + w.terms.group_potential;
+      find_worst_rows(system, w, out.worst_row);
+    }
     w.solver.prepare(w.rows.L, w.factor, true, RowSet::positions);
     const auto [worst, row] = worst_independent(system, w);
     // quadratic convergence ends either at rounding or, far from the origin, where it no longer gets better

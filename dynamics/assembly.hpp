@@ -35,8 +35,14 @@ struct Projection {
   Eigen::VectorXd energy_before;    ///< kinetic + potential of each independent group at the state given, J
   Eigen::VectorXd velocity_change;  ///< of each group: the energy of what was changed of its velocities, J
   Fault fault;
-  int unreached = -1;  ///< the row that would not come back; -1: all did
+  int unreached = -1;         ///< the row that would not come back; -1: all did
+  Eigen::VectorXi worst_row;  ///< of each group: the row that was farthest off at the state given; -1: none
 };
+
+/// The rows that a row is left unmet by, for the end of a sentence: those that it depends on, and those that
+/// are unmet beside it at the state that the workspace holds. Empty: none.
+std::string contradiction(const System& system, const Workspace& workspace, int row);
+
 /// Puts the state after an accepted step back on the constraints: positions, then velocities. Allocates only
 /// where `projection` is new.
 void project(const System& system, const Parameters& parameters, State& state, Workspace& workspace,

@@ -102,6 +102,11 @@ struct Certificate {
   long evaluations = 0;                              ///< of the equations, those of projections included
   double smallest_step = 0, smallest_step_time = 0;  ///< s
 
+  /// Of steps of one length: by what part of a step one was off, at most, from where the rates at its ends
+  /// lead (step_watch.hpp), when (s), and of which coordinate. Empty: steps were not looked at.
+  double step_defect = 0, step_defect_time = 0;
+  std::string step_defect_coordinate;
+
   double accuracy = 0;         ///< that was asked for; 0: none was
   double estimated_error = 0;  ///< of the run, where accuracy was asked for (see accuracy.hpp)
   /// s, when an explicit method found the scene stiff: its steps bounded by stability, not by accuracy. NaN:

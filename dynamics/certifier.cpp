@@ -1,6 +1,7 @@
 #include "dynamics/certifier.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace borelli {
 
@@ -10,11 +11,14 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
       parameters_(parameters),
       group_energies_(system.groups),
       largest_speeds_(system.groups, 1),
+      residual_rows_(system.constraints.size()),
+      moved_most_(system.groups),
       momenta_(conserved_momenta(system, parameters)),
       start_momenta_(momenta_.size()),
       last_momenta_(momenta_.size()),
       momentum_rounding_(momenta_.size(), 0),
-      singular_(system) {
+      singular_(system),
+      step_watch_(system) {
   certificate_.energy_threshold = threshold;
   certificate_.constraint_rows = system.rows;
   certificate_.contacts = int(system.contacts.size());
@@ -41,6 +45,20 @@ void Certifier::observe(const State& state, const Workspace& workspace, const Wo
   last_time_ = state.t;
 }
 
+void Climb::observe(double t, double value) {
+  if (value <= largest_) return;
+  largest_ = value;
+  time_ = t;
+  // kept coarsely: enough to say later when a limit was first passed
+  if (steps_.empty() || value > 1.01 * steps_.back().second) steps_.emplace_back(t, value);
+}
+
+double Climb::since(double limit) const {
+  for (const auto& [t, past] : steps_)
+    if (past > limit) return t;
+  return time_;
+}
+
 void EnergyBalance::observe(double t, double kinetic, double potential, double work) {
   if (!started_) {
     started_ = true;
@@ -53,46 +71,38 @@ void EnergyBalance::observe(double t, double kinetic, double potential, double w
   work_low_ = std::min(work_low_, work);
   work_high_ = std::max(work_high_, work);
   rounding = std::max(rounding, 1e-12 * std::max({kinetic, std::abs(potential), std::abs(work)}));
-  const double now = std::abs(kinetic + potential - work - start_);
-  if (now <= drift) return;
-  drift = now;
-  drift_time = t;
-  // kept coarsely: enough to say later when a threshold was first passed
-  if (drift_steps_.empty() || now > 1.01 * drift_steps_.back().second) drift_steps_.emplace_back(t, now);
+  drift.observe(t, std::abs(kinetic + potential - work - start_));
 }
 
 double EnergyBalance::turnover() const {
   return std::max({largest_kinetic_, potential_high_ - potential_low_, work_high_ - work_low_});
 }
 
-double EnergyBalance::since(double limit) const {
-  for (const auto& [t, past] : drift_steps_)
-    if (past > limit) return t;
-  return drift_time;
-}
-
 void Certifier::observe_energy(double t, const Workspace& workspace, const Work& work) {
   const LagrangeTerms& terms = workspace.terms;
   energy_.observe(t, terms.kinetic, terms.potential, work.total());
-  for (int g = 0; g < system_.groups; ++g)
+  for (int g = 0; g < system_.groups; ++g) {
     group_energies_[g].observe(t, terms.group_kinetic[g], terms.group_potential[g],
                                work.groups[g] + work.group_projection[g] + work.group_events[g]);
+    group_energies_[g].projected.observe(t, work.group_projection_size[g]);
+  }
+}
+
+std::string Certifier::group_words(int group) const {
+  return fmt::format("'{}' and what it is tied to", system_.group_name(group));
 }
 
 /// Each independent group by its own turnover, lest a heavier one hide it; the worst is named.
 void Certifier::judge_energy(const Work& work) {
   const double limit = certificate_.energy_threshold;
-  const auto of = [&](int g) {
-    return system_.groups > 1 ? fmt::format(" of '{}' and what it is tied to", system_.group_name(g)) : "";
-  };
   int worst = -1, moved = -1;
   double worst_excess = 1, moved_excess = 1;
   for (int g = 0; g < system_.groups; ++g) {
     const EnergyBalance& energy = group_energies_[g];
     const double turnover = limit * energy.turnover(), allowed = std::max(turnover, energy.rounding);
-    if (energy.drift > worst_excess * allowed) {
+    if (energy.drift.largest() > worst_excess * allowed) {
       worst = g;
-      worst_excess = energy.drift / allowed;
+      worst_excess = energy.drift.largest() / allowed;
     }
     if (work.group_projection_size[g] > moved_excess * turnover) {
       moved = g;
@@ -101,17 +111,25 @@ void Certifier::judge_energy(const Work& work) {
   }
   if (worst >= 0) {
     const EnergyBalance& energy = group_energies_[worst];
-    const double turnover = energy.turnover();
-    distrust(energy.since(std::max(limit * turnover, energy.rounding)),
-             fmt::format("the energy balance{} is off by {:.3g} J, {:.2g} of the {:.3g} J turned over (limit "
-                         "{:.2g})",
-                         of(worst), energy.drift, energy.drift / turnover, turnover, limit));
+    const double turnover = energy.turnover(), drift = energy.drift.largest();
+    const double since = energy.drift.since(std::max(limit * turnover, energy.rounding));
+    distrust(since, fmt::format("the energy balance of {} is off by {:.3g} J at t = {:.6g} s, {:.2g} of the "
+                                "{:.3g} J turned over (limit {:.2g}, passed at t = {:.6g} s)",
+                                group_words(worst), drift, energy.drift.time(), drift / turnover, turnover,
+                                limit, since));
   }
   if (moved >= 0) {
     const double size = work.group_projection_size[moved], turnover = group_energies_[moved].turnover();
-    distrust(0, fmt::format("projections on the constraints{} moved {:.3g} J in all, {:.2g} of the {:.3g} J "
-                            "turned over (limit {:.2g})",
-                            of(moved), size, size / turnover, turnover, limit));
+    const double since = group_energies_[moved].projected.since(limit * turnover);
+    const MovedMost& most = moved_most_[moved];
+    distrust(since,
+             fmt::format("projections on the constraints of {} moved {:.3g} J in all, {:.2g} of the {:.3g} J "
+                         "turned over (limit {:.2g}, passed at t = {:.6g} s){}",
+                         group_words(moved), size, size / turnover, turnover, limit, since,
+                         most.row < 0 ? ""
+                                      : fmt::format("; most at t = {:.6g} s, where row '{}' was the farthest "
+                                                    "off",
+                                                    most.time, system_.row_names[most.row])));
   }
 }
 
@@ -130,8 +148,9 @@ void Certifier::observe_momenta(double t, const Workspace& workspace) {
   }
 }
 
-void Certifier::pass_event(const Workspace& workspace) {
+void Certifier::pass_event(const Workspace& workspace, bool own) {
   singular_.pass_event();
+  if (!own) return;
   for (std::size_t i = 0; i < momenta_.size(); ++i)
     start_momenta_[i] +=
         momentum_value(momenta_[i], parameters_, workspace.kinematics).value - last_momenta_[i];
@@ -144,13 +163,22 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
   }
   for (int row = 0; row < system_.rows; ++row) {
     ConstraintResidual& residual = certificate_.residuals[system_.row_constraint[row]];
+    ResidualRows& rows = residual_rows_[system_.row_constraint[row]];
     if (const double h = std::abs(workspace.rows.h[row]); h > residual.position) {
       residual.position = h;
       residual.position_time = t;
+      rows.position = row;
+      if (!rows.told && h > certificate_.energy_threshold * system_.row_scale[row]) {
+        rows.told = true;
+        // one that drifts depends on none
+        if (const auto behind = workspace.solver.rows_behind(row); !behind.empty())
+          rows.contradicted = fmt::format("; it contradicts '{}'", fmt::join(behind, "', '"));
+      }
     }
     if (const double rate = std::abs(workspace.rows.rate[row]); rate > residual.velocity) {
       residual.velocity = rate;
       residual.velocity_time = t;
+      rows.velocity = row;
     }
     const double acceleration =
         std::abs(workspace.rows.E[row] + workspace.rows.L.row(row).head(system_.nv).dot(workspace.a));
@@ -161,8 +189,49 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
   }
 }
 
-void Certifier::observe_projection(double t, const Eigen::VectorXd& change, const Workspace& workspace) {
-  if (const auto reason = singular_.observe_projection(t, change, workspace)) distrust(t, *reason);
+void Certifier::observe_projection(double t, const Projection& projection, const Workspace& workspace) {
+  for (int g = 0; g < system_.groups; ++g)
+    if (projection.velocity_change[g] > moved_most_[g].energy)
+      moved_most_[g] = {projection.velocity_change[g], t, projection.worst_row[g]};
+  if (const auto reason = singular_.observe_projection(t, projection, workspace)) distrust(t, *reason);
+}
+
+void Certifier::observe_step(const State& state, const Eigen::VectorXd& a, int order, bool joined) {
+  order_ = order;
+  step_watch_.observe(state, a, joined);
+}
+
+void Certifier::judge_steps() {
+  if (order_ == 0) return;
+  const StepWatch::Finding worst = step_watch_.worst(order_);
+  if (worst.coordinate < 0) return;
+  certificate_.step_defect = worst.part;
+  certificate_.step_defect_time = worst.time;
+  certificate_.step_defect_coordinate = system_.coordinates[worst.coordinate].name;
+  if (worst.part > StepWatch::limit) distrust(worst.time, step_watch_.reason(worst));
+}
+
+void Certifier::judge_residuals() {
+  const double limit = certificate_.energy_threshold;
+  for (std::size_t i = 0; i < certificate_.residuals.size(); ++i) {
+    const ConstraintResidual& residual = certificate_.residuals[i];
+    const ResidualRows& rows = residual_rows_[i];
+    const double scale = system_.row_scale[system_.constraints[i].first_row];
+    const auto ties = [&](int row) {  // (contacts that a method realises itself have no rows)
+      return fmt::format("{}, between {}", row < 0 ? "" : fmt::format(", row '{}'", system_.row_names[row]),
+                         system_.tied_solids(int(i)));
+    };
+    if (residual.position > limit * scale)
+      distrust(residual.position_time,
+               fmt::format("constraint '{}' is violated by {:.3g} at t = {:.6g} s (limit {:.2g}){}{}",
+                           residual.constraint, residual.position, residual.position_time, limit * scale,
+                           ties(rows.position), rows.contradicted));
+    if (residual.velocity > limit * scale * largest_speeds_[system_.constraints[i].group])
+      distrust(
+          residual.velocity_time,
+          fmt::format("the rate of constraint '{}' is off by {:.3g} per second at t = {:.6g} s{}",
+                      residual.constraint, residual.velocity, residual.velocity_time, ties(rows.velocity)));
+  }
 }
 
 void Certifier::note_singular_positions() {
@@ -214,14 +283,17 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
   certificate_.impacts += step.impacts;
   certificate_.impact_loss += step.impact_loss;
   if (const double gain = step.group_work.sum(); gain > 0) {
-    if (contact_gain_ == 0) contact_gain_time_ = t;
+    if (contact_gain_ == 0) {
+      contact_gain_time_ = t;
+      step.group_work.maxCoeff(&contact_gain_group_);
+    }
     contact_gain_ += gain;
   }
   // below, it is less than what a step's error leaves
   if (step.unsettled > 1e-4)
     distrust(t, fmt::format("the impulses of the contacts did not settle at t = {:.6g} s: {:.2g} of their "
-                            "velocities is left",
-                            t, step.unsettled));
+                            "velocities is left, most at '{}'",
+                            t, step.unsettled, system_.contacts[step.unsettled_contact].name));
 }
 
 void Certifier::count_step(double t, double h, bool whole) {
@@ -251,31 +323,27 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
   note_singular_positions();
   c.work_events = work.events;
   c.work_events_size = work.events_size;
-  c.energy_drift = energy_.drift;
-  c.energy_drift_time = energy_.drift_time;
+  c.energy_drift = energy_.drift.largest();
+  c.energy_drift_time = energy_.drift.time();
   c.energy_turnover = energy_.turnover();
   judge_energy(work);
   const double limit = c.energy_threshold;
   if (contact_gain_ > std::max(limit * energy_.turnover(), energy_.rounding))
-    distrust(contact_gain_time_,
-             fmt::format("contacts gave {:.3g} J, {:.2g} of the {:.3g} J turned over (limit {:.2g})",
-                         contact_gain_, contact_gain_ / energy_.turnover(), energy_.turnover(), limit));
+    distrust(
+        contact_gain_time_,
+        fmt::format("contacts gave {:.3g} J, {:.2g} of the {:.3g} J turned over (limit {:.2g}), the first "
+                    "of it to {} at t = {:.6g} s",
+                    contact_gain_, contact_gain_ / energy_.turnover(), energy_.turnover(), limit,
+                    group_words(contact_gain_group_), contact_gain_time_));
   for (std::size_t i = 0; i < c.conserved.size(); ++i)
     if (const Conserved& conserved = c.conserved[i];
         conserved.drift > std::max(limit * conserved.scale, momentum_rounding_[i]))
       distrust(conserved.time,
-               fmt::format("the {} is off by {:.3g}, {:.2g} of its size (limit {:.2g})", conserved.name,
-                           conserved.drift, conserved.drift / conserved.scale, limit));
-  for (std::size_t i = 0; i < c.residuals.size(); ++i) {
-    const ConstraintResidual& residual = c.residuals[i];
-    const double scale = system_.row_scale[system_.constraints[i].first_row];
-    if (residual.position > limit * scale)
-      distrust(residual.position_time, fmt::format("constraint '{}' is violated by {:.3g} (limit {:.2g})",
-                                                   residual.constraint, residual.position, limit * scale));
-    if (residual.velocity > limit * scale * largest_speeds_[system_.constraints[i].group])
-      distrust(residual.velocity_time, fmt::format("the rate of constraint '{}' is off by {:.3g} per second",
-                                                   residual.constraint, residual.velocity));
-  }
+               fmt::format("the {} is off by {:.3g} at t = {:.6g} s, {:.2g} of its size (limit {:.2g})",
+                           conserved.name, conserved.drift, conserved.time, conserved.drift / conserved.scale,
+                           limit));
+  judge_residuals();
+  judge_steps();
   c.trusted = c.reason.empty();
   return c;
 }

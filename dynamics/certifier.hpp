@@ -6,32 +6,48 @@
 #include "dynamics/momentum.hpp"
 #include "dynamics/moreau.hpp"
 #include "dynamics/singular_watch.hpp"
+#include "dynamics/step_watch.hpp"
 #include "dynamics/work.hpp"
 
 namespace borelli {
 
+/// A quantity that climbs through a run, and when it passed a limit.
+class Climb {
+ public:
+  void observe(double t, double value);
+  double largest() const { return largest_; }
+  double time() const { return time_; }  ///< s, of the largest
+  double since(double limit) const;      ///< s, when it first passed a limit; later by a hundredth's climb
+
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(largest_, time_, steps_);
+  }
+
+ private:
+  double largest_ = 0, time_ = 0;
+  std::vector<std::pair<double, double>> steps_;  ///< (time, value), each a hundredth larger than that before
+};
+
 /// The energy of the scene or of an independent group of it, followed through a run.
 struct EnergyBalance {
-  double drift = 0, drift_time = 0;  ///< J, s: the largest
-  double rounding = 0;               ///< J: what of a drift may be rounding
+  Climb drift;          ///< J
+  Climb projected;      ///< J: the sizes of what projections moved, summed
+  double rounding = 0;  ///< J: what of a drift may be rounding
 
   void observe(double t, double kinetic, double potential, double work);
   /// What passed between the forms of energy, J.
   double turnover() const;
-  /// When the drift first passed a limit, s.
-  double since(double limit) const;
-
   template <class Keeper>
   void keep(Keeper& k) {
-    k(drift, drift_time, rounding, started_, start_, largest_kinetic_, potential_low_, potential_high_,
-      work_low_, work_high_, drift_steps_);
+    k(drift, projected, rounding, started_, start_, largest_kinetic_, potential_low_, potential_high_,
+      work_low_, work_high_);
   }
 
  private:
   bool started_ = false;
   double start_ = 0;
   double largest_kinetic_ = 0, potential_low_ = 0, potential_high_ = 0, work_low_ = 0, work_high_ = 0;
-  std::vector<std::pair<double, double>> drift_steps_;  ///< (time, drift), each larger than those before
 };
 
 class Certifier {
@@ -41,12 +57,15 @@ class Certifier {
 
   /// Looks at a state whose equations are solved in `workspace`.
   void observe(const State& state, const Workspace& workspace, const Work& work);
-  /// Looks at what a projection changed of the velocities (Projection::velocity_change) on the way to a state
-  /// whose equations are solved in `workspace`.
-  void observe_projection(double t, const Eigen::VectorXd& change, const Workspace& workspace);
+  /// Looks at what a projection did on the way to a state whose equations are solved in `workspace`.
+  void observe_projection(double t, const Projection& projection, const Workspace& workspace);
   /// Takes in the state just after an event that changed velocities, the one last observed being that just
-  /// before it: momenta are judged from here on against what the event left.
-  void pass_event(const Workspace& workspace);
+  /// before it. What solids do to each other there leaves their momenta: these are judged on. `own`: it may
+  /// have been a user's, which may do anything; they are judged from here on against what it left.
+  void pass_event(const Workspace& workspace, bool own);
+  /// Looks at the state that a step of one length came to, with its accelerations (nv), by a method of that
+  /// order; `joined` as StepWatch has it.
+  void observe_step(const State& state, const Eigen::VectorXd& a, int order, bool joined);
   /// Counts an accepted step from time t; `whole`: not cut short to land on an output time.
   void count_step(double t, double h, bool whole);
   void count_rejection() { ++certificate_.steps_rejected; }
@@ -72,8 +91,9 @@ class Certifier {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(certificate_, started_, energy_, group_energies_, largest_speeds_, last_time_, start_momenta_,
-      last_momenta_, momentum_rounding_, singular_, contact_gain_, contact_gain_time_);
+    k(certificate_, started_, energy_, group_energies_, residual_rows_, moved_most_, largest_speeds_,
+      last_time_, start_momenta_, last_momenta_, momentum_rounding_, singular_, step_watch_, order_,
+      contact_gain_, contact_gain_time_, contact_gain_group_);
   }
 
   /// The verdict, with the counts.
@@ -82,9 +102,12 @@ class Certifier {
  private:
   void observe_energy(double t, const Workspace& workspace, const Work& work);
   void judge_energy(const Work& work);
+  void judge_residuals();
+  std::string group_words(int group) const;
   void observe_momenta(double t, const Workspace& workspace);
   void observe_residuals(double t, const State& state, const Workspace& workspace);
   void observe_overlap(double t, const Contact& contact, double gap);
+  void judge_steps();
   void note_singular_positions();
   void note_assembly(const Assembly& assembly);
 
@@ -97,10 +120,35 @@ class Certifier {
   std::vector<double> largest_speeds_;         ///< of each group, m/s or rad/s, at least 1
   double last_time_ = 0;
   double contact_gain_ = 0, contact_gain_time_ = 0;  ///< J, s: what contacts have given, and first did
+  int contact_gain_group_ = 0;                       ///< the group that they first gave it to
+  /// Of each constraint: the rows of its worst residuals, and what else is to be said of the first that was
+  /// too large: the rows that it contradicts.
+  struct ResidualRows {
+    int position = -1, velocity = -1;
+    bool told = false;
+    std::string contradicted;
+    template <class Keeper>
+    void keep(Keeper& k) {
+      k(position, velocity, told, contradicted);
+    }
+  };
+  std::vector<ResidualRows> residual_rows_;
+  /// Of each group: the projection that changed its velocities most, by their energy.
+  struct MovedMost {
+    double energy = 0, time = 0;  ///< J, s
+    int row = -1;                 ///< the farthest off
+    template <class Keeper>
+    void keep(Keeper& k) {
+      k(energy, time, row);
+    }
+  };
+  std::vector<MovedMost> moved_most_;
   std::vector<ConservedMomentum> momenta_;
   std::vector<Eigen::Vector3d> start_momenta_, last_momenta_;
   std::vector<double> momentum_rounding_;
   SingularWatch singular_;
+  StepWatch step_watch_;
+  int order_ = 0;  ///< of a method whose steps are of one length; 0: they are not
 };
 
 }  // namespace borelli

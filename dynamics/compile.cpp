@@ -1,6 +1,7 @@
 // compile(): from the scene that a user wrote to the flat System that the engine runs on. Every name is
 // resolved and every number checked here, once, so that nothing after it need look at a string.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -250,6 +251,27 @@ bool System::has_kinematic_rows() const {
 std::string System::row_place(int row) const {
   return fmt::format("{}constraint '{}'", place_in(file, parameters.constraints[row_constraint[row]].line),
                      row_names[row]);
+}
+
+std::string System::tied_solids(int constraint) const {
+  const Action& action = constraints[constraint];
+  std::vector<std::string> names;
+  const auto add = [&](const std::string& name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  };
+  for (int i = action.first_site; i < action.first_site + action.site_count; ++i) {
+    if (sites[i].solid >= 0)
+      add(solids[sites[i].solid]);
+    else if (sites[i].body == 0)
+      add(world_name);
+  }
+  for (int i = action.first_coordinate; i < action.first_coordinate + action.coordinate_count; ++i) {
+    const int u = coordinate_sites[i].u;
+    for (const auto* infos : {&coordinates, &driven})
+      for (const CoordinateInfo& info : *infos)
+        if (u >= 0 && info.v_index == (infos == &coordinates ? u : u - nv)) add(info.solid);
+  }
+  return fmt::format("'{}'", fmt::join(names, "' and '"));
 }
 
 std::string System::velocity_name(int i) const {

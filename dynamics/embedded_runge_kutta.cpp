@@ -1,5 +1,7 @@
 #include "dynamics/embedded_runge_kutta.hpp"
 
+#include "dynamics/slope_jacobian.hpp"
+
 namespace borelli {
 
 namespace {
@@ -13,19 +15,16 @@ int error_power(const EmbeddedTableau& tableau) {
 // slopes that differ by less than this part of their size differ by rounding
 constexpr double rounding = 1e-12;
 
-/// Between two vectors from component `first` on, over what is controlled, each part against its scale.
+/// Between two vectors over `count` components from `first` on, each part against its scale.
 double distance(const Eigen::VectorXd& scale, const Eigen::VectorXd& a, const Eigen::VectorXd& b,
-                Eigen::Index first = 0) {
-  double sum = 0;
-  for (Eigen::Index i = first; i < scale.size(); ++i)
-    sum += (a[i] - b[i]) * (a[i] - b[i]) / (scale[i] * scale[i]);
-  return std::sqrt(sum);
+                Eigen::Index first, Eigen::Index count) {
+  return (a.segment(first, count) - b.segment(first, count))
+      .cwiseQuotient(scale.segment(first, count))
+      .norm();
 }
 
-double size(const Eigen::VectorXd& scale, const Eigen::VectorXd& a, Eigen::Index first) {
-  double sum = 0;
-  for (Eigen::Index i = first; i < scale.size(); ++i) sum += a[i] * a[i] / (scale[i] * scale[i]);
-  return std::sqrt(sum);
+double size(const Eigen::VectorXd& scale, const Eigen::VectorXd& a, Eigen::Index first, Eigen::Index count) {
+  return a.segment(first, count).cwiseQuotient(scale.segment(first, count)).norm();
 }
 
 }  // namespace
@@ -69,7 +68,7 @@ Attempt EmbeddedRungeKutta::attempt(Flow& flow, double t, double h, const Eigen:
     last_known_ = true;
     last_step_ = h;
     last_slope_ = k_[stages - 1];
-    last_gap_ = distance(flow.error_scale(), out, stage_);
+    last_gap_ = distance(flow.error_scale(), out, stage_, 0, acting_components(flow));
   }
   attempt.next_step =
       attempt.accepted ? control_.after_accepted(h, error) : control_.after_rejected(h, error);
@@ -85,9 +84,9 @@ void EmbeddedRungeKutta::test_stiffness(const Flow& flow, const Eigen::VectorXd&
   if (!last_known_) return;
   last_known_ = false;
   const Eigen::VectorXd& scale = flow.error_scale();
-  const Eigen::Index first = flow.positions();
-  const double change = distance(scale, dy, last_slope_, first);
-  if (last_gap_ <= 0 || change <= rounding * size(scale, dy, first)) return;
+  const Eigen::Index first = flow.positions(), count = acting_components(flow) - first;
+  const double change = distance(scale, dy, last_slope_, first, count);
+  if (last_gap_ <= 0 || change <= rounding * size(scale, dy, first, count)) return;
   if (last_step_ * change / last_gap_ > tableau_.stability) {
     other_steps_ = 0;
     if (++stiff_steps_ == 15) stiff_ = true;

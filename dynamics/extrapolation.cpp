@@ -5,8 +5,11 @@
 
 namespace borelli {
 
-Extrapolation::Extrapolation(double tolerance)
+Extrapolation::Extrapolation(double tolerance) : Extrapolation(tolerance, 0) {}
+
+Extrapolation::Extrapolation(double tolerance, int rows)
     : tolerance_(tolerance),
+      fixed_rows_(rows),
       table_(most_rows),
       work_(most_rows + 1),
       step_(most_rows + 1),
@@ -18,7 +21,9 @@ Extrapolation::Extrapolation(double tolerance)
 
 void Extrapolation::reset() {
   // a digit or two per row, as the book's program has it
-  target_ = std::clamp(int(1.5 - 0.6 * std::log10(tolerance_)), least_target, most_rows - 2);
+  target_ = fixed_rows_ > 0
+                ? fixed_rows_
+                : std::clamp(int(1.5 - 0.6 * std::log10(tolerance_)), least_target, most_rows - 2);
   rejected_ = false;
 }
 
@@ -61,8 +66,13 @@ bool Extrapolation::add_row(Flow& flow, double t, double h, const Eigen::VectorX
   return true;
 }
 
-/// Target and step after a step that was accepted (or, in row target_ + 1, refused) in `row`.
+/// Target and step after a step that was accepted (or, in the last row, refused) in `row`.
 void Extrapolation::choose_after(int row, Attempt& attempt, double h) {
+  if (fixed_rows_ > 0) {
+    attempt.next_step = attempt.accepted && rejected_ ? std::min(step_[row], h) : step_[row];
+    rejected_ = !attempt.accepted;
+    return;
+  }
   const auto per_time = [&](int r) { return work_[r] / step_[r]; };
   const int target = target_;
   int next;
@@ -89,21 +99,21 @@ void Extrapolation::choose_after(int row, Attempt& attempt, double h) {
 Attempt Extrapolation::attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                                const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
   Attempt attempt;
-  const int target = target_;
+  const int target = target_, last = fixed_rows_ > 0 ? target : target + 1;
   const double first = substeps(1), after = substeps(target + 1);
-  for (int row = 1; row <= target + 1; ++row) {
+  for (int row = 1; row <= last; ++row) {
     if (!add_row(flow, t, h, y, dy, row)) {
       rejected_ = true;
       return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
     }
-    if (row < target - 1) continue;
+    if (row < last && (fixed_rows_ > 0 || row < target - 1)) continue;
     attempt.worst = worst_;
     attempt.accepted = error_[row] <= 1;
     // what the rows to come would gain at best, as the convergence monitor of the book has it
     const double hope = row == target - 1 ? std::pow(after * substeps(target) / (first * first), 2)
                         : row == target   ? std::pow(after / first, 2)
                                           : 1;
-    if (attempt.accepted || error_[row] > hope || row == target + 1) {
+    if (attempt.accepted || error_[row] > hope || row == last) {
       choose_after(row, attempt, h);
       if (!attempt.accepted) attempt.next_step = std::min(attempt.next_step, 0.9 * h);
       out = table_[row - 1];

@@ -11,7 +11,9 @@ namespace borelli {
 class Extrapolation : public Integrator {
  public:
   explicit Extrapolation(double tolerance);
-  /// Of the row that it aims at; it changes from step to step, and is never below 6.
+  /// Of one order: 2 * rows, rows from 2; the step alone follows the error.
+  Extrapolation(double tolerance, int rows);
+  /// Of the row that it aims at; it changes from step to step, and is never below 6, where it is not fixed.
   int order() const override { return 2 * target_; }
   bool adaptive() const override { return true; }
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
@@ -33,7 +35,8 @@ class Extrapolation : public Integrator {
   void choose_after(int row, Attempt& attempt, double h);
 
   double tolerance_;
-  int target_;  ///< the row that is expected to meet the tolerance, from 1
+  int fixed_rows_ = 0;  ///< of a method of one order; 0: it is chosen
+  int target_;          ///< the row that is expected to meet the tolerance, from 1
   bool rejected_ = false;
   int rows_made_ = 0;                        ///< by the step last attempted
   std::vector<Eigen::VectorXd> table_;       ///< the table's last row, column by column

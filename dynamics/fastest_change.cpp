@@ -72,4 +72,19 @@ std::optional<FastestChange> fastest_change(const System& system, const Paramete
   return search.found;
 }
 
+std::vector<char> groups_moved(const System& system, const Parameters& parameters) {
+  std::vector<char> moved(system.groups, false);
+  for (int d = 0; d < system.driven_nv; ++d) moved[system.velocity_groups[system.nv + d]] = true;
+  for (std::size_t i = 0; i < parameters.constraints.size(); ++i)
+    std::visit(
+        [&]<class Kind>(const Kind& kind) {
+          Search search{1, {}, {}};
+          if constexpr (std::is_same_v<Kind, FunctionConstraint>) search.take(1, "");
+          if constexpr (!std::is_same_v<Kind, CoordinateFunction>) kind.fields(kind, search);
+          if (search.found) moved[system.constraints[i].group] = true;
+        },
+        parameters.constraints[i].kind);
+  return moved;
+}
+
 }  // namespace borelli

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dynamics/system.hpp"
 
@@ -21,6 +22,9 @@ struct FastestChange {
 /// interval, the width of what one value sticking out makes of the spline. None: nothing changes. What a
 /// user's own C++ (FunctionConstraint, OwnEffort) does in time is not known.
 std::optional<FastestChange> fastest_change(const System& system, const Parameters& parameters, double span);
+
+/// Of each independent group: whether drives or constraints move it in time, or a user's own constraint may.
+std::vector<char> groups_moved(const System& system, const Parameters& parameters);
 
 /// The longest step that follows it, in parts of its period. With eight steps to a period classical
 /// Runge-Kutta samples it sixteen times, and step doubling thirty-two times: w h is below 0.8 (0.4 for the

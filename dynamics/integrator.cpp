@@ -40,6 +40,11 @@ std::unique_ptr<Integrator> with_tolerance(const Choice& choice) {
   return std::make_unique<Kind>(choice.tolerance);
 }
 
+template <int order>
+std::unique_ptr<Integrator> extrapolated(const Choice& choice) {
+  return std::make_unique<Extrapolation>(choice.tolerance, order / 2);
+}
+
 template <int stages>
 std::unique_ptr<Integrator> gauss(const Choice&) {
   return std::make_unique<GaussLegendre>(stages);
@@ -61,6 +66,9 @@ constexpr Method methods[] = {
     {"dopri5", embedded<dormand_prince_5>},
     {"dop853", embedded<dormand_prince_853>},
     {"gbs", with_tolerance<Extrapolation>},
+    {"gbs4", extrapolated<4>},
+    {"gbs6", extrapolated<6>},
+    {"gbs8", extrapolated<8>},
     {"semi_implicit_euler", plain<SemiImplicitEuler>},
     {"verlet", plain<VelocityVerlet>},
     {"implicit_midpoint", gauss<1>},

@@ -66,12 +66,29 @@ class EqualityReader {
     return found->second;
   }
 
+  // value + c0 + c1 (x - start) + c2 (x - start)^2 ... in powers of x
+  static Polynomial shifted(const std::vector<double>& c, double start, double value) {
+    std::vector<double> out(c.size(), 0);
+    for (auto k = c.rbegin(); k != c.rend(); ++k) {  // Horner: times (x - start), then one coefficient more
+      for (std::size_t i = out.size(); i-- > 0;) out[i] = (i > 0 ? out[i - 1] : 0) - start * out[i];
+      out[0] += *k;
+    }
+    out[0] += value;
+    return {out};
+  }
+
   // q1 - start1 = c0 + c1 (q2 - start2) + c2 (..)^2 ...; without joint2 it is c0.
-  std::optional<ConstraintKind> coupling(const XmlElement& e) const {
+  ConstraintKind coupling(const XmlElement& e) const {
     auto c = e.numbers("polycoef", 5, 5);
     if (c.empty()) c = {0, 1, 0, 0, 0};
-    if (c[2] != 0 || c[3] != 0 || c[4] != 0) return std::nullopt;
     const MjcfJoint& first = joint(e, "joint1");
+    const bool curved = c[2] != 0 || c[3] != 0 || c[4] != 0;
+    if (curved && e.has("joint2")) {
+      const MjcfJoint& second = joint(e, "joint2");
+      CoordinateFunction tie{{first.coordinate}, {second.coordinate}, shifted(c, second.start, first.start)};
+      if (const std::string bad = tie.complaint(); !bad.empty()) e.refuse("joint2", bad);
+      return tie;
+    }
     CoordinateCoupling tie{
         .coordinates = {{first.coordinate}}, .ratios = {1}, .value = constant(first.start + c[0])};
     if (e.has("joint2")) {

@@ -124,7 +124,10 @@ double MoreauStepping::sweep(const System& system, const VectorXd& target, doubl
     if (by == 0) return;
     impulse[row] = to;
     s.velocity.head(rows) += by * s.G.row(row).head(rows).transpose();
-    change = std::max(change, std::abs(by) * s.G(row, row));
+    if (const double moved = std::abs(by) * s.G(row, row); moved > change) {
+      change = moved;
+      s.moved_most = int(row / 3);
+    }
   };
   for (int pass = 0; pass < most_sweeps; ++pass) {
     change = 0;
@@ -226,11 +229,13 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
   const double fall = system.parameters.gravity.norm() * h;  // what gravity makes of a velocity in the step
   find_acting(*motion, y, out, h, fall);
   const Eigen::Index rows = 3 * Eigen::Index(s.acting.size());
-  if (rows == 0) return {.next_step = h};
+  step_.acted = rows > 0;
+  if (!step_.acted) return {.next_step = h};
   find_response(*motion);
   const double scale = std::max(
       {fall, s.before.head(rows).cwiseAbs().maxCoeff(), s.free.head(rows).cwiseAbs().maxCoeff(), 1e-300});
   step_.unsettled = sweep(system, s.target, scale, s.impulse);
+  step_.unsettled_contact = s.acting[s.moved_most];
   scale_back(system, scale);
   book(system, fall);
   // velocities, and the half step of the positions that the jump is there for

@@ -20,9 +20,11 @@ struct ContactStep {
   Eigen::VectorXd gap;         ///< m, of each contact in the middle of the step; of those that do not act,
                                ///< the least in it
   Eigen::VectorXd group_work;  ///< J, of their impulses on each independent group
+  bool acted = false;          ///< whether any of them touched
   long impacts = 0;            ///< contacts that met faster than one step's gravity makes them
   double impact_loss = 0;      ///< J, lost in these
   double unsettled = 0;        ///< what of the velocities the sweeps left to settle, in parts of them
+  int unsettled_contact = 0;   ///< where most
 };
 
 class MoreauStepping : public Integrator {
@@ -54,6 +56,7 @@ class MoreauStepping : public Integrator {
     Eigen::VectorXd before, free, velocity, impulse, plastic;  ///< of the rows, m/s and N s
     Eigen::VectorXd target;  ///< of each contact's normal: at least so fast after the step, m/s
     std::vector<int> acting;
+    int moved_most = 0;  ///< of `acting`, in the last sweep
     Eigen::VectorXd wanted, correction, moved, slope;
   };
   void find_acting(const MotionFlow& motion, const Eigen::VectorXd& y, const Eigen::VectorXd& out,

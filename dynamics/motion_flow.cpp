@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "dynamics/chart.hpp"
+#include "dynamics/fastest_change.hpp"
 
 namespace borelli {
 
@@ -27,6 +30,8 @@ MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings,
     handling_.alpha = settings.baumgarte_alpha;
     handling_.beta = settings.baumgarte_beta;
   }
+  if (method_is_adaptive(settings.method)) moved_groups_ = groups_moved(system, system.parameters);
+  if (std::find(moved_groups_.begin(), moved_groups_.end(), 1) == moved_groups_.end()) moved_groups_.clear();
   within_step_ = handling_;
   within_step_.decide_rank = false;
 }
@@ -44,10 +49,12 @@ bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y,
   set_scale(state);
   if (!known) {
     turned_ = -1;
+    if (!moved_groups_.empty() && unit_energy_.size() == 0 && !find_unit_energies(state)) return false;
     fault_ = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(), handling_, w_);
     if (fault_) return false;
     w_.solver.remember();
   }
+  set_work_scale();
   fill(y, dy);
   return true;
 }
@@ -57,6 +64,7 @@ bool MotionFlow::go_on(const State& state, const Eigen::VectorXd& y, Eigen::Vect
   turned_ = -1;
   fault_ = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(), handling_, w_);
   if (fault_) return false;
+  set_work_scale();
   fill(y, dy);
   return true;
 }
@@ -143,12 +151,41 @@ Error MotionFlow::failure(double t) const {
 
 std::string MotionFlow::component(int i) const {
   const int n = system_.nv;
+  if (i >= 2 * n + 4)
+    return fmt::format("the work of drives and constraints on '{}' and what it is tied to",
+                       system_.group_name(i - 2 * n - 4));
   if (i < 0 || i >= 2 * n) return "the energy balance";
-  return fmt::format("{} '{}'", i < n ? "coordinate" : "the velocity of", system_.velocity_name(i % n));
+  std::string solid;
+  for (const CoordinateInfo& info : system_.coordinates)
+    if (i % n >= info.v_index && i % n < info.v_index + info.v_size) solid = info.solid;
+  return fmt::format("{} '{}' of '{}'", i < n ? "coordinate" : "the velocity of",
+                     system_.velocity_name(i % n), solid);
+}
+
+bool MotionFlow::find_unit_energies(const State& state) {
+  fault_ = update_terms(system_, system_.parameters, state.t, state.q.data(), state.v.data(), w_);
+  if (fault_) return false;
+  unit_energy_.setZero(system_.groups);
+  largest_energy_.setZero(system_.groups);
+  for (int i = 0; i < system_.nv; ++i)
+    unit_energy_[system_.velocity_groups[i]] += w_.terms.A(i, i) * std::pow(system_.velocity_scale[i], 2) / 2;
+  return true;
+}
+
+/// The work on groups that are moved from outside counts against their kinetic energy, as velocities count
+/// against their own size: so the energy balance, which is judged by it, is as good as the motion.
+void MotionFlow::set_work_scale() {
+  for (std::size_t g = 0; g < moved_groups_.size(); ++g) {
+    if (!moved_groups_[g]) continue;
+    const auto i = Eigen::Index(g);
+    largest_energy_[i] = std::max(largest_energy_[i], w_.terms.group_kinetic[i]);
+    if (const double energy = unit_energy_[i] + largest_energy_[i]; energy > 0)
+      scale_[2 * system_.nv + 4 + i] = energy;
+  }
 }
 
 /// Angles count against 1 rad, lengths against what the coordinate carries, velocities against these per
-/// second and their own size; work is not controlled.
+/// second and their own size; work is not controlled, but for set_work_scale().
 void MotionFlow::set_scale(const State& state) {
   const int n = system_.nv;
   for (const CoordinateInfo& info : system_.coordinates)

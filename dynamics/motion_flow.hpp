@@ -53,11 +53,13 @@ class MotionFlow : public Flow {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(q0_, scale_, solved_, last_time_, q_, last_v_, evaluations_);
+    k(q0_, scale_, solved_, last_time_, q_, last_v_, evaluations_, unit_energy_, largest_energy_);
   }
 
  private:
   void set_scale(const State& state);
+  void set_work_scale();
+  bool find_unit_energies(const State& state);
   bool turned_too_far(const Eigen::VectorXd& y);
   void fill(const Eigen::VectorXd& y, Eigen::VectorXd& dy) const;
 
@@ -68,6 +70,11 @@ class MotionFlow : public Flow {
   Fault fault_;
   int turned_ = -1;  ///< the velocity whose ball turned too far for the chart; -1: none
   Eigen::VectorXd q0_, scale_;
+  /// The groups whose work an adaptive method's steps follow: those that drives or constraints move.
+  std::vector<char> moved_groups_;
+  /// Of each group, J: its kinetic energy where every coordinate moves by its scale per second; the largest
+  /// so far.
+  Eigen::VectorXd unit_energy_, largest_energy_;
   // where derivative() last solved the equations
   bool solved_ = false;
   double last_time_ = 0;

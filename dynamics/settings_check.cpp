@@ -30,6 +30,9 @@ Result<void> check_settings(const SimulationSettings& settings, double start) {
     return refuse("baumgarte_alpha", settings.baumgarte_alpha, "a gain of at least 0, 1/s");
   if (!std::isfinite(settings.baumgarte_beta) || settings.baumgarte_beta < 0)
     return refuse("baumgarte_beta", settings.baumgarte_beta, "a gain of at least 0, 1/s");
+  if (!std::isfinite(settings.energy_threshold) || settings.energy_threshold < 0)
+    return refuse("energy_threshold", settings.energy_threshold,
+                  "a part of the energy turned over, or 0 for the method's own");
   return {};
 }
 

@@ -16,6 +16,7 @@
 #include "dynamics/range_events.hpp"
 #include "dynamics/recorder.hpp"
 #include "dynamics/settings_check.hpp"
+#include "dynamics/sink_watch.hpp"
 #include "dynamics/step_path.hpp"
 
 namespace borelli {
@@ -25,18 +26,22 @@ namespace {
 // beyond these no scene of solids means anything: the run has diverged
 constexpr double largest_number = 1e12;
 
+// a whole number of steps between outputs may be off by rounding
+constexpr double slack = 1 + 1e-9;
+
 // impacts that follow each other at one moment: more than any scene's own count of them in a chain
 constexpr int most_events_at_once = 1000;
 
 class Run {
  public:
   Run(const System& system, const State& state, const SimulationSettings& settings, const Observer& observer,
-      Integrator& integrator, bool leave_if_stiff)
+      Integrator& integrator, const RunLimits& limits, Samples* samples)
       : system_(system),
         settings_(settings),
         observer_(observer),
         integrator_(integrator),
-        leave_if_stiff_(leave_if_stiff),
+        limits_(limits),
+        samples_(samples),
         start_state_(state),
         state_(state),
         workspace_(system, settings.equations),
@@ -102,13 +107,15 @@ class Run {
       if (!done) return tl::unexpected(done.error());
     }
     judge_steps();
-    Certificate certificate = certifier.finish(work_, workspace_.evaluations + probe_.evaluations);
+    Certificate certificate = certifier.finish(work_, evaluations());
     certificate.method = settings_.method;
     certificate.equations = settings_.equations == Equations::lagrange ? "lagrange" : "recursive";
     return recorder_.finish(std::move(certificate));
   }
 
  private:
+  long evaluations() const { return workspace_.evaluations + probe_.evaluations; }
+
   /// Whether the method realises the scene's contacts within its steps.
   bool steps_contacts() const { return integrator_.handles_contacts() && !system_.contacts.empty(); }
 
@@ -132,17 +139,21 @@ class Run {
     keeping_ = integrator_.keeps_history();
     if (landing_.projected) {
       landing_.book_projection(workspace_);
-      certifier_->observe_projection(state_.t, landing_.projection.velocity_change, workspace_);
+      certifier_->observe_projection(state_.t, landing_.projection, workspace_);
       work_ = landing_.work;
       landing_.projected = false;
     }
+    // events, and contacts that the method realises itself, change velocities within the step
+    const ContactStep* contact = steps_contacts() ? integrator_.contact_step() : nullptr;
+    const bool joined = !event_passed_ && !(contact && contact->acted);
     if (event_passed_) {
       work_.add_event(workspace_.terms.group_kinetic + workspace_.terms.group_potential -
                       energy_before_event_);
-      certifier_->pass_event(workspace_);
+      certifier_->pass_event(workspace_, !observer_.events.empty());
       event_passed_ = false;
     }
     certifier_->observe(state_, workspace_, work_);
+    if (!integrator_.adaptive()) certifier_->observe_step(state_, workspace_.a, integrator_.order(), joined);
     probe_.solver.remember(workspace_.solver);
     if (contacts_) contacts_->follow(workspace_);
     return {};
@@ -196,12 +207,13 @@ class Run {
       if (!attempt.accepted) {
         certifier_->count_rejection();
         step_ = attempt.next_step;
+        if (auto done = follow_steps(attempt); !done) return done;
         if (step_ > resolution) continue;
         return failure(
             system_.scene,
             fmt::format("the step fell below {:.3g} s at t = {:.9g} s, for the sake of {}; the motion cannot "
                         "be continued to the tolerance of {:.3g}",
-                        resolution, t, motion_.component(attempt.worst), settings_.tolerance));
+                        resolution, t, motion_.component(worst_of(attempt)), settings_.tolerance));
       }
       // a step cut short says little about the next; do not let it shrink that
       step_ = whole ? attempt.next_step : std::max(step_, attempt.next_step);
@@ -215,8 +227,46 @@ class Run {
         continue;
       }
       if (auto done = accept(end, made, whole || cut); !done) return done;
+      if (auto done = follow_steps(attempt); !done) return done;
     }
     return {};
+  }
+
+  /// The component that the steps are short for: the method's worst, or where it tells none (or the equations
+  /// could not be solved) that of the fastest change.
+  int worst_of(const Attempt& attempt) const {
+    if (attempt.worst >= 0) return attempt.worst;
+    int fastest = -1;
+    double most = -1;
+    for (int i = 0; i < 2 * system_.nv; ++i)
+      if (const double rate = std::abs(dy_[i]) / motion_.error_scale()[i]; rate > most) {
+        most = rate;
+        fastest = i;
+      }
+    return fastest;
+  }
+
+  /// Ends a run whose steps come to nothing.
+  Result<void> follow_steps(const Attempt& attempt) {
+    const double t = state_.t, end = settings_.end_time;
+    const double step = attempt.made > 0 ? attempt.made : step_;  // (such methods propose none)
+    const auto verdict = sink_.after(t, step, attempt.accepted, end, most_steps);
+    if (verdict == SinkWatch::Verdict::fine) return {};
+    const int i = worst_of(attempt), n = system_.nv;
+    const std::string now = i < 0 || i >= 2 * n
+                                ? ""
+                                : fmt::format(" (now {:.3g}, changing by {:.3g} per second)",
+                                              i < n ? state_.v[i] : state_.v[i - n], dy_[n + i % n]);
+    const std::string sake = motion_.component(i) + now;
+    if (verdict == SinkWatch::Verdict::sinking)
+      return diverged({system_.scene,
+                       fmt::format("the steps sink towards nothing, from {:.3g} s down to {:.3g} s, for the "
+                                   "sake of {}: the run does not get on beyond t = {:.9g} s",
+                                   sink_.longest(), step, sake, t)});
+    return diverged({system_.scene,
+                     fmt::format("{} tries for a step came on by {:.3g} s only, for the sake of {}; what is "
+                                 "left would take more than {:.0e} of them",
+                                 SinkWatch::window, sink_.made(), sake, most_steps)});
   }
 
   /// Puts the end of the step of h just made, at time t, on the constraints.
@@ -233,6 +283,7 @@ class Run {
     if (auto done = pass_events(h); !done) return done;
     const double made = landing_.state.t < t ? landing_.state.t - from : h;
     if (auto done = record_between(h, landing_.state.t); !done) return done;
+    if (auto done = sample(h); !done) return done;
     if (const ContactStep* step = steps_contacts() ? integrator_.contact_step() : nullptr) {
       landing_.work.add_event(step->group_work);
       certifier_->observe_contacts(landing_.state.t, *step);
@@ -242,6 +293,7 @@ class Run {
     if (made > 0) {
       certifier_->count_step(from, made, whole && made == h);
       recorder_.record_step(from, made);
+      if (longest_made_ <= slack * longest_step_ && made > slack * longest_step_) first_overlong_ = from;
       longest_made_ = std::max(longest_made_, made);
     }
     if (auto done = begin_step(); !done) return done;
@@ -252,8 +304,9 @@ class Run {
           fmt::format("stability bounds the steps of {} rather than accuracy, from t = {:.6g} s on: the "
                       "scene is stiff; an implicit method (cvode, arkode, gauss4) may take longer steps",
                       settings_.method, state_.t));
-      stopped_ = leave_if_stiff_;
+      stopped_ = limits_.leave_if_stiff;
     }
+    stopped_ = stopped_ || double(evaluations()) > limits_.evaluations;
     if (auto done = record_end(); !done) return done;
     const bool stop = observer_.progress && !observer_.progress(state_.t);
     if (observer_.keep && (stop || (observer_.keep_due && observer_.keep_due())))
@@ -284,9 +337,9 @@ class Run {
 
   /// All that the steps to come depend on. False: the method cannot tell.
   bool keep(Keeper& k, RangeEvents& ranges) {
-    k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, longest_made_, held_, attempts_, rows_,
-      start_, output_, even_, stiff_, keeping_, last_event_, events_at_once_, motion_, workspace_, probe_,
-      leaps_, *certifier_, recorder_, *watch_, ranges);
+    k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, sink_, longest_made_, first_overlong_, held_,
+      attempts_, rows_, start_, output_, even_, stiff_, keeping_, last_event_, events_at_once_, motion_,
+      workspace_, probe_, leaps_, *certifier_, recorder_, *watch_, ranges);
     if (contacts_) k(*contacts_);
     return integrator_.keep(k);
   }
@@ -296,18 +349,27 @@ class Run {
     std::string run = signature();
     k(run);
     keep(k, *ranges_);  // (that the method can was seen at the start)
+    std::uint64_t digest = digest_of(k.bytes());
+    k(digest);
     observer_.keep(k.bytes());
     return {};
   }
 
   Result<void> take_up(RangeEvents& ranges) {
-    Keeper k(observer_.checkpoint);
+    const std::string_view bytes = observer_.checkpoint;
+    const auto damaged = [] { return failure("checkpoint", "is damaged; remove it to start anew"); };
+    std::uint64_t digest = 0;
+    if (bytes.size() < sizeof digest) return damaged();
+    const std::size_t length = bytes.size() - sizeof digest;
+    std::memcpy(&digest, bytes.data() + length, sizeof digest);
+    if (digest != digest_of(bytes.substr(0, length))) return damaged();
+    Keeper k(std::string(bytes.substr(0, length)));
     std::string run;
     k(run);
     if (run != signature())
       return bad_use("checkpoint", "is of another run: another scene, start or settings");
     keep(k, ranges);
-    if (!k.whole()) return failure("checkpoint", "is damaged; remove it to start anew");
+    if (!k.whole()) return damaged();
     return {};
   }
 
@@ -364,6 +426,21 @@ class Run {
     return {};
   }
 
+  /// The samples that are due within the step of h, up to where it landed.
+  Result<void> sample(double h) {
+    if (!samples_) return {};
+    const double until = landing_.state.t;
+    while (samples_->q.size() < samples_->times.size() && samples_->times[samples_->q.size()] <= until) {
+      const double at = samples_->times[samples_->q.size()];
+      if (at < until)
+        if (auto done = path_.land((at - state_.t) / h, row_); !done) return diverged(done.error());
+      const State& there = at < until ? row_.state : landing_.state;
+      samples_->q.push_back(there.q);
+      samples_->v.push_back(there.v);
+    }
+    return {};
+  }
+
   /// The row at the state reached, if one is due.
   Result<void> record_end() {
     const bool every_step = settings_.output_interval <= 0;
@@ -412,13 +489,13 @@ class Run {
     if (held_)
       certifier_->note(fmt::format("steps were held to {:.4g} s, an eighth of the {} of {}", longest_step_,
                                    change_.wave, change_.name));
-    // a whole number of steps between outputs may be off by rounding
-    if (longest_made_ > longest_step_ * (1 + 1e-9))
+    if (longest_made_ > slack * longest_step_)
       certifier_->distrust(
-          settings_.end_time,
-          fmt::format("steps of {:.4g} s cannot follow {}, whose {} is {:.4g} s; take steps of at most "
-                      "{:.4g} s, an eighth of it",
-                      longest_made_, change_.name, change_.wave, change_.period, longest_step_));
+          first_overlong_,
+          fmt::format("steps of {:.4g} s (from t = {:.6g} s on) cannot follow {}, whose {} is {:.4g} s; take "
+                      "steps of at most {:.4g} s, an eighth of it",
+                      longest_made_, first_overlong_, change_.name, change_.wave, change_.period,
+                      longest_step_));
   }
 
   double threshold() const {
@@ -434,7 +511,8 @@ class Run {
   const SimulationSettings& settings_;
   const Observer& observer_;
   Integrator& integrator_;
-  bool leave_if_stiff_;
+  const RunLimits& limits_;
+  Samples* samples_;  ///< null: none are asked for
   const State start_state_;
   State state_;
   Workspace workspace_;
@@ -450,9 +528,11 @@ class Run {
   FastestChange change_;
   double longest_step_ = std::numeric_limits<double>::infinity();  ///< s, that follows the fastest change
   double longest_made_ = 0;                                        ///< s, of the accepted ones
+  double first_overlong_ = 0;                                      ///< s: the start of the first longer step
   bool held_ = false;                                              ///< a step was cut to longest_step_
   long attempts_ = 0, rows_ = 0;
   LeapWatch leaps_;
+  SinkWatch sink_;
   double start_ = 0;
   long outputs_ = 1, output_ = 1;  ///< rows to come to after the first, and the next of them
   bool stopped_ = false;
@@ -480,7 +560,8 @@ namespace {
 
 /// One run with a named method.
 Result<Trajectory> simulate_once(const System& system, const State& state, const SimulationSettings& settings,
-                                 const Observer& observer, bool leave_if_stiff) {
+                                 const Observer& observer, const RunLimits& limits = {},
+                                 Samples* samples = nullptr) {
   auto integrator = make_integrator(settings.method, settings.tolerance, settings.spectral_radius);
   if (!integrator) return tl::unexpected(integrator.error());
   if (const char* objection = (*integrator)->objection(system, settings.constraints))
@@ -500,7 +581,7 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
           "goes on from a history that no checkpoint can hold; run without one, or by another method");
   }
   try {
-    return Run(system, state, settings, observer, **integrator, leave_if_stiff).run();
+    return Run(system, state, settings, observer, **integrator, limits, samples).run();
   } catch (const std::exception& thrown) {  // from a user's function
     return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
   }
@@ -512,7 +593,7 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
                             const Observer& observer) {
   if (auto ok = check_state(system, state); !ok) return tl::unexpected(ok.error());
   if (auto ok = check_settings(settings, state.t); !ok) return tl::unexpected(ok.error());
-  if (settings.accuracy == 0) return simulate_once(system, state, settings, observer, false);
+  if (settings.accuracy == 0) return simulate_once(system, state, settings, observer);
   if (!observer.events.empty())
     return bad_use(
         "simulation, accuracy",
@@ -529,9 +610,9 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
       return !stopped;
     };
   return run_to_accuracy(
-      system, settings,
-      [&](const SimulationSettings& chosen, bool leave_if_stiff) {
-        return simulate_once(system, state, chosen, watched, leave_if_stiff);
+      system, state.t, settings,
+      [&](const SimulationSettings& chosen, const RunLimits& limits, Samples& samples) {
+        return simulate_once(system, state, chosen, watched, limits, &samples);
       },
       [&] { return stopped; });
 }

@@ -45,6 +45,7 @@ SingularWatch::Reason SingularWatch::observe(const State& state, const Workspace
   if (inside) {
     if (!inside_) {
       entry_time_ = state.t;
+      entry_row_ = solver.order()[solver.rank()];
       std::fill(tied_.begin(), tied_.end(), false);
       if (++passages_ == 1) {
         first_time_ = state.t;
@@ -61,10 +62,13 @@ SingularWatch::Reason SingularWatch::observe(const State& state, const Workspace
       largest_turn_ = std::max(largest_turn_, turned);
       if (turned > turn_limit)
         reason = fmt::format(
-            "the motion did not keep its direction through the singular position at t = {:.6g} s: its line "
-            "turned by "
-            "{:.3g} rad; which branch it takes from there the equations do not say",
-            entry_time_, turned);
+            "the motion did not keep its direction through the singular position at t = {:.6g} s, of row "
+            "'{}' "
+            "between {}: its line turned by {:.3g} rad; which branch it takes from there the equations do "
+            "not "
+            "say",
+            entry_time_, system_.row_names[entry_row_],
+            system_.tied_solids(system_.row_constraint[entry_row_]), turned);
     }
     v_ = state.v;
   }
@@ -93,7 +97,7 @@ double SingularWatch::turn(const Eigen::VectorXd& v, const Workspace& w) {
   return largest;
 }
 
-SingularWatch::Reason SingularWatch::observe_projection(double t, const Eigen::VectorXd& change,
+SingularWatch::Reason SingularWatch::observe_projection(double t, const Projection& projection,
                                                         const Workspace& w) {
   Reason reason;
   for (int g = 0; g < system_.groups; ++g) {
@@ -104,14 +108,14 @@ SingularWatch::Reason SingularWatch::observe_projection(double t, const Eigen::V
     for (int i = 0; i < system_.nv; ++i)
       if (system_.velocity_groups[i] == g)
         rounding += w.terms.A(i, i) * std::pow(slowest * system_.velocity_scale[i], 2) / 2;
-    const double part = change[g] / std::max({kinetic, 1e-6 * fastest_[g], rounding});
+    const double part = projection.velocity_change[g] / std::max({kinetic, 1e-6 * fastest_[g], rounding});
     if (!reason && part > jump_limit * jump_limit)
       reason = fmt::format(
-          "the velocities{} jumped by {:.2g} of themselves onto the constraints at t = {:.6g} s: a step came "
-          "out on "
-          "another branch of a singular position, or steps are too long",
-          system_.groups > 1 ? fmt::format(" of '{}' and what it is tied to", system_.group_name(g)) : "",
-          std::sqrt(part), t);
+          "the velocities of '{}' and what it is tied to jumped by {:.2g} of themselves onto the constraints "
+          "at "
+          "t = {:.6g} s (row '{}' was the farthest off): a step came out on another branch of a singular "
+          "position, or steps are too long",
+          system_.group_name(g), std::sqrt(part), t, system_.row_names[projection.worst_row[g]]);
   }
   return reason;
 }

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/assembly.hpp"
 #include "dynamics/certificate.hpp"
-#include "dynamics/equations.hpp"
 
 namespace borelli {
 
@@ -24,10 +24,10 @@ class SingularWatch {
   /// (each independent group by its kinetic metric) still go along the line that they came on.
   /// Changes of the rank go to the log.
   Reason observe(const State& state, const Workspace& w, std::vector<LoggedEvent>& log);
-  /// Looks at what putting a state on the constraints did to its velocities: the energy (J) of the change in
-  /// each group against the group's kinetic energy in `w`. A step that kept to its branch changes them by its
+  /// Looks at what putting a state on the constraints did to its velocities: the energy of the change in each
+  /// group against the group's kinetic energy in `w`. A step that kept to its branch changes them by its
   /// own error; one that came out on another branch by a finite part.
-  Reason observe_projection(double t, const Eigen::VectorXd& change, const Workspace& w);
+  Reason observe_projection(double t, const Projection& projection, const Workspace& w);
 
   /// The velocities, or which rows hold, have changed in an event: a passage that it fell into ends there.
   void pass_event() { inside_ = false; }
@@ -41,8 +41,8 @@ class SingularWatch {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(inside_, entry_time_, tied_, v_, fastest_, passages_, first_rank_, first_time_, largest_turn_,
-      nearness_, nearness_time_);
+    k(inside_, entry_time_, entry_row_, tied_, v_, fastest_, passages_, first_rank_, first_time_,
+      largest_turn_, nearness_, nearness_time_);
   }
 
   /// A line of velocities that turns by more, rad, or a projection that changes more of a velocity: a jump.
@@ -54,6 +54,7 @@ class SingularWatch {
   const System& system_;
   bool inside_ = false;
   double entry_time_ = 0;
+  int entry_row_ = -1;            ///< the first that became dependent there
   std::vector<char> tied_;        ///< the groups whose rows became dependent
   Eigen::VectorXd v_;             ///< at the last state before
   Eigen::VectorXd fastest_;       ///< the largest kinetic energy of each group so far, J

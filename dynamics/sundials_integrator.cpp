@@ -98,6 +98,9 @@ Attempt failed(bool accuracy) {
   return {.evaluated = false, .accepted = false, .trouble = accuracy ? no_accuracy : no_convergence};
 }
 
+/// Of a step so short that it leaves time where it was.
+constexpr Attempt below_rounding{.accepted = false, .next_step = 0};
+
 }  // namespace
 
 struct CvodeBdf::Memory : Base {
@@ -143,6 +146,7 @@ Attempt CvodeBdf::attempt(Flow& flow, double t, double h, const Eigen::VectorXd&
   double reached = t;
   const int code = CVode(memory_->cvode, t + h, memory_->y, &reached, CV_ONE_STEP);
   if (code < 0) return failed(code == CV_ERR_FAILURE);
+  if (reached <= t) return below_rounding;
   out = numbers(memory_->y);
   from_ = t;
   made_ = reached - t;
@@ -224,6 +228,7 @@ Attempt ArkodeDirk::attempt(Flow& flow, double t, double h, const Eigen::VectorX
   double reached = t;
   const int code = evolve(flow, t, h, y, dy, ARK_ONE_STEP, out, reached);
   if (code < 0) return failed(code == ARK_ERR_FAILURE);
+  if (reached <= t) return below_rounding;
   Attempt attempt{.made = reached - t};
   ARKStepGetCurrentStep(memory_->arkode, &attempt.next_step);
   long rejected = 0;

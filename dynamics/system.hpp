@@ -140,6 +140,8 @@ struct System {
   bool has_kinematic_rows() const;
   /// What an error about a constraint row begins with: its place in the scene's file, and its name.
   std::string row_place(int row) const;
+  /// The solids that a constraint ties, for a sentence: "'a' and 'b'".
+  std::string tied_solids(int constraint) const;
   /// The name of a group: that of its first solid.
   std::string group_name(int group) const;
   /// The name of the coordinate that velocity component i (free) belongs to, with its axis for a ball.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "dynamics/step_watch.hpp"
+
 namespace borelli {
 
 namespace {
@@ -62,6 +64,11 @@ std::string text_of(const Certificate& c) {
   if (!c.method.empty()) line(fmt::format("integrated by {} with the {} equations", c.method, c.equations));
   line(fmt::format("steps: {} accepted, {} rejected, {} evaluations{}", c.steps_accepted, c.steps_rejected,
                    c.evaluations, smallest_step(c)));
+  if (!c.step_defect_coordinate.empty())
+    line(fmt::format(
+        "steps of one length: of the motion of '{}' they miss at most {:.2g} of a step (at {:.6g} "
+        "s); trusted up to {:.2g}",
+        c.step_defect_coordinate, c.step_defect, c.step_defect_time, StepWatch::limit));
   constexpr std::size_t most_events = 100;
   for (std::size_t i = 0; i < std::min(most_events, c.events.size()); ++i)
     line(fmt::format("event at {:.9g} s: {}, {}{}", c.events[i].time, c.events[i].kind, c.events[i].name,
@@ -113,6 +120,9 @@ nlohmann::json json_of(const Certificate& c) {
                      {"evaluations", c.evaluations},
                      {"smallest_step", c.smallest_step},
                      {"smallest_step_time", c.smallest_step_time},
+                     {"step_defect", c.step_defect},
+                     {"step_defect_time", c.step_defect_time},
+                     {"step_defect_coordinate", c.step_defect_coordinate},
                      {"accuracy", c.accuracy},
                      {"estimated_error", c.estimated_error},
                      {"stiff_from", c.stiff_from},

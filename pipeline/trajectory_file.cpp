@@ -108,6 +108,9 @@ void write_certificate(Hdf5Writer& file, const Certificate& c) {
   file.attribute("/certificate", "assembly_velocity", c.assembly_velocity);
   file.attribute("/certificate", "assembly_position_coordinate", c.assembly_position_coordinate);
   file.attribute("/certificate", "assembly_velocity_coordinate", c.assembly_velocity_coordinate);
+  file.attribute("/certificate", "step_defect", c.step_defect);
+  file.attribute("/certificate", "step_defect_time", c.step_defect_time);
+  file.attribute("/certificate", "step_defect_coordinate", c.step_defect_coordinate);
   file.attribute("/certificate", "accuracy", c.accuracy);
   file.attribute("/certificate", "estimated_error", c.estimated_error);
   file.attribute("/certificate", "stiff_from", c.stiff_from);
@@ -380,6 +383,9 @@ void read_certificate(Fill& fill, Certificate& c) {
       fill.text_attribute_if_there("/certificate", "assembly_position_coordinate");
   c.assembly_velocity_coordinate =
       fill.text_attribute_if_there("/certificate", "assembly_velocity_coordinate");
+  c.step_defect = fill.attribute_if_there("/certificate", "step_defect");
+  c.step_defect_time = fill.attribute_if_there("/certificate", "step_defect_time");
+  c.step_defect_coordinate = fill.text_attribute_if_there("/certificate", "step_defect_coordinate");
   c.accuracy = fill.attribute_if_there("/certificate", "accuracy");
   c.estimated_error = fill.attribute_if_there("/certificate", "estimated_error");
   c.stiff_from = fill.attribute_if_there("/certificate", "stiff_from", c.stiff_from);

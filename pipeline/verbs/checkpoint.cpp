@@ -4,9 +4,9 @@
 
 #include <array>
 #include <csignal>
-#include <cstdint>
 #include <filesystem>
 
+#include "dynamics/keeper.hpp"
 #include "pipeline/whole_file.hpp"
 
 namespace borelli {
@@ -20,13 +20,6 @@ extern "C" void ask_to_stop(int signal) {
   asked_to_stop = 1;
   for (std::size_t i = 0; i < signals.size(); ++i)
     if (signals[i] == signal) sigaction(signal, &before[i], nullptr);
-}
-
-// FNV-1a, 64 bits: tells one scene's text from another.
-std::uint64_t hash_of(const std::string& text) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  return hash;
 }
 
 }  // namespace
@@ -48,7 +41,7 @@ CheckpointFile::~CheckpointFile() {
 }
 
 Result<void> CheckpointFile::watch(const std::string& scene, Observer& observer) {
-  header_ = fmt::format("borelli checkpoint, program {}, scene {:016x}\n", BORELLI_VERSION, hash_of(scene));
+  header_ = fmt::format("borelli checkpoint, program {}, scene {:016x}\n", BORELLI_VERSION, digest_of(scene));
   if (std::filesystem::exists(path_)) {
     const auto bytes = read_whole(path_);
     if (!bytes) return tl::unexpected(bytes.error());

@@ -6,6 +6,7 @@
 #include "pipeline/display.hpp"
 #include "pipeline/mesh_file.hpp"
 #include "pipeline/render.hpp"
+#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
@@ -104,7 +105,7 @@ void add_export(CLI::App& program, Command& command) {
   verb->add_option("--landmarks", wanted->landmarks,
                    "Landmarks (JSON), whose joint centres the picture shows");
   verb->add_option("--tolerance", wanted->tolerance_mm, "How far fewer triangles may move the surface, mm")
-      ->check(CLI::Range(0.0, 50.0));
+      ->check(number_within(0.0, 50.0));
   verb->callback([&command, wanted] {
     command.work = [wanted](const Command& chosen) { return run(*wanted, chosen); };
   });

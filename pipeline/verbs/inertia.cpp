@@ -10,6 +10,7 @@
 #include "inertia/table_file.hpp"
 #include "pipeline/measure.hpp"
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/given_landmarks.hpp"
@@ -284,7 +285,7 @@ void add_inertia(CLI::App& program, Command& command) {
       ->check(CLI::IsMember({"auto", "points", "averages"}));
   verb->add_option("--blur-reach", settings->measure.blur_reach,
                    "How far the scanner's blur reaches beyond a voxel, mm")
-      ->check(CLI::Range(0., 100.))
+      ->check(number_within(0., 100.))
       ->capture_default_str();
   verb->add_option("--convention", settings->convention,
                    "How the labels were cut: as `borelli segment` cuts, or a published way (default: as "
@@ -299,7 +300,7 @@ void add_inertia(CLI::App& program, Command& command) {
                    "Tables (.json) to compare instead: of two their differences, of more their means and "
                    "regressions on stature and mass");
   verb->add_option("--stature", settings->measure.stature_m, "Sole to vertex, m: for group tables")
-      ->check(CLI::Range(0.3, 2.8));
+      ->check(number_within(0.3, 2.8));
   verb->add_option("--sex", settings->measure.sex, "male or female: shows published values beside")
       ->check(CLI::IsMember({"male", "female"}));
   verb->add_option("--pose", settings->measure.pose, "How the person lay or stood, e.g. supine");

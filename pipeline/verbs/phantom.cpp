@@ -11,6 +11,7 @@
 #include "inertia/table_file.hpp"
 #include "pipeline/segment_frames.hpp"
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "samples/phantom_voxels.hpp"
@@ -216,18 +217,18 @@ void add_phantom(CLI::App& program, Command& command) {
       ->capture_default_str();
   verb->add_option("--spacing", asked->spacing, "Voxel edge, mm: one number, or three")
       ->expected(1, 3)
-      ->check(CLI::Range(0.2, 50.0))
+      ->check(number_within(0.2, 50.0))
       ->capture_default_str();
   verb->add_option("--rotation-deg", asked->rotation_deg, "Turns the grid about patient x, then y, then z")
       ->expected(3)
-      ->check(CLI::Range(-180.0, 180.0));
+      ->check(number_within(-180.0, 180.0));
   verb->add_option("--tilt-deg", asked->grid.tilt_deg, "Gantry tilt: shears the grid")
-      ->check(CLI::Range(-45.0, 45.0));
+      ->check(number_within(-45.0, 45.0));
   verb->add_option("--offset", asked->offset, "Shifts the grid, in voxels")
       ->expected(3)
-      ->check(CLI::Range(-1.0, 1.0));
+      ->check(number_within(-1.0, 1.0));
   verb->add_option("--margin", asked->grid.margin, "Air about the body, mm")
-      ->check(CLI::Range(0.0, 500.0))
+      ->check(number_within(0.0, 500.0))
       ->capture_default_str();
   verb->add_flag("--table", asked->scan.table, "Lay the body on a curved table");
   verb->add_flag("--blanket", asked->scan.blanket, "Lay a thick blanket over it");
@@ -236,14 +237,14 @@ void add_phantom(CLI::App& program, Command& command) {
       ->expected(6);
   verb->add_option("--field-of-view", asked->scan.field_of_view,
                    "Diameter of what is seen in each slice, mm (default: all)")
-      ->check(CLI::Range(0.0, 2000.0));
+      ->check(number_within(0.0, 2000.0));
   verb->add_option("--streaks", asked->scan.streaks_hu, "Streaks beside metal, HU at its side")
-      ->check(CLI::Range(0.0, 3000.0));
+      ->check(number_within(0.0, 3000.0));
   verb->add_flag("--partial-volume", asked->scan.partial_volume, "Voxels are means over their box");
   verb->add_option("--blur", asked->scan.blur_mm, "Standard deviation of the scanner's blur, mm")
-      ->check(CLI::Range(0.0, 20.0));
+      ->check(number_within(0.0, 20.0));
   verb->add_option("--noise", asked->scan.noise_hu, "Standard deviation of the noise, HU")
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(number_within(0.0, 1000.0));
   verb->add_option("--seed", asked->scan.seed, "Of the noise: the same seed gives the same bytes")
       ->check(no_minus)
       ->capture_default_str();

@@ -206,12 +206,12 @@ void add_simulate(CLI::App& program, Command& command) {
   verb->add_option(
           "--accuracy", o->accuracy,
           "Error to keep to, of positions and velocities on their scales; method and tolerance are chosen")
-      ->check(CLI::Range(1e-11, 0.1))
+      ->check(number_within(1e-11, 0.1))
       ->excludes("--method")
       ->excludes("--tolerance");
   verb->add_option("--spectral-radius", o->spectral_radius,
                    "generalized_alpha: what is left per step of infinitely stiff modes, 0 to 1")
-      ->check(CLI::Range(0., 1.));
+      ->check(number_within(0., 1.));
   verb->add_option("--end", o->end, "End time, s")->check(positive_number());
   verb->add_option("--output-interval", o->output_interval, "Time between rows, s; 0: every accepted step")
       ->check(number_not_negative());

@@ -1,6 +1,8 @@
 // The verdict: what makes a run untrusted, said with the reason, the time and the name.
 #include "dynamics/certifier.hpp"
 
+#include <tuple>
+
 #include "scenes.hpp"
 
 namespace borelli::test {
@@ -117,7 +119,7 @@ TEST(Certificate, RoundingIsNoReasonForDistrust) {
     }
 }
 
-// ---- steps longer than what the scene prescribes in time ----
+// ---- what reasons say ----
 
 /// 1 kg on a slide under a force of F cos(w t): x = F (1 - cos w t) / w^2.
 Scene shaken(double F, double w) {
@@ -129,6 +131,119 @@ Scene shaken(double F, double w) {
       {"shaker", Force{{"mass", {0, 0, 0}}, {F, 0, 0}, Axes::world, Sine{1, w, M_PI / 2, 0}, {}}}};
   return scene;
 }
+
+TEST(Certificate, AMomentumLostInAnImpactIsDistrusted) {
+  // two balls that meet in free flight: what they do to each other leaves their momentum
+  Scene scene;
+  scene.gravity.setZero();
+  for (const char* name : {"a", "b"})
+    scene.solids.push_back(solid(name, "world", free_switches(name), {inertial(1, {0, 0, 0}, {1, 1, 1})}));
+  scene.constraints = {{"meet", SphereOverSphere{{"a", {0, 0, 0}}, {"b", {0, 0, 0}}, {0.5, 0.5}, {}}}};
+  scene.solids[0].switches[0].q = {-1};
+  scene.solids[0].switches[0].v = {1};
+  scene.solids[1].switches[0].q = {1};
+  scene.solids[1].switches[0].v = {-2};
+  const System system = compiled(scene);
+  const Trajectory met = run(system, settings("dop853", 1, 0.01, 1e-9));
+  EXPECT_EQ(met.certificate.impacts, 1);
+  EXPECT_TRUE(met.certificate.trusted) << met.certificate.reason;
+  ASSERT_EQ(met.certificate.conserved.size(), 2u);
+  EXPECT_LT(met.certificate.conserved[0].drift, 1e-12);
+
+  // the same moment by hand, once with what the law of impact gives (they stop at -0.5 m/s) and once with a
+  // tenth of the momentum lost
+  for (const double lost : {0., 0.1}) {
+    Workspace w(system);
+    State state = system.initial;
+    Certifier certifier(system, system.parameters, 1e-3, need(assemble(system, state)));
+    const auto solve = [&] {
+      ASSERT_FALSE(accelerate(system, system.parameters, state.t, state.q.data(), state.v.data(), {}, w));
+    };
+    solve();
+    const Work work(system.groups);
+    certifier.observe(state, w, work);
+    const double energy = w.terms.kinetic;
+    state.t = 0.25;
+    state.v.setZero();
+    state.v[0] = state.v[6] = -0.5 + lost / 2;
+    solve();
+    certifier.pass_event(w, false);
+    Work after = work;
+    after.add_event(Eigen::VectorXd::Constant(1, w.terms.kinetic - energy));
+    certifier.observe(state, w, after);
+    const Certificate c = certifier.finish(after, 0);
+    EXPECT_EQ(c.trusted, lost == 0) << c.reason;
+    if (lost > 0) {
+      EXPECT_NE(c.reason.find("the linear momentum of 'a' is off by 0.1 at t = 0.25 s"), std::string::npos)
+          << c.reason;
+    }
+  }
+}
+
+TEST(Certificate, OfRowsThatContradictEachOtherBothAreNamed) {
+  // one coordinate held to 0.1 t and to 0.1 t + t^3: they agree at the start
+  Scene scene;
+  scene.solids = {
+      solid("mass", "world", {slide("x", Vector3d::UnitX())}, {inertial(1, {0, 0, 0}, {1, 1, 1})})};
+  scene.constraints = {{"slow", CoordinateCoupling{{{"x"}}, {1}, Polynomial{{0, 0.1}}}},
+                       {"fast", CoordinateCoupling{{{"x"}}, {1}, Polynomial{{0, 0.1, 0, 1}}}}};
+  const System system = compiled(scene);
+  for (const auto treatment : {ConstraintTreatment::projection, ConstraintTreatment::baumgarte}) {
+    SimulationSettings how = settings("rk4", 1, 0.01);
+    how.constraints = treatment;
+    const Result<Trajectory> out = simulate(system, system.initial, how);
+    if (out) {
+      EXPECT_FALSE(out->certificate.trusted);
+    }
+    const std::string said = out ? out->certificate.reason : out.error().message();
+    for (const char* part : {"'slow'", "'fast'", "t = ", "'mass'"})
+      EXPECT_NE(said.find(part), std::string::npos) << part << ": " << said;
+  }
+  // and where no row depends on the others until the motion comes there: two rods that part beyond their
+  // reach
+  Scene rods;
+  rods.solids = {
+      solid("point", "world", {slide("x", Vector3d::UnitX(), 0.5), slide("z", Vector3d::UnitZ(), -0.9)},
+            {inertial(1, {0, 0, 0}, {0, 0, 0})}),
+      solid("hook", "world", {driven(slide("ride", Vector3d::UnitX(), 0), Polynomial{{1, 1}})}, {})};
+  rods.constraints = {{"left", Distance{{"point", {0, 0, 0}}, {"world", {0, 0, 0}}, constant(1)}},
+                      {"right", Distance{{"point", {0, 0, 0}}, {"hook", {0, 0, 0}}, constant(1)}}};
+  const System parting = compiled(rods);
+  const Result<Trajectory> out = simulate(parting, parting.initial, settings("rk4", 3, 0.01));
+  if (out) {
+    EXPECT_FALSE(out->certificate.trusted);
+  }
+  const std::string said = out ? out->certificate.reason : out.error().message();
+  for (const char* part : {"'left'", "'right'", "t = "})
+    EXPECT_NE(said.find(part), std::string::npos) << part << ": " << said;
+}
+
+TEST(Certificate, EveryReasonTellsWhenAndOfWhat) {
+  SimulationSettings loose = settings("rk4", 100, 0.01);
+  loose.constraints = ConstraintTreatment::baumgarte;
+  loose.baumgarte_alpha = loose.baumgarte_beta = 0;
+  SimulationSettings blind = settings("rk4", 1, 0.01);
+  Scene top;
+  top.gravity.setZero();
+  top.solids = {solid("top", "world", {ball("turn", identity_quaternion(), {3, 0, 20})},
+                      {inertial(1, {0, 0, 0}, {1, 1.2, 1.5})})};
+  SimulationSettings lax = settings("euler", 1, 0.01);
+  const std::vector<std::tuple<Scene, SimulationSettings, std::vector<std::string>>> cases = {
+      {swinging_rod(), loose, {"row 'rod'", "between 'point' and 'world'"}},
+      {swinging_rod(), settings("rk2", 10, 0.02), {"'point' and what it is tied to"}},
+      {roundabout(), settings("euler", 5, 0.01), {"'s1' and what it is tied to", "passed at t = "}},
+      {shaken(1, 200 * M_PI), blind, {"effort 'shaker'"}},
+      {top, lax, {"'top'"}}};
+  for (const auto& [scene, how, parts] : cases) {
+    const Certificate c = run(scene, how).certificate;
+    EXPECT_FALSE(c.trusted);
+    EXPECT_FALSE(std::isnan(c.reason_time)) << c.reason;
+    EXPECT_NE(c.reason.find("t = "), std::string::npos) << c.reason;
+    for (const std::string& part : parts) EXPECT_NE(c.reason.find(part), std::string::npos) << c.reason;
+  }
+}
+
+// ---- steps longer than what the scene prescribes in time ----
 
 TEST(Certificate, AFixedStepThatStepsOverASineIsDistrusted) {
   const double w = 200 * M_PI;  // one step is one period: the method sees a steady force

@@ -58,7 +58,7 @@ TEST(Checkpoint, EveryMethodGoesOnExactly) {
   scene.solids.push_back(solid("ball", "l2",
                                {fixed({0, 0, -1}), ball("turn", identity_quaternion(), {1, 2, 3})},
                                {inertial(1, {0.1, 0, -0.2}, {0.03, 0.04, 0.05})}));
-  for (const char* method : {"euler", "rk2", "rk4", "rk4_adaptive", "dopri5", "dop853", "gbs",
+  for (const char* method : {"euler", "rk2", "rk4", "rk4_adaptive", "dopri5", "dop853", "gbs", "gbs4", "gbs8",
                              "semi_implicit_euler", "verlet", "implicit_midpoint", "gauss4", "gauss6"})
     for (const double interval : {0.0, 0.03, 0.25})
       compare(scene, rows_every(settings(method, 1, 1e-2, 1e-8), interval));
@@ -111,6 +111,13 @@ TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {
   for (std::size_t length = 1; length < kept.size(); length += 1 + kept.size() / 50) {
     observer.checkpoint = kept.substr(0, length);
     EXPECT_FALSE(simulate(system, system.initial, how, observer)) << length;
+  }
+  for (std::size_t at = 0; at < kept.size(); at += 1 + kept.size() / 200) {  // one byte is another
+    observer.checkpoint = kept;
+    observer.checkpoint[at] = char(observer.checkpoint[at] ^ 4);
+    const auto out = simulate(system, system.initial, how, observer);
+    ASSERT_FALSE(out) << at;
+    EXPECT_EQ(out.error().what, "is damaged; remove it to start anew") << at;
   }
   observer.checkpoint = kept + "x";
   EXPECT_FALSE(simulate(system, system.initial, how, observer));

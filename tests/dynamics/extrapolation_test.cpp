@@ -55,6 +55,31 @@ TEST(Extrapolation, MeetsItsToleranceWithFewEvaluationsWhereItIsTight) {
   }
 }
 
+TEST(Extrapolation, OfOneOrderMeetsItsToleranceAtThePriceOfItsOrder) {
+  // steps go as the tolerance to the power 1 / (order - 1), that of the estimate; ten to the third of it less
+  for (int rows = 2; rows <= 4; ++rows) {
+    const auto steps_to = [&](double tolerance) {
+      FunctionFlow flow = bernoulli();
+      Extrapolation method(tolerance, rows);
+      EXPECT_EQ(method.order(), 2 * rows);
+      Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5), dy(1), out(1);
+      double t = 0, h = 0.1;
+      int steps = 0;
+      while (t < 10) {
+        h = std::min(h, 10 - t);
+        flow.derivative(t, y, dy);
+        const Attempt attempt = method.attempt(flow, t, h, y, dy, out);
+        if (attempt.accepted) t += h, y = out, ++steps;
+        h = attempt.next_step;
+      }
+      EXPECT_LT(std::abs(y[0] - 1 / (2 + std::sin(10.0))), 9 * steps * tolerance)
+          << rows << ", " << tolerance;
+      return double(steps);
+    };
+    EXPECT_NEAR(std::log10(steps_to(1e-9) / steps_to(1e-6)), 3. / (2 * rows - 1), 0.15) << rows;
+  }
+}
+
 TEST(Extrapolation, ShortensTheStepWhereTheFunctionEnds) {
   FunctionFlow flow(
       1, [](double, const Eigen::VectorXd&, Eigen::VectorXd& dy) { dy[0] = 1; }, 0.4);

@@ -93,9 +93,6 @@ TEST(Gallery, KapitzasPendulumStaysUprightAboveItsLimitAndFallsBelow) {
     joint[1].q = {start};
     scene.simulation.end_time = end;
     scene.simulation.tolerance = 1e-11;
-    // the pivot's drive sends 12 kW to and fro; steps are chosen for the motion, which is smoother than that
-    // work
-    scene.simulation.energy_threshold = 1e-5;
     return run(scene);
   };
   // small enough that sin(theta) is theta to 1e-10 of it: then Mathieu's equation is the pendulum's

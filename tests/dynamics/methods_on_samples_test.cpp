@@ -1,5 +1,5 @@
-// Every method on every sample: each ends where the finest ones end, or its run says by name why it is not to
-// be trusted.
+// Every method on every sample: each ends where the finest ones end, or, where the table below says that the
+// scene is too hard for it, its run says by name why it is not to be trusted.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "dynamics/integrator.hpp"
 #include "dynamics/scene_file.hpp"
@@ -19,11 +20,27 @@ namespace {
 std::vector<std::string> sample_names() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() + "/samples"))
-    // forty windows are two windows twenty times over
-    if (entry.path().extension() == ".toml" && entry.path().stem() != "four_bar_40")
-      names.push_back(entry.path().stem());
+    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem());
   std::sort(names.begin(), names.end());
   return names;
+}
+
+/// The methods that a sample is too hard for, at its own step and tolerance, beside those of first order.
+const std::map<std::string, std::set<std::string>> too_hard = {
+    {"block_on_slope", {"verlet"}},
+    {"bouncing_ball", {"moreau"}},
+    {"four_bar_2", {"verlet", "implicit_midpoint", "gauss4", "gauss6", "cvode"}},
+    {"four_bar_40", {"verlet", "implicit_midpoint", "gauss4", "gauss6"}},
+    {"kapitza", {"rk2", "verlet", "implicit_midpoint", "generalized_alpha", "moreau"}},
+    {"roundabout", {"rk2", "verlet", "generalized_alpha", "moreau"}},
+    {"shock",
+     {"rk2", "rk4", "verlet", "implicit_midpoint", "gauss4", "gauss6", "generalized_alpha", "moreau"}}};
+
+bool is_too_hard(const std::string& sample, const std::string& method) {
+  if (sample == "painleve_rod") return method != "moreau";
+  if (method == "euler" || method == "semi_implicit_euler") return sample != "chaplygin_sleigh";
+  const auto row = too_hard.find(sample);
+  return row != too_hard.end() && row->second.contains(method);
 }
 
 class Sample : public testing::TestWithParam<std::string> {
@@ -32,6 +49,8 @@ class Sample : public testing::TestWithParam<std::string> {
     scene = read_scene(test::source_folder() + "/samples/" + GetParam() + ".toml").value();
     // chains' motion is chaotic: after that any two methods part
     if (GetParam().starts_with("pendulum_")) scene.simulation.end_time = 2;
+    // forty windows are two windows twenty times over, and cost as much: through the first singular position
+    if (GetParam() == "four_bar_40") scene.simulation.end_time = 1;
     scene.simulation.output_interval = scene.simulation.end_time;
     system = compile(scene).value();
   }
@@ -73,16 +92,22 @@ TEST_P(Sample, MeetsItsToleranceOrFailsByNameByEveryMethod) {
   for (const std::string& method : integrator_names()) {
     SCOPED_TRACE(method);
     const auto t = run(method, tolerance);
+    const bool fails = is_too_hard(GetParam(), method);
     if (!t) {
+      EXPECT_TRUE(fails) << t.error().message();
       // says what could not be done, and when
       EXPECT_NE(t.error().message().find("the run ends at t = "), std::string::npos) << t.error().message();
       continue;
     }
     // impulses of whole steps have a solution where forces have none (Stewart, Rigid-body dynamics with
     // friction and impact, SIAM Review 42, 2000)
-    if (!fine && method == "moreau") continue;
+    if (!fine && method == "moreau") {
+      EXPECT_FALSE(fails);
+      continue;
+    }
     ASSERT_TRUE(fine) << "a method gets through, but not the finest: " << fine.error().message();
     const Certificate& c = t->certificate;
+    EXPECT_EQ(c.trusted, !fails) << c.reason;
     if (!c.trusted) {
       EXPECT_GT(c.reason.size(), 20u);
       EXPECT_FALSE(std::isnan(c.reason_time));

@@ -309,6 +309,46 @@ TEST(Mjcf, EqualitiesHaveMujocosRows) {
   EXPECT_EQ(start.rows[0], "connect of b and c[0]");
 }
 
+TEST(Mjcf, CurvedCouplingsHaveMujocosRowsAndValues) {
+  const std::string arm = "<inertial pos='.1 0 -.3' mass='1' diaginertia='.1 .2 .25'/>";
+  const Folder folder;
+  const auto path = folder.write(
+      "m.xml", model("<body name='a' pos='0 0 1'><joint name='ja' axis='0 1 0' ref='10'/>" + arm +
+                         "<body name='b' pos='0 0 -1'><joint name='jb' axis='1 1 0' ref='-25'/>" + arm +
+                         "</body></body><body name='c' pos='1 0 1'><joint name='jc' type='slide' ref='.2'/>" +
+                         arm + "</body>",
+                     "<equality><joint joint1='ja' joint2='jb' polycoef='.1 .7 -.4 .3 .2'/>"
+                     "<joint joint1='jc' joint2='ja' polycoef='0 0 .5 0 0'/>"
+                     "<joint joint1='jb' polycoef='.3 1 2 3 4'/></equality>"));
+  EXPECT_TRUE(need(read_model(path)).not_modelled.empty());
+  const System system = system_of(path);
+  ASSERT_EQ(system.rows, 3);
+  Mujoco mujoco(path);
+  mujoco.model->opt.disableflags = mjDSBL_CONTACT | mjDSBL_LIMIT | mjDSBL_FRICTIONLOSS;
+  mujoco.model->opt.jacobian = mjJAC_DENSE;
+  Random random(3);
+  for (int trial = 0; trial < 10; ++trial) {
+    const State state = random.state(system);
+    mujoco.at(state.q, state.v, Eigen::VectorXd::Zero(system.nv));
+    ASSERT_EQ(mujoco.data->nefc, 3);
+    const Rows J = Eigen::Map<Rows>(mujoco.data->efc_J, 3, system.nv);
+    EXPECT_LT((need(evaluate(system, state)).constraint_jacobian - J).cwiseAbs().maxCoeff(), 1e-13);
+    Workspace w(system);
+    ASSERT_FALSE(accelerate(system, system.parameters, state.t, state.q.data(), state.v.data(), {}, w));
+    const Eigen::VectorXd off = Eigen::Map<Eigen::VectorXd>(mujoco.data->efc_pos, 3);
+    EXPECT_LT((w.rows.h - off).cwiseAbs().maxCoeff(), 1e-13);
+  }
+  // E is what the rows' second derivative has beside the accelerations: checked by differences of L v
+  const State state = random.state(system);
+  const Eigen::VectorXd E = need(evaluate(system, state)).constraint_bias;
+  const auto rate = [&](double t) -> Eigen::VectorXd {
+    const Eigen::VectorXd q = state.q + t * state.v;
+    mujoco.at(q, state.v, Eigen::VectorXd::Zero(system.nv));
+    return Eigen::Map<Rows>(mujoco.data->efc_J, 3, system.nv) * state.v;
+  };
+  EXPECT_LT((E - (rate(1e-5) - rate(-1e-5)) / 2e-5).cwiseAbs().maxCoeff(), 1e-7);
+}
+
 }  // namespace
 }  // namespace borelli::test
 

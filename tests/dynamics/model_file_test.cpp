@@ -81,7 +81,7 @@ TEST(ModelFile, NothingOfMjcfIsDroppedSilently) {
                "size='1'/><geom size='2'/>"
                "</body>\n<body><joint name='j' springdamper='1 1'/><geom size='1'/></body></worldbody>\n"
                "<equality><connect body1='a' active='false' anchor='0 0 0'/><tendon tendon1='t'/>"
-               "<joint joint1='j' polycoef='0 1 2 0 0'/></equality>"
+               "<joint joint1='j' active='false'/></equality>"
                "<contact><exclude/></contact><tendon/><actuator><motor/><motor/></actuator><keyframe/"
                "><sensor/></mujoco>")))
           .not_modelled;

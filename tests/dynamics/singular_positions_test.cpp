@@ -237,11 +237,15 @@ TEST(SingularWatch, JumpsAreMeasuredAgainstTheGroupsOwnMotion) {
   ASSERT_FALSE(
       accelerate(system, system.parameters, 0, system.initial.q.data(), system.initial.v.data(), {}, w));
   SingularWatch watch(system);
-  Eigen::VectorXd change = Eigen::VectorXd::Constant(1, 0.9e-2 * w.terms.kinetic);  // 0.095 of the velocity
-  EXPECT_FALSE(watch.observe_projection(1, change, w));
-  change[0] = 1.1e-2 * w.terms.kinetic;
-  const auto reason = watch.observe_projection(1, change, w);
+  Projection projection;
+  projection.worst_row = Eigen::VectorXi::Constant(1, 1);
+  projection.velocity_change =
+      Eigen::VectorXd::Constant(1, 0.9e-2 * w.terms.kinetic);  // 0.095 of the velocity
+  EXPECT_FALSE(watch.observe_projection(1, projection, w));
+  projection.velocity_change[0] = 1.1e-2 * w.terms.kinetic;
+  const auto reason = watch.observe_projection(1, projection, w);
   ASSERT_TRUE(reason);
+  EXPECT_NE(reason->find("row '" + system.row_names[1] + "'"), std::string::npos) << *reason;
   EXPECT_NE(reason->find("jumped by 0.1 "), std::string::npos) << *reason;
 }
 

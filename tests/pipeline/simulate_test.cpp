@@ -97,6 +97,14 @@ TEST(Simulate, BadUseEndsInOneSentence) {
   for (const char* number : {"--end inf", "--tolerance 0", "--step nan", "--tolerance few"})
     expect_refused("simulate " + samples + "roundabout.toml " + number + output, 2,
                    "expected a positive number", folder, 0);
+  for (const char* option :
+       {"--end", "--step", "--tolerance", "--accuracy", "--method generalized_alpha --spectral-radius",
+        "--output-interval", "--constraints baumgarte --baumgarte-alpha",
+        "--constraints baumgarte --baumgarte-beta", "--rest-speed", "--energy-threshold",
+        "--checkpoint-every"})
+    for (const char* number : {"nan", "-nan", "inf", "-inf", "-1", "1e999"})
+      expect_refused("simulate " + samples + "roundabout.toml " + option + "=" + number + output, 2,
+                     "expected", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --method rk4 --tolerance 1e-6" + output, 2,
                  "--tolerance: has no effect with rk4", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --baumgarte-beta 3" + output, 2,

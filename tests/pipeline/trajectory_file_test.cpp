@@ -70,6 +70,7 @@ Trajectory made_up(std::size_t times) {
   c.contacts = 3, c.impacts = 7, c.impact_loss = 0.75;
   c.work_events = -3, c.work_events_size = 3;
   c.accuracy = 1e-6, c.estimated_error = 1e-7, c.stiff_from = 0.5;
+  c.step_defect = 0.03, c.step_defect_time = 0.75, c.step_defect_coordinate = "hip";
   c.steps_accepted = 1234567890123, c.steps_rejected = 4, c.evaluations = 99;
   c.smallest_step = 1e-5;
   return t;
@@ -184,6 +185,9 @@ TEST_F(TrajectoryFile, Hdf5GivesTheCertificateBack) {
   EXPECT_EQ(b.accuracy, 1e-6);
   EXPECT_EQ(b.estimated_error, 1e-7);
   EXPECT_EQ(b.stiff_from, 0.5);
+  EXPECT_EQ(b.step_defect, 0.03);
+  EXPECT_EQ(b.step_defect_time, 0.75);
+  EXPECT_EQ(b.step_defect_coordinate, "hip");
   EXPECT_EQ(b.work_events_size, 3);
   EXPECT_EQ(b.assembly_position, 0.125);
   EXPECT_EQ(b.assembly_position_coordinate, "knee");

@@ -1,0 +1,49 @@
+// Tells when an adaptive method's steps come to nothing: a motion that runs into a moment where it ends (a
+// velocity that grows without bound in finite time) sends them towards zero, and forces that jump to and fro
+// keep them there. Either way the run would go on for as long as it is let, and not come to its end.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+namespace borelli {
+
+class SinkWatch {
+ public:
+  enum class Verdict { fine, sinking, stalled };
+
+  /// After a try for a step, accepted or not, that left the run at time t and proposes `step`; s. `most`: the
+  /// most steps that a run may take.
+  Verdict after(double t, double step, bool accepted, double end, double most) {
+    if (tries_++ == 0) window_start_ = t;
+    longest_ = std::max(longest_, accepted ? step : 0);
+    sunk_ = step > deep * longest_ ? 0 : sunk_ + accepted;
+    if (sunk_ >= steadily && step < deepest * longest_) return Verdict::sinking;
+    if (tries_ <= window) return Verdict::fine;
+    tries_ = 0;
+    made_ = t - window_start_;
+    return (end - t) * window > hopeless * most * made_ ? Verdict::stalled : Verdict::fine;
+  }
+
+  double longest() const { return longest_; }  ///< s: the longest step proposed
+  double made() const { return made_; }        ///< s: what the last `window` tries came on by
+  static constexpr int window = 2000;
+
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(longest_, sunk_, tries_, window_start_, made_);
+  }
+
+ private:
+  // A jump of a force is passed by a few steps of the tolerance's size, which grow again at once, a singular
+  // position by more, down to 1e-10 of the longest; a motion that ends sends each step below the one before.
+  static constexpr double deep = 1e-6, deepest = 1e-12;  // of the longest step
+  static constexpr int steadily = 16;                    // accepted steps below `deep`, in a row
+  static constexpr double hopeless = 10;                 // so many times the most steps of a run are left
+
+  double longest_ = 0;
+  int sunk_ = 0, tries_ = 0;
+  double window_start_ = 0, made_ = 0;
+};
+
+}  // namespace borelli
