@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <limits>
+
 namespace borelli {
 
 Certifier::Certifier(const System& system, const Parameters& parameters, double threshold,
@@ -93,6 +95,16 @@ std::string Certifier::group_words(int group) const {
 }
 
 /// Each independent group by its own turnover, lest a heavier one hide it; the worst is named.
+/// J: what rounding of forces that balance each other leaves to projections: some units in the last place of
+/// what falls as long as the steps would give.
+double Certifier::rounding_of_rest(int group) const {
+  double mass = 0;
+  for (std::size_t b = 0; b < system_.bodies.size(); ++b)
+    if (system_.bodies[b].group == group) mass += parameters_.inertials[b].mass;
+  return 16 * std::numeric_limits<double>::epsilon() * mass * parameters_.gravity.squaredNorm() *
+         step_squares_;
+}
+
 void Certifier::judge_energy(const Work& work) {
   const double limit = certificate_.energy_threshold;
   int worst = -1, moved = -1;
@@ -104,9 +116,10 @@ void Certifier::judge_energy(const Work& work) {
       worst = g;
       worst_excess = energy.drift.largest() / allowed;
     }
-    if (work.group_projection_size[g] > moved_excess * turnover) {
+    const double movable = std::max(turnover, energy.rounding + rounding_of_rest(g));
+    if (work.group_projection_size[g] > moved_excess * movable) {
       moved = g;
-      moved_excess = work.group_projection_size[g] / turnover;
+      moved_excess = work.group_projection_size[g] / movable;
     }
   }
   if (worst >= 0) {
@@ -298,6 +311,7 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
 
 void Certifier::count_step(double t, double h, bool whole) {
   ++certificate_.steps_accepted;
+  step_squares_ += h * h;
   if (!whole && certificate_.smallest_step > 0) return;
   // steps of one length differ by rounding: the first of them is named
   if (certificate_.smallest_step > 0 && h >= (1 - 1e-9) * certificate_.smallest_step) return;

@@ -91,9 +91,9 @@ class Certifier {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(certificate_, started_, energy_, group_energies_, residual_rows_, moved_most_, largest_speeds_,
-      last_time_, start_momenta_, last_momenta_, momentum_rounding_, singular_, step_watch_, order_,
-      contact_gain_, contact_gain_time_, contact_gain_group_);
+    k(certificate_, step_squares_, started_, energy_, group_energies_, residual_rows_, moved_most_,
+      largest_speeds_, last_time_, start_momenta_, last_momenta_, momentum_rounding_, singular_, step_watch_,
+      order_, contact_gain_, contact_gain_time_, contact_gain_group_);
   }
 
   /// The verdict, with the counts.
@@ -102,6 +102,7 @@ class Certifier {
  private:
   void observe_energy(double t, const Workspace& workspace, const Work& work);
   void judge_energy(const Work& work);
+  double rounding_of_rest(int group) const;
   void judge_residuals();
   std::string group_words(int group) const;
   void observe_momenta(double t, const Workspace& workspace);
@@ -114,6 +115,7 @@ class Certifier {
   const System& system_;
   const Parameters& parameters_;
   Certificate certificate_;
+  double step_squares_ = 0;  ///< s^2, their sum
   bool started_ = false;
   EnergyBalance energy_;
   std::vector<EnergyBalance> group_energies_;  ///< of each independent group

@@ -53,18 +53,21 @@ struct ContactSurface {
   }
 };
 
-/// m/s. A slip that has come down to less has ended; one below the second goes the way it went, or was to
-/// begin: its direction would follow the least of forces, in less time than any step.
+/// m/s. A slip that has come down to less has ended; one below the second has the direction in which it went,
+/// or was to begin: its own would follow the least of forces, in less time than any step.
 inline constexpr double least_slip = 1e-10, least_steered_slip = 1e-6;
 
-/// The slip direction of a sliding contact whose velocity across is `slip` (m/s).
+/// The slip direction of a sliding contact whose velocity across is `slip` (m/s). One that has turned round
+/// is past its end, which is an event: until that is located friction goes on as before, smoothly.
 template <class T>
 void slip_direction(const ContactMode& mode, const T (&slip)[2], T (&direction)[2]) {
   using std::sqrt;
-  const double along = value_of(slip[0]) * mode.slip[0] + value_of(slip[1]) * mode.slip[1];
+  const double x = value_of(slip[0]), y = value_of(slip[1]), along = x * mode.slip[0] + y * mode.slip[1];
+  const double squares = x * x + y * y;
   direction[0] = mode.slip[0];
   direction[1] = mode.slip[1];
-  if (along <= least_steered_slip) return;
+  if (squares <= least_steered_slip * least_steered_slip || (along < 0 && 2 * along * along >= squares))
+    return;
   const T speed = sqrt(slip[0] * slip[0] + slip[1] * slip[1]);
   direction[0] = slip[0] / speed;
   direction[1] = slip[1] / speed;

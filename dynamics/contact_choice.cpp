@@ -18,7 +18,9 @@ ContactMode mode_of(const Shock& contacts, const ShockResult& result, int i, con
   ContactMode mode;
   if (normal * contacts.response(3 * i, 3 * i) <= small * scale) return mode;
   mode.touch = Touch::sliding;
-  if (friction == 0 || contacts.response(3 * i + 1, 3 * i + 1) == 0) return mode;
+  const double mobility =
+      std::max(contacts.response(3 * i + 1, 3 * i + 1), contacts.response(3 * i + 2, 3 * i + 2));
+  if (friction == 0 || mobility == 0) return mode;
   const Vector2d force = result.impulse.segment<2>(3 * i + 1), moves = result.velocity.segment<2>(3 * i + 1);
   Vector2d slip = contacts.slip[i];
   if (slip.squaredNorm() == 0 && force.norm() >= (1 - at_the_limit) * friction * normal) {

@@ -34,6 +34,7 @@ ContactEvents::ContactEvents(const System& system, const SimulationSettings& set
       modes_(system.contacts.size()),
       slack_(system.contacts.size(), 0),
       hit_(system.contacts.size(), false),
+      cannot_leave_(hit_),
       slip_at_limit_(system.contacts.size(), Eigen::Vector2d::Zero()),
       borne_(slip_at_limit_),
       shared_(system.contacts.size(), false) {
@@ -113,8 +114,8 @@ void ContactEvents::evaluate(const State& state, const Kinematics& kinematics, s
     value[0] = value[1] = value[2] = value[3] = {1, 0};
     if (mode.touch == Touch::open) {
       const int rows = system_.contacts[i].tangents ? 3 : 1;
-      value[0] = {every_.h[row] + slack_[i], every_.rate[row], every_.rate.segment(row, rows).norm(),
-                  size_of(int(i))};
+      value[0] = {every_.h[row] + slack_[i], every_.rate[row],
+                  std::max(every_.rate.segment(row, rows).norm(), every_.speed[row]), size_of(int(i))};
       continue;
     }
     if (!solved) continue;
@@ -188,6 +189,8 @@ Result<AfterEvent> ContactEvents::handle(std::span<const int> which, State& stat
 Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) {
   const std::vector<ContactMode> before = modes_;
   std::vector<int> closed;
+  for (std::size_t i = 0; i < modes_.size(); ++i)
+    cannot_leave_[i] = hit_[i] && every_.rate[system_.contacts[i].row] > 0;
   double speed = 0;
   for (int i = 0; i < system_.nv; ++i) speed = std::max(speed, std::abs(state.v[i]));
   bool approach = false;
@@ -273,13 +276,16 @@ Result<void> ContactEvents::meet(State& state, const std::vector<int>& closed,
                       "what meets there no freedom to part",
                       state.t));
   const ShockResult result = resolve(shock, settings_.impacts, settings_.restitution, settings_.rest_speed);
-  if (!result.settled)
+  if (!result.settled) {
+    const bool together =
+        settings_.impacts == ImpactLaw::sequential &&
+        resolve(shock, ImpactLaw::simultaneous, settings_.restitution, settings_.rest_speed).settled;
     return failure(system_.scene,
                    fmt::format("impacts follow each other without end at t = {:.9g} s, among them at '{}'{}",
                                state.t, system_.contacts[closed[0]].name,
-                               settings_.impacts == ImpactLaw::sequential
-                                   ? "; impacts = \"simultaneous\" takes them all at once"
-                                   : ""));
+                               together ? "; impacts = \"simultaneous\" takes them all at once"
+                                        : ": what meets there cannot part (is it driven from two sides?)"));
+  }
   state.v += response * result.impulse;
   for (int k = 0; k < n; ++k) {
     if (result.impulse[3 * k] == 0) continue;
@@ -291,7 +297,8 @@ Result<void> ContactEvents::meet(State& state, const std::vector<int>& closed,
   return {};
 }
 
-/// The modes of the closed contacts that part no faster than the rest speed; all others are open.
+/// The modes of the closed contacts that part no faster than the rest speed, or too slowly for numbers to
+/// tell; all others are open.
 Result<void> ContactEvents::choose(const State& state, const std::vector<int>& closed) {
   for (ContactMode& mode : modes_) mode = {};
   std::fill(slack_.begin(), slack_.end(), 0);
@@ -299,7 +306,7 @@ Result<void> ContactEvents::choose(const State& state, const std::vector<int>& c
   for (int i : closed) {
     const int row = system_.contacts[i].row;
     slack_[i] = std::max(0., -every_.h[row]);
-    if (every_.rate[row] <= settings_.rest_speed) contacts.push_back(i);
+    if (every_.rate[row] <= settings_.rest_speed || cannot_leave_[i]) contacts.push_back(i);
   }
   if (contacts.empty()) return {};
   for (ContactMode& mode : w_.rows.modes) mode = {};

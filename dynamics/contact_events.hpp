@@ -40,7 +40,7 @@ class ContactEvents : public EventSource {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(w_, modes_, slack_, hit_, slip_at_limit_, borne_, shared_, any_closed_, any_slack_);
+    k(w_, modes_, slack_, hit_, cannot_leave_, slip_at_limit_, borne_, shared_, any_closed_, any_slack_);
   }
 
  private:
@@ -73,6 +73,7 @@ class ContactEvents : public EventSource {
   std::vector<ContactMode> modes_;
   std::vector<double> slack_;  ///< m: what a contact that was let go overlaps, and may close by rounding
   std::vector<char> hit_;
+  std::vector<char> cannot_leave_;  ///< parts, but so slowly that by rounding it meets again at once
   std::vector<Eigen::Vector2d>
       slip_at_limit_;  ///< of those that come to their limit: where to they slide; zero: none
   std::vector<Eigen::Vector2d>

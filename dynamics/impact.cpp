@@ -1,5 +1,6 @@
 #include "dynamics/impact.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
@@ -34,7 +35,14 @@ Vector without_gain(const Vector& plastic, const Vector& asked, const auto& work
 class Pair {
  public:
   Pair(const Matrix3d& response, const Vector3d& velocity, double friction)
-      : G_(response), u_(velocity), friction_(G_(1, 1) > 0 ? friction : 0) {}
+      : G_(response), u_(velocity), friction_(std::max(G_(1, 1), G_(2, 2)) > 0 ? friction : 0) {
+    if (friction_ == 0) return;
+    // a joint may leave no freedom in one direction across
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> across(G_.block<2, 2>(1, 1));
+    const Vector2d values = across.eigenvalues();
+    const Vector2d inverse = (values.array() > 1e-12 * values[1]).select(values.cwiseInverse(), 0);
+    across_inverse_ = across.eigenvectors() * inverse.asDiagonal() * across.eigenvectors().transpose();
+  }
 
   /// The impulse after which the normal velocity is `asked`.
   Vector3d to_velocity(double asked) const {
@@ -42,7 +50,7 @@ class Pair {
         [&](const Vector2d* slip) -> double {
           if (slip) return (asked - u_[0]) / (G_(0, 0) - friction_ * G_.block<1, 2>(0, 1).dot(*slip));
           // no slip after it: the normal's part once the two across are solved for
-          const Eigen::RowVector2d c = G_.block<1, 2>(0, 1) * G_.block<2, 2>(1, 1).inverse();
+          const Eigen::RowVector2d c = G_.block<1, 2>(0, 1) * across_inverse_;
           return (asked - u_[0] + c.dot(u_.tail<2>())) / (G_(0, 0) - c.dot(G_.block<2, 1>(1, 0)));
         },
         asked);
@@ -65,11 +73,13 @@ class Pair {
       return {normal, 0, 0};
     }
     const auto across = [&](double normal) {
-      return Vector2d(-G_.block<2, 2>(1, 1).inverse() * (u_.tail<2>() + G_.block<2, 1>(1, 0) * normal));
+      return Vector2d(-across_inverse_ * (u_.tail<2>() + G_.block<2, 1>(1, 0) * normal));
     };
     double normal = normal_of(nullptr);
     Vector2d t = across(normal);
-    if (normal >= 0 && t.norm() <= friction_ * normal) return {normal, t[0], t[1]};
+    const Vector2d left = u_.tail<2>() + G_.block<2, 1>(1, 0) * normal + G_.block<2, 2>(1, 1) * t;
+    if (normal >= 0 && t.norm() <= friction_ * normal && left.norm() <= 1e-9 * u_.norm())
+      return {normal, t[0], t[1]};
     // it slips afterwards: friction lies against that slip, found by repetition
     Vector2d slip = u_.tail<2>().norm() > 0 ? Vector2d(u_.tail<2>().normalized()) : Vector2d(-t.normalized());
     for (int i = 0; i < 500; ++i) {
@@ -90,6 +100,7 @@ class Pair {
   Matrix3d G_;
   Vector3d u_;
   double friction_;
+  Eigen::Matrix2d across_inverse_;
 };
 
 class Resolution {

@@ -111,6 +111,7 @@ ConstraintRowsOf<T>::ConstraintRowsOf(const System& system)
       h(E),
       rate(E),
       partial_rate(E),
+      speed(Eigen::VectorXd::Zero(system.rows)),
       modes(system.contacts.size()),
       slip(RowsOf<T>::Zero(Eigen::Index(system.contacts.size()), system.size())),
       slip_along(system.contacts.size(), {T(0), T(0)}),

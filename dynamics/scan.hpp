@@ -100,6 +100,8 @@ struct ConstraintRowsOf {
   RowsOf<T> L;                                 ///< rows x size
   Eigen::VectorX<T> E, h, rate, partial_rate;  ///< rows
   int degenerate = -1;                         ///< a row that has no direction at this state; -1: none
+  Eigen::VectorXd
+      speed;  ///< rows: of a gap between what is long, how fast any two points of it may meet, m/s
 
   /// Per contact of the system. Rows that do not hold in its mode are empty: no direction, no value.
   std::vector<ContactMode> modes;
@@ -140,6 +142,8 @@ class ConstraintScan : public SiteReader<T> {
   /// The value of row r, its partial derivative by time, and what its second derivative holds beside the
   /// accelerations of the points, solids and coordinates named above.
   void residual(int r, const T& h, const T& partial_rate, const T& bias);
+  /// Row r is a gap between things whose nearest points may soon be others, which meet no faster than that.
+  void speed(int r, double fastest) { rows_.speed[this->action_->first_row + r] = fastest; }
   /// Row r has no direction at this state.
   void degenerate(int r) { rows_.degenerate = this->action_->first_row + r; }
   auto& scratch() { return rows_.functions[this->action_ - this->system_.constraints.data()]; }

@@ -373,6 +373,11 @@ class Run {
     return {};
   }
 
+  std::string last_event_words() const {
+    const auto& log = certifier_->events();
+    return log.empty() ? "" : fmt::format(", the last of them {} at '{}'", log.back().kind, log.back().name);
+  }
+
   /// Handles the events of the step; the first that changes anything becomes its end.
   Result<void> pass_events(double h) {
     if (watch_->empty()) return {};
@@ -395,8 +400,8 @@ class Run {
       events_at_once_ = landing_.state.t > last_event_ ? 0 : events_at_once_ + 1;
       last_event_ = landing_.state.t;
       if (events_at_once_ > most_events_at_once)
-        return diverged({system_.scene, fmt::format("{} events follow each other without time going on",
-                                                    most_events_at_once)});
+        return diverged({system_.scene, fmt::format("{} events follow each other without time going on{}",
+                                                    most_events_at_once, last_event_words())});
       return {};
     }
   }

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <type_traits>
 
 #include "dynamics/contact.hpp"
 #include "dynamics/plane.hpp"
@@ -114,6 +116,13 @@ void capsule_over_capsule(ConstraintScan<T>& scan, int r, int a, const ThickSegm
     return free ? x : T(value_of(x) < 0 ? -half : half);
   };
   const double ha = A.length / 2, hb = B.length / 2;
+  if constexpr (std::is_same_v<T, double>) {
+    const Vector closing = ca.v - cb.v, turn_a = ha * wa.cross(ua), turn_b = hb * wb.cross(ub);
+    double fastest = 0;
+    for (const Vector& turn : {Vector(turn_a + turn_b), Vector(turn_a - turn_b)})
+      fastest = std::max({fastest, (closing + turn).norm(), (closing - turn).norm()});
+    scan.speed(r, fastest);
+  }
   // of parallel ones no pair of points is nearest: that at a's middle is taken
   const bool parallel = value_of(K) < 1e-12;
   bool free_a = false, free_b = false;

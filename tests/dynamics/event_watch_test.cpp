@@ -187,7 +187,9 @@ TEST(Events, WithoutEndAtOneMomentAreRefused) {
   observer.events = {&stuck};
   const auto out = simulate(system, system.initial, settings("rk4", 1, 0.01), observer);
   ASSERT_FALSE(out);
-  EXPECT_NE(out.error().what.find("events follow each other without time going on; the run ends at t = 0.45"),
+  EXPECT_NE(out.error().what.find(
+                "events follow each other without time going on, the last of them bounce at 'point 0'; "
+                "the run ends at t = 0.45"),
             std::string::npos)
       << out.error().what;
 }

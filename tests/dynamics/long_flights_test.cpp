@@ -137,6 +137,42 @@ TEST(LongFlights, ABallMeetsWhatItWouldJumpOverInAStep) {
   }
 }
 
+TEST(LongFlights, AnArmMeetsTheBallThatItTurnsTo) {
+  for (double speed : {7., 10., 20., 300.})
+    for (double radius : {0.005, 0.02})
+      for (const char* method : {"dopri5", "dop853", "gbs", "rk4_adaptive", "arkode"}) {
+        SCOPED_TRACE(fmt::format("{} at {} rad/s", method, speed));
+        Scene scene;
+        scene.gravity.setZero();
+        scene.solids = {
+            solid("arm", "world", {hinge("turn", Vector3d::UnitZ(), 0.5, speed)},
+                  {inertial(1, {0, 0, 0}, {1, 1, 1})}),
+            solid("ball", "world", {slide("x", Vector3d::UnitX(), 0.8), slide("y", Vector3d::UnitY())},
+                  {inertial(0.01, {0, 0, 0}, {1e-6, 1e-6, 1e-6})})};
+        CapsuleOverCapsule meet;
+        meet.a = {"ball", {0, 0, 0}};
+        meet.b = {"arm", {0.5, 0, 0}};
+        meet.axis_b = Vector3d::UnitX();
+        meet.length_b = 1;
+        meet.radii = {radius, radius};
+        scene.constraints = {{"meet", meet}};
+        const double meets = (2 * M_PI - std::asin(2 * radius / 0.8) - 0.5) / speed;
+        const Trajectory path = run(scene, settings(method, 1.01 * meets, 1e-3, 1e-9));
+        ASSERT_FALSE(path.certificate.events.empty());
+        EXPECT_NEAR(path.certificate.events[0].time, meets, 1e-9);
+      }
+}
+
+TEST(LongFlights, RestsThatNumbersCannotTellFromFlightsEnd) {
+  // a fall from so far that the gap is known to a nanometre only
+  Scene scene = balls({{2e6, 0}}, 0.5);
+  scene.solids[0].inertials[0] = inertial(1, {0, 0, 0}, {4e9, 4e9, 4e9});
+  std::get<SphereOverPlane>(scene.constraints[0].kind).radius = 1e5;
+  const Trajectory path = run(scene, settings("dop853", 2500, 1e-3, 1e-9));
+  EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+  EXPECT_NEAR(last(path.q)[1], 1e5, 1e-6);
+}
+
 TEST(LongFlights, BoxesOfAnySizeFallTurnSlideAndKeepAboveTheFloor) {
   std::mt19937 dice(7);
   const auto draw = [&dice](double low, double high) {
