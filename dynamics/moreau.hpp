@@ -59,8 +59,8 @@ class MoreauStepping : public Integrator {
     int moved_most = 0;  ///< of `acting`, in the last sweep
     Eigen::VectorXd wanted, correction, moved, slope;
   };
-  void find_acting(const MotionFlow& motion, const Eigen::VectorXd& y, const Eigen::VectorXd& out,
-                   double h, double least_rebound);
+  void find_acting(const MotionFlow& motion, const Eigen::VectorXd& y, const Eigen::VectorXd& out, double h,
+                   double least_rebound);
   void find_response(const MotionFlow& motion);
   double sweep(const System& system, const Eigen::VectorXd& target, double scale, Eigen::VectorXd& impulse);
   double work(const Eigen::VectorXd& impulse) const;

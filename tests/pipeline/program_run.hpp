@@ -53,8 +53,8 @@ struct ProgramRun {
 inline ProgramRun run_program(const std::string& arguments, const std::string& before = "") {
   const TestFolder said;
   const std::string out = said / "out", err = said / "err";
-  const int status = std::system(
-      (before + " " + test::program_path() + " >" + out + " 2>" + err + " " + arguments).c_str());
+  const int status =
+      std::system((before + " " + test::program_path() + " >" + out + " 2>" + err + " " + arguments).c_str());
   const auto text = [](const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     return std::string{std::istreambuf_iterator<char>(file), {}};

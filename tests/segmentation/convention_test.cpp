@@ -199,8 +199,8 @@ bool near_slice_cut(int part, double z) {
   return (name.starts_with("shank") || name.starts_with("foot")) && near(100);
 }
 
-// (The discs of the column are placed by proportions taken from this body: for the trunk's own bones this is no
-// independent test.)
+// (The discs of the column are placed by proportions taken from this body: for the trunk's own bones this is
+// no independent test.)
 TEST(Convention, IcrpMaleByBoneHoldsItsOwnBones) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   const Segmentation& found = male_by(Convention::bone);
