@@ -42,6 +42,7 @@ MoreauStepping::Scratch::Scratch(const System& system)
       velocity(before),
       impulse(before),
       plastic(before),
+      driven(before),
       target(VectorXd::Zero(Eigen::Index(system.contacts.size()))),
       wanted(VectorXd::Zero(system.rows)),
       correction(VectorXd::Zero(system.nv)) {
@@ -77,6 +78,7 @@ void MoreauStepping::find_acting(const MotionFlow& motion, const VectorXd& y, co
       if (there) s.J.row(k + c) = s.every.L.row(row).head(n);
       // rates are those of the middle, where the drives are taken
       const double rate = there ? s.every.rate[row] : 0;
+      s.driven[k + c] = rate - s.J.row(k + c).dot(middle_.segment(n, n));
       s.before[k + c] = rate + s.J.row(k + c).dot(y.segment(n, n) - middle_.segment(n, n));
       s.free[k + c] = rate + s.J.row(k + c).dot(out.segment(n, n) - middle_.segment(n, n));
     }
@@ -206,6 +208,28 @@ void MoreauStepping::book(const System& system, double least_rebound) {
   }
 }
 
+/// The work of efforts, drives and moving constraints at the velocity that the impulses leave on the mean,
+/// and of drives against the impulses. Without any of these there is none to mend.
+bool MoreauStepping::book_powers(Flow& flow, const MotionFlow& motion, double t, double h, const VectorXd& y,
+                                 VectorXd& out) {
+  const System& system = motion.system();
+  Scratch& s = *scratch_;
+  const Eigen::Index n = system.nv, works = y.size() - 2 * n, drives = 2 * n + 1;
+  if (system.parameters.drives.empty() && system.parameters.efforts.empty() &&
+      motion.workspace().rows.partial_rate.isZero(0))
+    return true;
+  s.moved = middle_;
+  s.moved.segment(n, n) += 0.5 * s.correction;
+  if (!flow.derivative(t + 0.5 * h, s.moved, s.slope)) return false;
+  out.tail(works) = y.tail(works) + h * s.slope.tail(works);
+  for (Eigen::Index r = 0; r < 3 * Eigen::Index(s.acting.size()); ++r) {
+    const double done = -s.impulse[r] * s.driven[r];
+    out[drives] += done;
+    out[2 * n + 4 + system.constraints[system.contacts[s.acting[r / 3]].constraint].group] += done;
+  }
+  return true;
+}
+
 Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& y, const VectorXd& dy,
                                 VectorXd& out) {
   slope_.resize(y.size());
@@ -248,7 +272,7 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
   s.slope.resize(y.size());
   flow.position_rate(s.moved, s.slope);
   out.head(n) += 0.5 * h * s.slope.head(n);
-  return {.next_step = h};
+  return {.evaluated = book_powers(flow, *motion, t, h, y, out), .next_step = h};
 }
 
 bool MoreauStepping::shortened(Flow& flow, double t, double h, const VectorXd& y, const VectorXd& dy,

@@ -54,6 +54,7 @@ class MoreauStepping : public Integrator {
     Rows J, response;  ///< rows x nv: directions, and what unit impulses change of the velocities
     Rows G;            ///< J response^T
     Eigen::VectorXd before, free, velocity, impulse, plastic;  ///< of the rows, m/s and N s
+    Eigen::VectorXd driven;  ///< of the rows: what drives give of the velocity, m/s
     Eigen::VectorXd target;  ///< of each contact's normal: at least so fast after the step, m/s
     std::vector<int> acting;
     int moved_most = 0;  ///< of `acting`, in the last sweep
@@ -66,6 +67,8 @@ class MoreauStepping : public Integrator {
   double work(const Eigen::VectorXd& impulse) const;
   void scale_back(const System& system, double scale);
   void book(const System& system, double least_rebound);
+  bool book_powers(Flow& flow, const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
+                   Eigen::VectorXd& out);
 
   std::unique_ptr<Scratch> scratch_;
   ContactStep step_, kept_step_;

@@ -163,6 +163,41 @@ TEST(Moreau, AHeapOfTwentyBallsComesToRest) {
   EXPECT_LT(c.energy_drift, 1e-2 * c.energy_turnover);
 }
 
+TEST(Moreau, BooksWhatForcesAndDrivesDoOnWhatRests) {
+  Scene pressed;
+  pressed.solids = {free_ball("ball", {0, 0, 0.1}, 0.1, 1)};
+  pressed.constraints = {over_floor("ball", 0.1, 0, 0.5)};
+  pressed.efforts = {{"press", Force{{"ball", {0, 0, 0}}, {0, 0, -20}, Axes::world, Polynomial{{1}}, {}}}};
+  const Trajectory still = run(pressed, settings("moreau", 1, 1e-3));
+  EXPECT_TRUE(still.certificate.trusted) << still.certificate.reason;
+  EXPECT_NEAR(still.certificate.work_efforts, 0, 1e-12);
+
+  Scene lift;
+  lift.solids = {solid("lift", "world", {driven(slide("up", Vector3d::UnitZ()), Polynomial{{0, 1}})},
+                       {inertial(1, {0, 0, 0}, {1, 1, 1})}),
+                 free_ball("ball", {0, 0, 0.1}, 0.1, 2)};
+  lift.solids[1].switches[2].v = {1};
+  lift.constraints = {over_floor("ball", 0.1, 0, 0.5)};
+  std::get<SphereOverPlane>(lift.constraints[0].kind).plane.on = {"lift", {0, 0, 0}};
+  const Trajectory risen = run(lift, settings("moreau", 1, 1e-3));
+  EXPECT_TRUE(risen.certificate.trusted) << risen.certificate.reason;
+  EXPECT_NEAR(risen.certificate.work_drives, 3 * 9.81, 1e-6);  // both are raised by a metre
+
+  // a block laid on a belt slips until it is as fast: the belt's drive gives m v^2, half of which is heat
+  Scene belt;
+  belt.solids = {solid("belt", "world", {driven(slide("along", Vector3d::UnitX()), Polynomial{{0, 1}})},
+                       {inertial(1, {0, 0, 0}, {1, 1, 1})}),
+                 solid("block", "world", {slide("x", Vector3d::UnitX()), slide("z", Vector3d::UnitZ(), 0.1)},
+                       {inertial(2, {0, 0, 0}, {1, 1, 1})})};
+  belt.constraints = {over_floor("block", 0.1, 0, 0.3)};
+  std::get<SphereOverPlane>(belt.constraints[0].kind).plane.on = {"belt", {0, 0, 0}};
+  const Trajectory carried = run(belt, settings("moreau", 1, 1e-4));
+  EXPECT_TRUE(carried.certificate.trusted) << carried.certificate.reason;
+  EXPECT_NEAR(carried.certificate.work_drives, 2, 1e-3);
+  EXPECT_NEAR(carried.certificate.work_events, -1, 1e-3);
+  EXPECT_NEAR(last(carried.q)[0], 1 - 0.5 / (0.3 * 9.81), 1e-3);
+}
+
 TEST(Moreau, RefusesWhatOverlapsAtTheStart) {
   Scene scene;
   scene.solids = {free_ball("ball", {0, 0, 0.09}, 0.1, 1)};
