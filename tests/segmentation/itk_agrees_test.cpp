@@ -65,6 +65,7 @@ struct FileCase {
   bool packed;
   double tolerance;  // mm
 };
+void PrintTo(const FileCase& c, std::ostream* out) { *out << c.name; }
 
 // NIfTI keeps float32: 1234.5 mm to 6e-5 mm, thrice. NRRD and MetaImage keep decimals of doubles.
 class ItkAgrees : public ::testing::TestWithParam<FileCase> {};

@@ -38,6 +38,9 @@ struct GridCase {
   bool mirrored;
   double sheared;
 };
+void PrintTo(const GridCase& c, std::ostream* out) {
+  *out << (c.mirrored ? "mirrored" : "as it is") << ", sheared by " << c.sheared;
+}
 
 class NiftiRoundTrip : public ::testing::TestWithParam<GridCase> {};
 

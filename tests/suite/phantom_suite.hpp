@@ -5,6 +5,7 @@
 
 #include <array>
 #include <map>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct Case {
   ScanOptions scan;
   std::vector<std::string> touching{};  ///< parts that touch others skin to skin: 0.90 is asked of their Dice
 };
+inline void PrintTo(const Case& c, std::ostream* out) { *out << c.what; }
 
 /// All cases, in the table's order.
 std::vector<Case> cases();
