@@ -83,6 +83,7 @@ struct GridCase {
   const char* name;
   Matrix3d axes;
 };
+void PrintTo(const GridCase& c, std::ostream* out) { *out << c.name; }
 
 Matrix3d oblique(const Vector3d& spacing, double sheared, bool mirrored) {
   Matrix3d shape = spacing.asDiagonal();
