@@ -293,6 +293,11 @@ void Certifier::observe_gaps(double t, const Eigen::VectorXd& h) {
 void Certifier::observe_contacts(double t, const ContactStep& step) {
   for (std::size_t i = 0; i < system_.contacts.size(); ++i)
     observe_overlap(t, system_.contacts[i], step.gap[Eigen::Index(i)]);
+  if (step.passed >= 0)
+    distrust(t,
+             fmt::format("what meets at '{}' may go through within the step that ends at t = {:.6g} s; take "
+                         "shorter steps",
+                         system_.contacts[step.passed].name, t));
   certificate_.impacts += step.impacts;
   certificate_.impact_loss += step.impact_loss;
   if (const double gain = step.group_work.sum(); gain > 0) {

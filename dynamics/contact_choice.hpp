@@ -2,9 +2,9 @@
 // must press, one that lets go must not close; one that sticks must stay within Coulomb's cone, one that
 // begins to slide must go against its friction, one that slides already has its friction against its slip.
 //
-// The forces are found as the impulses of an impact without rebound are, by projected Gauss-Seidel sweeps to
-// 1e-13 of the accelerations (impact.hpp); contacts that depend on each other (a box on four corners) may
-// then share the load in many ways, of which the equations of motion later take the least.
+// The forces are found as the impulses of an impact without rebound are (impact.hpp), to 1e-13 of the
+// accelerations, where friction is at its very limit to 1e-8; contacts that depend on each other (a box on
+// four corners) may then share the load in many ways, of which the equations of motion later take the least.
 #pragma once
 
 #include "dynamics/impact.hpp"

@@ -20,6 +20,9 @@ constexpr double closed_gap = 1e-9;
 constexpr double settled = 1e-10;
 constexpr int most_sweeps = 5000;
 
+// of the radii: what goes deeper without acting has gone through, as deep as overlaps are trusted
+constexpr double passes = 1e-2;
+
 /// The least gap of two rounded things within half a step before and after now, if they go on as they go: at
 /// `speed`, of which `rate` along the line between them.
 double least_gap(double gap, double rate, double speed, double radii, double half_step) {
@@ -68,6 +71,9 @@ void MoreauStepping::find_acting(const MotionFlow& motion, const VectorXd& y, co
       if (radii > 0)
         step_.gap[i] = least_gap(step_.gap[i], s.every.rate[contact.row],
                                  s.every.rate.segment<3>(contact.row).norm(), radii, 0.5 * h);
+      // it went through, or a long thing may have swept over the whole of the other
+      if (step_.gap[i] < -passes * radii || 0.5 * h * s.every.speed[contact.row] > step_.gap[i] + radii)
+        step_.passed = i;
       continue;
     }
     const Eigen::Index k = 3 * Eigen::Index(s.acting.size());
@@ -249,6 +255,7 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
   Scratch& s = *scratch_;
   step_.group_work.setZero();
   step_.impacts = 0;
+  step_.passed = -1;
   step_.impact_loss = step_.unsettled = 0;
   const double fall = system.parameters.gravity.norm() * h;  // what gravity makes of a velocity in the step
   find_acting(*motion, y, out, h, fall);

@@ -21,6 +21,7 @@ struct ContactStep {
                                ///< the least in it
   Eigen::VectorXd group_work;  ///< J, of their impulses on each independent group
   bool acted = false;          ///< whether any of them touched
+  int passed = -1;             ///< a contact that the step may have gone through, unseen; -1: none
   long impacts = 0;            ///< contacts that met faster than one step's gravity makes them
   double impact_loss = 0;      ///< J, lost in these
   double unsettled = 0;        ///< what of the velocities the sweeps left to settle, in parts of them
