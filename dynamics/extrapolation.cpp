@@ -5,6 +5,13 @@
 
 namespace borelli {
 
+namespace {
+
+// a slope bends so many times more over one substep than over any other where it leaps there
+constexpr double leap = 8;
+
+}  // namespace
+
 Extrapolation::Extrapolation(double tolerance) : Extrapolation(tolerance, 0) {}
 
 Extrapolation::Extrapolation(double tolerance, int rows)
@@ -35,8 +42,14 @@ bool Extrapolation::add_row(Flow& flow, double t, double h, const Eigen::VectorX
   const double substep = h / count;
   before_ = y;
   now_ = y + substep * dy;
+  slope_ = dy;
+  bend_.setZero(y.size());
   for (int i = 1; i < count; ++i) {
+    slope_before_that_.swap(slope_before_);
+    slope_before_.swap(slope_);
     if (!flow.derivative(t + i * substep, now_, slope_)) return false;
+    if (i == 2) first_bend_ = (slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs();
+    if (i > 2) bend_ = bend_.cwiseMax((slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs());
     next_ = before_ + 2 * substep * slope_;
     before_.swap(now_);
     now_.swap(next_);
@@ -64,6 +77,17 @@ bool Extrapolation::add_row(Flow& flow, double t, double h, const Eigen::VectorX
   const double factor = 0.94 * std::pow(0.65 / std::max(error_[row], 1e-300), power);
   step_[row] = h * std::clamp(factor, least / 4, 1 / least);
   return true;
+}
+
+/// Whether the slope, being next_ at the step's end, leaps within the first or the last substep of the last
+/// row by what would make an error.
+bool Extrapolation::leaps_at_an_end(const Eigen::VectorXd& scale, double substep) const {
+  for (Eigen::Index i = 0; i < next_.size(); ++i) {
+    const double first = first_bend_[i], last = std::abs(next_[i] - 2 * slope_[i] + slope_before_[i]);
+    const double most = std::max(first, last), other = std::max(std::min(first, last), bend_[i]);
+    if (!(most <= leap * other) && !(0.5 * substep * most <= tolerance_ * scale[i])) return true;
+  }
+  return false;
 }
 
 /// Target and step after a step that was accepted (or, in the last row, refused) in `row`.
@@ -114,9 +138,19 @@ Attempt Extrapolation::attempt(Flow& flow, double t, double h, const Eigen::Vect
                         : row == target   ? std::pow(after / first, 2)
                                           : 1;
     if (attempt.accepted || error_[row] > hope || row == last) {
+      out = table_[row - 1];
+      if (attempt.accepted) {
+        if (!flow.derivative(t + h, out, next_)) {
+          rejected_ = true;
+          return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
+        }
+        if (leaps_at_an_end(flow.error_scale(), h / substeps(row))) {
+          rejected_ = true;
+          return {.accepted = false, .next_step = 0.5 * h, .worst = worst_};
+        }
+      }
       choose_after(row, attempt, h);
       if (!attempt.accepted) attempt.next_step = std::min(attempt.next_step, 0.9 * h);
-      out = table_[row - 1];
       rows_made_ = row;
       return attempt;
     }

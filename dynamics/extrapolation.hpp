@@ -1,7 +1,8 @@
 // Extrapolation after Gragg, Bulirsch and Stoer: the step is made by the explicit midpoint rule with 2, 4, 6,
 // ... substeps, whose results, having an error in even powers of the substep, are extrapolated to none. Order
 // and step are chosen together for the least work per unit of time (Hairer, Norsett, Wanner, Solving Ordinary
-// Differential Equations I, second edition, section II.9).
+// Differential Equations I, second edition, section II.9). The rows weigh neither end of the step, so an
+// accepted one is looked at there: a slope that leaps within the first or last substep would go unseen.
 #pragma once
 
 #include "dynamics/integrator.hpp"
@@ -33,6 +34,7 @@ class Extrapolation : public Integrator {
 
   bool add_row(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int row);
   void choose_after(int row, Attempt& attempt, double h);
+  bool leaps_at_an_end(const Eigen::VectorXd& scale, double substep) const;
 
   double tolerance_;
   int fixed_rows_ = 0;  ///< of a method of one order; 0: it is chosen
@@ -43,6 +45,9 @@ class Extrapolation : public Integrator {
   std::vector<double> work_, step_, error_;  ///< per row, from 1: evaluations; step that would do, s; error
   int worst_ = -1;
   Eigen::VectorXd before_, now_, slope_, next_;
+  Eigen::VectorXd slope_before_, slope_before_that_;  ///< one and two substeps before slope_
+  /// The slope's second differences over the last row's substeps: the first, and the largest of the others.
+  Eigen::VectorXd first_bend_, bend_;
 };
 
 }  // namespace borelli

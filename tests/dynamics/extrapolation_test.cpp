@@ -13,6 +13,21 @@ FunctionFlow bernoulli() {  // y = 1 / (2 + sin t)
       1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) { dy[0] = -y[0] * y[0] * std::cos(t); }};
 }
 
+/// From 0 to `end` in steps of the method's own choice, from .1 on; how many it took.
+int advance(FunctionFlow& flow, Extrapolation& method, Eigen::VectorXd& y, double end) {
+  Eigen::VectorXd dy(y.size()), out(y.size());
+  double t = 0, h = 0.1;
+  int steps = 0;
+  while (t < end) {
+    h = std::min(h, end - t);
+    flow.derivative(t, y, dy);
+    const Attempt attempt = method.attempt(flow, t, h, y, dy, out);
+    if (attempt.accepted) t += h, y = out, ++steps;
+    h = attempt.next_step;
+  }
+  return steps;
+}
+
 TEST(Extrapolation, EachRowAddsTwoOrders) {
   // a tolerance that any error meets is met by the row before the one aimed at, 2, of order 4
   FunctionFlow flow = bernoulli();
@@ -35,23 +50,13 @@ TEST(Extrapolation, MeetsItsToleranceWithFewEvaluationsWhereItIsTight) {
     FunctionFlow flow = bernoulli();
     Extrapolation method(tolerance);
     EXPECT_GE(method.order(), 6);
-    Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5), dy(1), out(1);
-    double t = 0, h = 0.1;
-    int steps = 0;
-    while (t < 10) {
-      h = std::min(h, 10 - t);
-      flow.derivative(t, y, dy);
-      const Attempt attempt = method.attempt(flow, t, h, y, dy, out);
-      if (attempt.accepted) {
-        t += h;
-        y = out;
-        ++steps;
-      }
-      h = attempt.next_step;
-    }
+    Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5);
+    const int steps = advance(flow, method, y, 10);
     // one tolerance per step at most, which grows as y^2: ninefold from y = 1/3 to y = 1
     EXPECT_LT(std::abs(y[0] - 1 / (2 + std::sin(10.0))), 9 * steps * tolerance) << tolerance;
-    EXPECT_LT(flow.evaluations, 900) << tolerance;  // classical Runge-Kutta takes 4e5 to come to 1e-12
+    // a step's look at its end is the slope that the next begins with; classical Runge-Kutta takes 4e5 to
+    // come to 1e-12
+    EXPECT_LT(flow.evaluations - steps, 900) << tolerance;
   }
 }
 
@@ -62,22 +67,31 @@ TEST(Extrapolation, OfOneOrderMeetsItsToleranceAtThePriceOfItsOrder) {
       FunctionFlow flow = bernoulli();
       Extrapolation method(tolerance, rows);
       EXPECT_EQ(method.order(), 2 * rows);
-      Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5), dy(1), out(1);
-      double t = 0, h = 0.1;
-      int steps = 0;
-      while (t < 10) {
-        h = std::min(h, 10 - t);
-        flow.derivative(t, y, dy);
-        const Attempt attempt = method.attempt(flow, t, h, y, dy, out);
-        if (attempt.accepted) t += h, y = out, ++steps;
-        h = attempt.next_step;
-      }
+      Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5);
+      const int steps = advance(flow, method, y, 10);
       EXPECT_LT(std::abs(y[0] - 1 / (2 + std::sin(10.0))), 9 * steps * tolerance)
           << rows << ", " << tolerance;
       return double(steps);
     };
     EXPECT_NEAR(std::log10(steps_to(1e-9) / steps_to(1e-6)), 3. / (2 * rows - 1), 0.15) << rows;
   }
+}
+
+TEST(Extrapolation, SeesAForceThatLeapsAnywhereInAStep) {
+  // x'' = 1, from the leap on 1000; the steps are as long as may be, so that leaps fall everywhere in them
+  for (const double tolerance : {1e-6, 1e-10})
+    for (int k = 0; k < 50; ++k) {
+      const double leap = 0.31 + 0.013 * k;
+      FunctionFlow flow(2, [&](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+        dy << y[1], t < leap ? 1. : 1000.;
+      });
+      Extrapolation method(tolerance);
+      Eigen::VectorXd y = Eigen::VectorXd::Zero(2);
+      const int steps = advance(flow, method, y, 1);
+      const double left = 1 - leap;
+      EXPECT_NEAR(y[1], leap + 1000 * left, 10 * steps * tolerance) << leap;
+      EXPECT_NEAR(y[0], 0.5 * leap * leap + leap * left + 500 * left * left, 10 * steps * tolerance) << leap;
+    }
 }
 
 TEST(Extrapolation, ShortensTheStepWhereTheFunctionEnds) {
