@@ -8,8 +8,9 @@
 namespace borelli {
 namespace {
 
-bool is_leg(std::uint8_t label) {
-  return label >= part_label("thigh_left") && label <= part_label("foot_right");
+bool below_waist(std::uint8_t label) {
+  return label == part_label("lower_trunk") ||
+         (label >= part_label("thigh_left") && label <= part_label("foot_right"));
 }
 
 // labels spread to unlabelled neighbours, voxel layer by voxel layer
@@ -42,14 +43,14 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8
     if (a.body.voxels[o]) cost.voxels[o] = 1 / (1 + a.depth.voxels[o]);
   Volume<std::uint8_t> owner = geodesic(cost, bones, false).owner;
 
-  Volume<std::uint8_t> leg_bones = bones;
+  Volume<std::uint8_t> low_bones = bones;
   for (std::size_t o = 0; o < g.count(); ++o) {
-    cost.voxels[o] = is_leg(owner.voxels[o]) ? 1 : no_way;
-    if (!is_leg(bones.voxels[o])) leg_bones.voxels[o] = 0;
+    cost.voxels[o] = below_waist(owner.voxels[o]) ? 1 : no_way;
+    if (!below_waist(bones.voxels[o])) low_bones.voxels[o] = 0;
   }
-  const auto legs = geodesic(cost, leg_bones, false).owner;
+  const auto by_length = geodesic(cost, low_bones, false).owner;
   for (std::size_t o = 0; o < g.count(); ++o)
-    if (legs.voxels[o]) owner.voxels[o] = legs.voxels[o];
+    if (by_length.voxels[o]) owner.voxels[o] = by_length.voxels[o];
   spread(owner, static_cast<int>(margin / a.step() + 0.5));
   return owner;
 }

@@ -7,9 +7,9 @@ namespace borelli {
 
 /// Every body voxel goes to the part whose bone has the cheapest way to it through the body. A step costs
 /// 1 / (1 + d), d the depth below the skin in mm: where skin touches skin a way from arm to trunk must pass a
-/// shallow place and is dear. Between the legs the depth misleads (they touch along a broad deep face), and
-/// the plain length of the way decides. `bones`: part labels of bone voxels. The result reaches `margin` mm
-/// beyond the body.
+/// shallow place and is dear. Below the waist the depth misleads (legs touch along a broad deep face, and the
+/// pelvis' crest lies shallow), and the plain length of the way decides among pelvis and legs. `bones`: part
+/// labels of bone voxels. The result reaches `margin` mm beyond the body.
 Volume<std::uint8_t> label_soft_tissue(const Anatomy& anatomy, const Volume<std::uint8_t>& bones,
                                        double margin);
 

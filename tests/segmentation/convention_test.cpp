@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -252,6 +253,7 @@ TEST(Convention, IcrpMaleByPlanesHoldsItsBonesAwayFromTheCuts) {
 TEST(Convention, IcrpMaleIsAsHeavyOnBothSidesAndAsAWhole) {
   if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
   std::map<Convention, double> thigh;
+  const auto of = [](const std::string& name) { return static_cast<std::size_t>(part_label(name)); };
   for (const Convention c : conventions) {
     const auto kg = masses(male_by(c).labels);
     double whole = 0;
@@ -259,24 +261,93 @@ TEST(Convention, IcrpMaleIsAsHeavyOnBothSidesAndAsAWhole) {
     std::printf("%s: whole %.3f kg, thighs %.2f and %.2f %%\n", std::string(name_of(c)).c_str(), whole,
                 100 * kg[11] / whole, 100 * kg[12] / whole);
     EXPECT_NEAR(whole, 72.99, 0.05) << name_of(c);
-    thigh[c] = 0.5 *
-               (kg[static_cast<std::size_t>(part_label("thigh_left"))] +
-                kg[static_cast<std::size_t>(part_label("thigh_right"))]) /
-               whole;
+    thigh[c] = 0.5 * (kg[of("thigh_left")] + kg[of("thigh_right")]) / whole;
+    const auto leg = [&](const std::string& at) {
+      return kg[of("thigh" + at)] + kg[of("shank" + at)] + kg[of("foot" + at)];
+    };
+    EXPECT_NEAR(leg("_left") / leg("_right"), 1, 0.05) << name_of(c);
     for (const char* name : {"upper_arm", "forearm", "hand", "thigh", "shank", "foot"}) {
-      const double l = kg[static_cast<std::size_t>(part_label(std::string(name) + "_left"))],
-                   r = kg[static_cast<std::size_t>(part_label(std::string(name) + "_right"))];
+      const double l = kg[of(std::string(name) + "_left")], r = kg[of(std::string(name) + "_right")];
       const bool end = std::string_view(name) == "hand" || std::string_view(name) == "foot";
-      // by bone the flesh between pelvis and femur goes to the nearer of them, and this pelvis lies turned by
-      // 3 degrees: its right buttock falls to the thigh by more
-      const bool buttocks = c == Convention::bone && std::string_view(name) == "thigh";
-      EXPECT_NEAR(l / r, 1, end ? 0.08 : buttocks ? 0.07 : 0.05) << name_of(c) << " " << name;
+      // what his bones themselves make of his thighs: IcrpMaleHasUnevenThighs
+      if (c != Convention::bone || std::string_view(name) != "thigh") {
+        EXPECT_NEAR(l / r, 1, end ? 0.08 : 0.05) << name_of(c) << " " << name;
+      }
       std::printf("  %-10s %.3f %.3f kg %+.1f %%\n", name, l, r, 100 * (l / r - 1));
     }
   }
   // what the hip's cut alone makes of a thigh; published shares spread as much (Dempster 0.097, de Leva
   // 0.142)
   EXPECT_GT(thigh[Convention::deleva1996] - thigh[Convention::bone], 0.01);
+}
+
+// The part of the nearest bone by straight distance, from the organs' own labels: exact, axis after axis.
+// Bones of arms do not count, since a hand beside a thigh is near it through the air.
+Volume<std::uint8_t> nearest_bone(std::int64_t k0, std::int64_t k1) {
+  const Volume<std::int16_t>& organs = male()->organs;
+  Grid g = organs.grid;
+  g.size[2] = k1 - k0;
+  constexpr float far = 1e9F;
+  std::vector<float> squared(g.count(), far);
+  Volume<std::uint8_t> owner{g, std::vector<std::uint8_t>(g.count(), 0)};
+  const auto first = static_cast<std::size_t>(k0 * g.size[0] * g.size[1]);
+  each_bone_voxel([&](int part, std::size_t o, const Vector3d&) {
+    const std::string_view name = parts[static_cast<std::size_t>(part)].name;
+    const bool arm = name.starts_with("upper_arm") || name.starts_with("forearm") || name.starts_with("hand");
+    if (arm || o < first || o - first >= g.count()) return;
+    squared[o - first] = 0, owner.voxels[o - first] = static_cast<std::uint8_t>(part);
+  });
+  std::size_t stride = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto n = static_cast<std::size_t>(g.size[static_cast<std::size_t>(axis)]);
+    const auto h = static_cast<float>(g.axes.col(axis).norm());
+    std::vector<float> line(n);
+    std::vector<std::uint8_t> whose(n);
+    for (std::size_t start = 0; start < g.count(); ++start) {
+      if (start / stride % n != 0) continue;
+      for (std::size_t x = 0; x < n; ++x)
+        line[x] = squared[start + x * stride], whose[x] = owner.voxels[start + x * stride];
+      for (std::size_t x = 0; x < n; ++x) {
+        std::size_t best = x;
+        float least = line[x];
+        for (std::size_t q = 0; q < n; ++q) {
+          const float away = h * (static_cast<float>(q) - static_cast<float>(x));
+          if (line[q] + away * away < least) least = line[q] + away * away, best = q;
+        }
+        squared[start + x * stride] = least, owner.voxels[start + x * stride] = whose[best];
+      }
+    }
+    stride *= n;
+  }
+  return owner;
+}
+
+// His thighs by `bone` are 5.7 % apart. So they are where each place simply goes to the nearest of the bones
+// as the organs' labels have them (5.5 %): his right leg is the stouter all the way up from the knee, and his
+// pelvis lies turned by 3 degrees, which brings more of the right buttock near the femur.
+TEST(Convention, IcrpMaleHasUnevenThighs) {
+  if (!male()) GTEST_SKIP() << "the ICRP male is not beside the checkout";
+  const std::int64_t k0 = 50, k1 = 150;  // 400 to 1200 mm: from below the knees to the waist
+  const auto owner = nearest_bone(k0, k1);
+  const auto first = static_cast<std::size_t>(k0 * owner.grid.size[0] * owner.grid.size[1]);
+  std::array<double, parts.size()> simply{};
+  const std::array<int, 6> of_arms{11, 59, 104, 108, 118, 124};
+  for (std::size_t o = 0; o < owner.voxels.size(); ++o) {
+    const int organ = male()->organs.voxels[first + o];
+    if (organ == 0 || organ == 141 || (organ >= 13 && organ <= 23)) continue;
+    if (std::find(of_arms.begin(), of_arms.end(), organ) != of_arms.end()) continue;
+    simply[owner.voxels[o]] += male()->density.voxels[first + o] * owner.grid.voxel_volume() * 1e-9;
+  }
+  const auto ours = masses(male_by(Convention::bone).labels);
+  const auto left = static_cast<std::size_t>(part_label("thigh_left")),
+             right = static_cast<std::size_t>(part_label("thigh_right"));
+  std::printf("thighs by the nearest bone: %.3f %.3f kg %+.1f %%; ours %+.1f %%\n", simply[left],
+              simply[right], 100 * (simply[left] / simply[right] - 1), 100 * (ours[left] / ours[right] - 1));
+  // ours go by ways within the body on 3 mm, and by bones that were found: a voxel's thickness of the some
+  // 400 cm2 where pelvis' and thigh's flesh meet is 0.1 kg
+  EXPECT_NEAR(ours[left], simply[left], 0.1);
+  EXPECT_NEAR(ours[right], simply[right], 0.1);
+  EXPECT_NEAR(ours[left] / ours[right], simply[left] / simply[right], 0.01);
 }
 
 // From CT numbers: the sum by each curve, the default within 1.5 %.
