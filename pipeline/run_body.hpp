@@ -1,0 +1,31 @@
+// The stages of a run that make a body that moves, and what there is to see of it.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "error/error.hpp"
+#include "pipeline/run_data.hpp"
+#include "pipeline/stages.hpp"
+
+namespace borelli {
+
+/// Leaves model/scene.toml. Errors: no part that could move. Answers what run.json is to say, as all stages
+/// do.
+Result<nlohmann::json> build_scene(RunData& data);
+
+/// Leaves motion/trajectory.h5 and .csv. Errors: a motion whose certificate says untrusted.
+Result<nlohmann::json> simulate_scene(RunData& data, const Progress& progress);
+
+/// Leaves mesh/*.stl and *.vtp; with --deface without the face.
+Result<nlohmann::json> make_meshes(RunData& data, const Progress& progress);
+
+/// Leaves body.glb.
+Result<nlohmann::json> make_glb(RunData& data);
+
+/// Leaves body.png; without a display a warning.
+Result<nlohmann::json> draw_picture(RunData& data);
+
+/// Leaves report.html; `record` is run.json as far as it stands.
+Result<nlohmann::json> write_page(RunData& data, const nlohmann::json& record);
+
+}  // namespace borelli

@@ -1,0 +1,116 @@
+#include "pipeline/run_data.hpp"
+
+#include "dynamics/scene_file.hpp"
+#include "inertia/table_file.hpp"
+#include "pipeline/given_labels.hpp"
+#include "pipeline/mesh_file.hpp"
+#include "pipeline/segmentation_files.hpp"
+#include "pipeline/trajectory_file.hpp"
+#include "segmentation/landmarks_file.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A segmentation from the files that it was written to.
+Result<Segmentation> read_back(const fs::path& folder, const std::string& segments) {
+  Segmentation found;
+  auto labels = read_labels((folder / (segments.empty() ? "labels.nii.gz" : "parts.nii.gz")).string());
+  if (!labels) return tl::unexpected(labels.error());
+  auto asked = choose_segments(segments, labels->names);
+  if (!asked) return tl::unexpected(asked.error());
+  auto landmarks = read_landmarks((folder / "landmarks.json").string());
+  if (!landmarks) return tl::unexpected(landmarks.error());
+  auto findings = read_findings(folder / "segmentation.json");
+  if (!findings) return tl::unexpected(findings.error());
+  found.labels = std::move(*labels);
+  found.landmarks = std::move(*landmarks);
+  found.part = *findings;
+  found.asked = std::move(*asked);
+  return found;
+}
+
+template <class T, class Make>
+Result<const T*> once(std::optional<T>& held, Make make) {
+  if (!held) {
+    auto made = make();
+    if (!made) return tl::unexpected(made.error());
+    held = std::move(*made);
+  }
+  return &*held;
+}
+
+}  // namespace
+
+Result<const ScannedVolume*> RunData::scan(const Progress& progress) {
+  return once(scan_, [&]() -> Result<ScannedVolume> {
+    auto read = read_volume(settings.volume, {settings.quantity, progress});
+    if (read && !settings.density_curve.empty() && read->volume.quantity != Quantity::hu)
+      return bad_use("--density-curve",
+                     "is from CT numbers, and " + settings.volume + " holds none: leave it out");
+    return read;
+  });
+}
+
+Result<const ClassMap*> RunData::classes() {
+  if (settings.label_mapping.empty()) return nullptr;
+  return once(classes_,
+              [&] { return read_classes(settings.labels, settings.label_names, settings.label_mapping); });
+}
+
+Result<const MrReading*> RunData::mr() {
+  return once(mr_, [&]() -> Result<MrReading> {
+    const auto scanned = scan();
+    if (!scanned) return tl::unexpected(scanned.error());
+    const auto told = classes();
+    if (!told) return tl::unexpected(told.error());
+    return read_mr((*scanned)->volume, *told, settings.threads);
+  });
+}
+
+Result<const Segmentation*> RunData::segmentation() {
+  return once(segmentation_, [&] { return read_back(file("segmentation"), settings.segments); });
+}
+
+Result<const LabelMap*> RunData::labels() {
+  const auto found = segmentation();
+  if (!found) return tl::unexpected(found.error());
+  if ((*found)->asked.empty()) return &(*found)->labels;
+  return once(labels_,
+              [&]() -> Result<LabelMap> { return labels_of_segments((*found)->labels, (*found)->asked); });
+}
+
+Result<const InertiaTable*> RunData::table() {
+  return once(table_, [&] { return read_table(file("inertia/table.json")); });
+}
+
+Result<const Scene*> RunData::scene() {
+  return once(scene_, [&] { return read_scene(file("model/scene.toml")); });
+}
+
+Result<const Trajectory*> RunData::trajectory() {
+  return once(trajectory_, [&]() -> Result<Trajectory> {
+    auto stored = read_trajectory(file("motion/trajectory.h5"));
+    if (!stored) return tl::unexpected(stored.error());
+    return std::move(stored->trajectory);
+  });
+}
+
+Result<const std::vector<Mesh>*> RunData::meshes() {
+  return once(meshes_, [&]() -> Result<std::vector<Mesh>> {
+    std::vector<Mesh> stored;
+    const auto asked = labels();
+    if (!asked) return tl::unexpected(asked.error());
+    for (const std::string& name : (*asked)->names) {
+      const fs::path path = file("mesh/" + name + ".vtp");
+      if (!fs::exists(path)) continue;  // a part without voxels
+      auto mesh = read_vtp(path.string());
+      if (!mesh) return tl::unexpected(mesh.error());
+      stored.push_back(std::move(*mesh));
+    }
+    return stored;
+  });
+}
+
+}  // namespace borelli

@@ -1,0 +1,64 @@
+// What the stages of a run hand on to each other.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dynamics/scene.hpp"
+#include "dynamics/simulate.hpp"
+#include "error/error.hpp"
+#include "inertia/table.hpp"
+#include "pipeline/mesh.hpp"
+#include "pipeline/mr_scan.hpp"
+#include "pipeline/run.hpp"
+#include "segmentation/class_map.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/segment.hpp"
+
+namespace borelli {
+
+/// Each thing is read from its file when a stage asks for it and no stage before it in this run made it.
+/// Errors: those of reading.
+class RunData {
+ public:
+  explicit RunData(const RunSettings& of_run) : settings(of_run) {}
+
+  Result<const ScannedVolume*> scan(const Progress& progress = {});
+  /// The classes of somebody else's label map; nothing where none is given.
+  Result<const ClassMap*> classes();
+  /// The reading of an MR scan.
+  Result<const MrReading*> mr();
+  Result<const Segmentation*> segmentation();
+  /// The labels of the segments that are asked for.
+  Result<const LabelMap*> labels();
+  Result<const InertiaTable*> table();
+  Result<const Scene*> scene();
+  Result<const Trajectory*> trajectory();
+  Result<const std::vector<Mesh>*> meshes();
+
+  void keep(Segmentation made) { segmentation_ = std::move(made); }
+  void keep(InertiaTable made) { table_ = std::move(made); }
+  void keep(Scene made) { scene_ = std::move(made); }
+  void keep(Trajectory made) { trajectory_ = std::move(made); }
+  void keep(std::vector<Mesh> made) { meshes_ = std::move(made); }
+
+  /// Where a file of the run's folder is.
+  std::filesystem::path file(const std::string& name) const { return settings.folder / name; }
+
+  const RunSettings& settings;
+
+ private:
+  std::optional<ScannedVolume> scan_;
+  std::optional<ClassMap> classes_;
+  std::optional<MrReading> mr_;
+  std::optional<Segmentation> segmentation_;
+  std::optional<LabelMap> labels_;
+  std::optional<InertiaTable> table_;
+  std::optional<Scene> scene_;
+  std::optional<Trajectory> trajectory_;
+  std::optional<std::vector<Mesh>> meshes_;
+};
+
+}  // namespace borelli

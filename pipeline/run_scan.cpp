@@ -1,0 +1,168 @@
+#include "pipeline/run_scan.hpp"
+
+#include <optional>
+
+#include "inertia/table_file.hpp"
+#include "pipeline/given_labels.hpp"
+#include "pipeline/measure.hpp"
+#include "pipeline/segmentation_files.hpp"
+#include "pipeline/table_tolerance.hpp"
+#include "pipeline/whole_file.hpp"
+#include "segmentation/given_landmarks.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using Warnings = std::vector<std::string>;
+
+Result<json> hand_on(RunData& data, Segmentation& found, const ScannedVolume& scan,
+                     const std::optional<GridPick>& pick = {}) {
+  auto asked = choose_segments(data.settings.segments, found.labels.names);
+  if (!asked) return tl::unexpected(asked.error());
+  found.asked = std::move(*asked);
+  json account = segmentation_account(found, data.settings.volume, scan.reading);
+  account["convention"] = data.settings.convention;
+  if (pick) account["tolerance"] = to_json(*pick);
+  if (auto written = write_segmentation(data.file("segmentation"), found, account, data.settings.landmarks);
+      !written)
+    return tl::unexpected(written.error());
+  json parts_found = json::object();
+  for (const auto& [name, part] : account["parts"].items()) parts_found[name] = part["coverage"];
+  json answer{{"warnings", found.warnings},
+              {"reading", scan.reading},
+              {"format", scan.format},
+              {"parts", parts_found}};
+  if (pick) answer["tolerance"] = account["tolerance"];
+  return answer;
+}
+
+MeasureOptions measuring(const RunSettings& settings) {
+  MeasureOptions options;
+  options.density_curve = settings.density_curve;
+  options.sex = settings.sex;
+  options.pose = settings.pose;
+  options.cuts = settings.convention;
+  options.frames = settings.frames;
+  options.threads = settings.threads;
+  return options;
+}
+
+Result<Segmentation> part_scan(RunData& data, const GreyVolume& volume, const SegmentOptions& options,
+                               std::optional<GridPick>& pick) {
+  if (data.settings.table_tolerance > 0 && volume.quantity != Quantity::mr) {
+    // not by what the segmentation does not depend on
+    MeasureOptions by;
+    by.cuts = data.settings.convention, by.threads = data.settings.threads;
+    auto asked = choose_segments(data.settings.segments);
+    if (!asked) return tl::unexpected(asked.error());
+    by.segments = std::move(*asked);
+    auto found = segment_within(volume, data.settings.table_tolerance, options, by, pick.emplace());
+    if (found && !pick->met) found->warnings.push_back(in_words(*pick));
+    return found;
+  }
+  if (volume.quantity != Quantity::mr) return segment(volume, options);
+  if (data.settings.table_tolerance > 0)
+    return bad_use("--table-tolerance", "is for CT, where parts are found on a grid: leave it out");
+  const auto reading = data.mr();
+  if (!reading) return tl::unexpected(reading.error());
+  return segment_mr(**reading, options);
+}
+
+}  // namespace
+
+Result<json> segment_scan(RunData& data, const Progress& progress) {
+  const auto scan = data.scan([&](double share) { progress(0.2 * share); });
+  if (!scan) return tl::unexpected(scan.error());
+  SegmentOptions options{data.settings.work_grid_mm, data.settings.threads};
+  const auto cuts = convention(data.settings.convention);
+  if (!cuts) return tl::unexpected(cuts.error());
+  options.convention = *cuts;
+  options.progress = [&](double share, std::string_view) { progress(0.2 + 0.7 * share); };
+  const auto classes = data.classes();
+  if (!classes) return tl::unexpected(classes.error());
+  options.classes = *classes;
+  Warnings told;
+  if (!data.settings.landmarks.empty()) {
+    auto given = read_given_landmarks(data.settings.landmarks);
+    if (!given) return tl::unexpected(given.error());
+    options.given = std::move(given->landmarks);
+    told = std::move(given->warnings);
+  }
+  std::optional<GridPick> pick;
+  auto found = part_scan(data, (*scan)->volume, options, pick);
+  if (!found) return tl::unexpected(found.error());
+  for (const auto& list : {told, (*scan)->warnings})
+    found->warnings.insert(found->warnings.begin(), list.begin(), list.end());
+  auto answer = hand_on(data, *found, **scan, pick);
+  data.keep(std::move(*found));
+  return answer;
+}
+
+Result<json> use_given_labels(RunData& data, const Progress& progress) {
+  const auto scan = data.scan([&](double share) { progress(0.5 * share); });
+  if (!scan) return tl::unexpected(scan.error());
+  auto labels = read_labels(data.settings.labels, data.settings.label_names);
+  if (!labels) return tl::unexpected(labels.error());
+  if (!same_grid(labels->grid, (*scan)->volume.grid) && same_lattice(labels->grid, (*scan)->volume.grid))
+    *labels = labels_on(*labels, (*scan)->volume.grid, data.settings.threads);
+  if (!same_grid(labels->grid, (*scan)->volume.grid))
+    return bad_use(data.settings.labels,
+                   "lies on another grid than " + data.settings.volume + "; resample one onto the other");
+  GivenLandmarks given;
+  if (!data.settings.landmarks.empty()) {
+    auto read = read_given_landmarks(data.settings.landmarks);
+    if (!read) return tl::unexpected(read.error());
+    given = std::move(*read);
+  }
+  Landmarks landmarks;
+  put_given(given.landmarks, landmarks);
+  Segmentation found = segmentation_of(std::move(*labels), std::move(landmarks));
+  found.warnings = std::move(given.warnings);
+  if (found.landmarks.empty())
+    found.warnings.push_back(
+        "no landmarks were given with the labels: joints are welded and segment frames unknown");
+  auto answer = hand_on(data, found, **scan);
+  data.keep(std::move(found));
+  return answer;
+}
+
+Result<json> integrate_parts(RunData& data) {
+  const auto scan = data.scan();
+  if (!scan) return tl::unexpected(scan.error());
+  const auto segmentation = data.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  MeasureOptions options = measuring(data.settings);
+  options.segments = (*segmentation)->asked;
+  const GreyVolume* weighed = &(*scan)->volume;
+  if (weighed->quantity == Quantity::mr) {
+    const auto reading = data.mr();
+    if (!reading) return tl::unexpected(reading.error());
+    weighed = &(*reading)->density;
+  }
+  auto table = measure(*weighed, (*segmentation)->labels, (*segmentation)->landmarks, options,
+                       completeness_of((*segmentation)->part));
+  if (!table) return tl::unexpected(table.error());
+  table->source.volume = data.settings.volume;
+  table->source.quantity = (*scan)->reading;
+  for (const char* name : {"inertia/table.csv", "inertia/table.json"})
+    if (auto written =
+            write_whole(data.file(name), [&](const fs::path& beside) { return write_table(beside, *table); });
+        !written)
+      return tl::unexpected(written.error());
+  Warnings warnings;
+  for (const InertiaRow& row : table->rows)
+    if (!row.flaw.empty()) warnings.push_back(row.part + ": " + row.flaw);
+  if (data.settings.table_tolerance > 0)
+    if (auto beyond = beyond_the_voxels(*table, data.settings.table_tolerance); !beyond.empty())
+      warnings.push_back(std::move(beyond));
+  json answer{{"warnings", warnings},
+              {"mass_kg", table->whole.inertial.mass},
+              {"density_curve", table->source.density_curve},
+              {"sampling", table->source.sampling}};
+  data.keep(std::move(*table));
+  return answer;
+}
+
+}  // namespace borelli
