@@ -42,6 +42,14 @@ struct Laid {
   std::string origin_name, axes;
 };
 
+// A bone from the ball at its top to the epicondyles of the hinge at its end.
+Laid from_ball(Seen& seen, const std::string& ball, const std::string& hinge, const char* origin,
+               const char* axes) {
+  const Vector3d medial = seen(hinge + "_medial"), lateral = seen(hinge + "_lateral"), top = seen(ball);
+  const Vector3d Y = top - middle(medial, lateral);
+  return {top, Y.cross(seen.rightwards(medial, lateral)), Y, origin, axes};
+}
+
 Laid lay(std::string_view segment, Seen& seen) {
   if (segment == "lower_trunk") {
     const Vector3d left = seen.at("asis_left"), right = seen.at("asis_right"), Z = right - left;
@@ -56,24 +64,18 @@ Laid lay(std::string_view segment, Seen& seen) {
     return {notch, Y.cross((notch - c7).cross(Y)), Y, "suprasternale",
             "ISB thorax: Y from xiphion and T8 to suprasternale and C7"};
   }
-  if (segment == "upper_arm") {
-    const Vector3d medial = seen("elbow_medial"), lateral = seen("elbow_lateral"), top = seen("shoulder");
-    const Vector3d Y = top - middle(medial, lateral);
-    return {top, Y.cross(seen.rightwards(medial, lateral)), Y, "shoulder joint centre",
-            "ISB humerus: Y from the epicondyles' middle to the shoulder, Z along their line"};
-  }
   if (segment == "forearm") {
     const Vector3d ulna = seen("ulnar_styloid"), radius = seen("radial_styloid");
     const Vector3d Y = middle(seen("elbow_medial"), seen("elbow_lateral")) - ulna;
     return {ulna, Y.cross(seen.rightwards(ulna, radius)), Y, "ulnar styloid",
             "ISB forearm: Y from the ulnar styloid to the epicondyles' middle, Z towards the radial styloid"};
   }
-  if (segment == "thigh") {
-    const Vector3d medial = seen("knee_medial"), lateral = seen("knee_lateral"), top = seen("hip");
-    const Vector3d Y = top - middle(medial, lateral);
-    return {top, Y.cross(seen.rightwards(medial, lateral)), Y, "hip joint centre",
-            "ISB femur: Y from the epicondyles' middle to the hip, Z along their line"};
-  }
+  if (segment == "upper_arm")
+    return from_ball(seen, "shoulder", "elbow", "shoulder joint centre",
+                     "ISB humerus: Y from the epicondyles' middle to the shoulder, Z along their line");
+  if (segment == "thigh")
+    return from_ball(seen, "hip", "knee", "hip joint centre",
+                     "ISB femur: Y from the epicondyles' middle to the hip, Z along their line");
   if (segment == "shank") {
     const Vector3d medial = seen("medial_malleolus"), lateral = seen("lateral_malleolus");
     const Vector3d Y = middle(seen("knee_medial"), seen("knee_lateral")) - middle(medial, lateral);

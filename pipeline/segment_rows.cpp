@@ -35,6 +35,21 @@ InertiaRow merged(const Segment& segment, const std::vector<const InertiaRow*>& 
 
 }  // namespace
 
+std::vector<InertiaRow> rows_of_parts(const std::array<Inertial, parts.size()>& inertials,
+                                      const std::array<double, parts.size()>& volumes,
+                                      const Landmarks& landmarks) {
+  std::vector<InertiaRow> rows;
+  for (std::size_t label = 1; label < parts.size(); ++label) {
+    InertiaRow row;
+    row.part = parts[label].name;
+    row.volume = volumes[label];
+    row.inertial = inertials[label];
+    row.frame = segment_frame(row.part, landmarks, row.inertial);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 std::vector<InertiaRow> rows_of_segments(std::vector<InertiaRow> all, const Landmarks& landmarks,
                                          const MeasureOptions& options) {
   if (options.segments.empty()) return all;

@@ -5,14 +5,22 @@
 // whole table, and a group those of its parts, moved to their common centre (Huygens-Steiner).
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "inertia/table.hpp"
 #include "pipeline/measure.hpp"
 #include "segmentation/landmarks.hpp"
+#include "segmentation/parts.hpp"
 #include "segmentation/segments.hpp"
 
 namespace borelli {
+
+/// The rows of all parts by what is known of them, by label as in parts.hpp: inertials (patient axes, m) and
+/// volumes (m^3), framed by their landmarks.
+std::vector<InertiaRow> rows_of_parts(const std::array<Inertial, parts.size()>& inertials,
+                                      const std::array<double, parts.size()>& volumes,
+                                      const Landmarks& landmarks);
 
 /// A row for each segment of options.segments from the rows of all labels (by part); without a choice the
 /// rows as they are. A group is whole where all of its parts are, absent where all are; its notes are its

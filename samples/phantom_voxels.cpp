@@ -294,12 +294,9 @@ std::vector<float> supersampled(const std::vector<PhantomSolid>& solids, const s
   return mean;
 }
 
-}  // namespace
-
-std::vector<PhantomSolid> phantom_table(const Phantom& phantom) {
-  constexpr double radius = 700, half_width = 230, gap = 3, shell = 2, core = 24;
-  // the trough's axis stands so that no point of the body comes nearer than the gap
-  double axis_y = -1e30, low = 1e30, high = -1e30;
+// Points spread over the walls of the outermost solids, cuts not regarded.
+template <class Visit>
+void each_skin_point(const Phantom& phantom, const Visit& visit) {
   for (const PhantomSolid& solid : phantom.solids) {
     if (solid.parent >= 0) continue;
     for (int i = 0; i <= 60; ++i)
@@ -307,14 +304,23 @@ std::vector<PhantomSolid> phantom_table(const Phantom& phantom) {
         const double h = solid.shape.low() + (solid.shape.high() - solid.shape.low()) * i / 60;
         const Ellipse e = solid.shape.section(h);
         const double angle = 2 * std::numbers::pi * j / 48;
-        const Vector3d p =
-            solid.shape.frame().point({e.x + e.a * std::cos(angle), e.y + e.b * std::sin(angle), h});
-        low = std::min(low, p.z());
-        high = std::max(high, p.z());
-        if (std::abs(p.x()) < half_width)
-          axis_y = std::max(axis_y, p.y() - std::sqrt(radius * radius - p.x() * p.x()) + gap);
+        visit(solid.shape.frame().point({e.x + e.a * std::cos(angle), e.y + e.b * std::sin(angle), h}));
       }
   }
+}
+
+}  // namespace
+
+std::vector<PhantomSolid> phantom_table(const Phantom& phantom) {
+  constexpr double radius = 700, half_width = 230, gap = 3, shell = 2, core = 24;
+  // the trough's axis stands so that no point of the body comes nearer than the gap
+  double axis_y = -1e30, low = 1e30, high = -1e30;
+  each_skin_point(phantom, [&](const Vector3d& p) {
+    low = std::min(low, p.z());
+    high = std::max(high, p.z());
+    if (std::abs(p.x()) < half_width)
+      axis_y = std::max(axis_y, p.y() - std::sqrt(radius * radius - p.x() * p.x()) + gap);
+  });
   const auto trough = [&](double r) {
     return EllipticStack(Frame{}, {{low - 60, 0, axis_y, r, r}, {high + 60, 0, axis_y, r, r}});
   };
@@ -336,20 +342,11 @@ std::vector<PhantomSolid> phantom_table(const Phantom& phantom) {
 PhantomSolid phantom_blanket(const Phantom& phantom) {
   constexpr double thick = 6, half_width = 260;
   double front = 1e30, back = -1e30;
-  for (const PhantomSolid& solid : phantom.solids) {
-    if (solid.parent >= 0) continue;
-    for (int i = 0; i <= 60; ++i)
-      for (int j = 0; j < 48; ++j) {
-        const double h = solid.shape.low() + (solid.shape.high() - solid.shape.low()) * i / 60;
-        const Ellipse e = solid.shape.section(h);
-        const double angle = 2 * std::numbers::pi * j / 48;
-        const Vector3d p =
-            solid.shape.frame().point({e.x + e.a * std::cos(angle), e.y + e.b * std::sin(angle), h});
-        if (std::abs(p.x()) < 120 && p.z() < phantom.landmarks.at("suprasternale").point.z())
-          front = std::min(front, p.y());
-        back = std::max(back, p.y());
-      }
-  }
+  each_skin_point(phantom, [&](const Vector3d& p) {
+    if (std::abs(p.x()) < 120 && p.z() < phantom.landmarks.at("suprasternale").point.z())
+      front = std::min(front, p.y());
+    back = std::max(back, p.y());
+  });
   const double low = -40, high = phantom.landmarks.at("xiphion").point.z();
   const double deep = back - front;
   const auto tube = [&](double more) {

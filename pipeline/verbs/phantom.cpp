@@ -9,7 +9,7 @@
 #include <filesystem>
 
 #include "inertia/table_file.hpp"
-#include "pipeline/segment_frames.hpp"
+#include "pipeline/segment_rows.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -97,15 +97,6 @@ Result<std::pair<fs::path, std::string>> split(const std::string& path) {
 }
 
 InertiaTable exact_table(const Phantom& phantom, const Asked& asked) {
-  std::vector<InertiaRow> rows;
-  for (std::size_t label = 1; label < parts.size(); ++label) {
-    InertiaRow row;
-    row.part = parts[label].name;
-    row.volume = phantom.volume[label];
-    row.inertial = phantom.exact[label];
-    row.frame = segment_frame(row.part, phantom.landmarks, row.inertial);
-    rows.push_back(std::move(row));
-  }
   InertiaSource source;
   source.volume = asked.output;
   source.quantity = "the phantom's solids, integrated exactly (no voxels)";
@@ -114,7 +105,7 @@ InertiaTable exact_table(const Phantom& phantom, const Asked& asked) {
   source.sex = asked.body.child ? "" : asked.sex;
   source.pose = asked.pose.empty() ? "standing" : "as asked";
   source.cuts = "deleva1996", source.frames = "joints";
-  return make_table(std::move(source), std::move(rows));
+  return make_table(std::move(source), rows_of_parts(phantom.exact, phantom.volume, phantom.landmarks));
 }
 
 struct Written {

@@ -11,7 +11,7 @@
 
 #include "inertia/entries.hpp"
 #include "pipeline/measure.hpp"
-#include "pipeline/segment_frames.hpp"
+#include "pipeline/segment_rows.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/part_planes.hpp"
 
@@ -85,16 +85,7 @@ inline void try_deviations(const Phantom& exact, std::uint32_t seed, double fine
 
   const auto table = measure(scan.grey, scan.labels, drawn);
   if (!table) throw std::runtime_error(table.error().message());
-  std::vector<InertiaRow> rows;
-  for (std::size_t label = 1; label < parts.size(); ++label) {
-    InertiaRow row;
-    row.part = parts[label].name;
-    row.volume = exact.volume[label];
-    row.inertial = exact.exact[label];
-    row.frame = segment_frame(row.part, exact.landmarks, row.inertial);
-    rows.push_back(std::move(row));
-  }
-  const InertiaTable right = make_table({}, std::move(rows));
+  const InertiaTable right = make_table({}, rows_of_parts(exact.exact, exact.volume, exact.landmarks));
   for (std::size_t n = 0; n < right.rows.size(); ++n) {
     const auto found = entries_of(*table, table->rows[n]), known = entries_of(right, right.rows[n]);
     for (const EntryDeviation& deviation : table->rows[n].deviations)

@@ -8,15 +8,15 @@
 #include <cmath>
 #include <filesystem>
 
-#include "inertia/density.hpp"
-#include "inertia/skin.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/read.hpp"
+#include "tests/suite/part_masses.hpp"
 
 namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
+using suite::is_end, suite::part_masses;
 
 Phantom phantom(const PhantomOptions& options = {}) {
   auto made = build_phantom(options);
@@ -32,25 +32,6 @@ Segmentation found_in(const GreyVolume& volume, double step = 3) {
   return found ? *found : Segmentation{};
 }
 
-// kg by label: the voxels' densities by the curve that the phantom's own are from, the skin's mixed voxels
-// too
-std::array<double, parts.size()> masses(const LabelMap& labels, const GreyVolume& grey) {
-  const auto curve = density_curve(default_density_curve);
-  const auto weights = density_weights(Quantity::hu, *curve);
-  auto moments = *label_moments(labels, grey, *weights);
-  if (sampling_by(*mixed_share(labels, grey, *weights)) == Sampling::averages) {
-    auto skin = grow_skin(labels);
-    for (std::size_t o = 0; o < skin.voxels.size(); ++o)
-      if (labels.voxels[o]) skin.voxels[o] = 0;
-    const auto straight = density_weights(Quantity::hu, *curve, BelowAir::straight);
-    const auto more = *label_moments(skin, grey, *straight);
-    for (std::size_t n = 0; n < more.size(); ++n) moments[n] += more[n];
-  }
-  std::array<double, parts.size()> out{};
-  for (std::size_t n = 1; n < parts.size(); ++n) out[n] = moments[n].weight * grey.grid.voxel_volume() * 1e-9;
-  return out;
-}
-
 std::array<double, parts.size()> dice(const LabelMap& a, const LabelMap& b) {
   std::array<double, parts.size()> both{}, all{};
   for (std::size_t o = 0; o < a.voxels.size(); ++o) {
@@ -62,11 +43,9 @@ std::array<double, parts.size()> dice(const LabelMap& a, const LabelMap& b) {
   return both;
 }
 
-bool is_end(std::string_view part) { return part.starts_with("hand") || part.starts_with("foot"); }
-
 // Issue 2's promise: masses within 3 % each (hands and feet 5 %), joint centres within 4 mm.
 void expect_promise(const Phantom& body, const Scan& scan, const Segmentation& found) {
-  const auto mass = masses(found.labels, scan.grey);
+  const auto mass = part_masses(found.labels, scan.grey);
   for (std::size_t n = 1; n < parts.size(); ++n) {
     EXPECT_EQ(found.part[n].coverage, Coverage::whole) << parts[n].name;
     EXPECT_NEAR(mass[n], body.exact[n].mass, (is_end(parts[n].name) ? 0.05 : 0.03) * body.exact[n].mass)

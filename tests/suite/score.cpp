@@ -3,8 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "inertia/density.hpp"
-#include "inertia/skin.hpp"
+#include "tests/suite/part_masses.hpp"
 #include "tests/suite/phantom_suite.hpp"
 
 namespace borelli::suite {
@@ -20,26 +19,6 @@ constexpr double whole_from = 0.98, sliver_below = 0.05, absent_below = 0.002;
 constexpr double from_end = 45;  // mm
 // below it `borelli segment` warns
 constexpr double warned_below = 0.5;
-
-// kg by label, by the density curve that the phantom's own densities are from, as `borelli inertia` does
-std::array<double, parts.size()> masses(const LabelMap& labels, const GreyVolume& grey) {
-  const auto curve = density_curve(default_density_curve);
-  const auto weights = density_weights(Quantity::hu, *curve);
-  auto moments = *label_moments(labels, grey, *weights);
-  if (sampling_by(*mixed_share(labels, grey, *weights)) == Sampling::averages) {
-    auto skin = grow_skin(labels);
-    for (std::size_t o = 0; o < skin.voxels.size(); ++o)
-      if (labels.voxels[o]) skin.voxels[o] = 0;
-    const auto straight = density_weights(Quantity::hu, *curve, BelowAir::straight);
-    const auto more = *label_moments(skin, grey, *straight);
-    for (std::size_t n = 0; n < more.size(); ++n) moments[n] += more[n];
-  }
-  std::array<double, parts.size()> out{};
-  for (std::size_t n = 1; n < parts.size(); ++n) out[n] = moments[n].weight * grey.grid.voxel_volume() * 1e-9;
-  return out;
-}
-
-bool is_end(std::string_view part) { return part.starts_with("hand") || part.starts_with("foot"); }
 
 // Whether a ball about a point is all in the scan.
 bool well_within(const Case& asked, const Scan& scan, const Vector3d& point) {
@@ -80,7 +59,7 @@ Score score(const Case& asked) {
     if (!told && finding.coverage != Coverage::absent && finding.confidence >= warned_below)
       out.silent.push_back(what);
   };
-  const auto mass = masses(found->labels, scan.grey);
+  const auto mass = part_masses(found->labels, scan.grey);
   const double voxel = scan.labels.grid.voxel_volume() * 1e-9;
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const std::string name(parts[n].name);
