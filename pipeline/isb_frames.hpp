@@ -3,18 +3,17 @@
 //
 // X forwards, Y up, Z to the right on both sides of the body (so a left limb's lines are taken from lateral
 // to medial):
-//   segment      origin                 axes
-//   lower trunk  mid-ASIS               Z from left to right ASIS, Y = Z x (mid-ASIS - mid-PSIS)
-//   upper trunk  suprasternale          Y from (xiphion, T8)'s to (suprasternale, C7)'s middle, Z =
-//   (suprasternale - C7) x Y upper arm    shoulder centre        Y from the epicondyles' middle to it, X = Y
-//   x the epicondyles' line forearm      ulnar styloid          Y from it to the epicondyles' middle, X
-//   normal to the plane with the radial styloid thigh        hip centre             Y from the epicondyles'
-//   middle to it, X normal to the plane of the three shank        middle of the malleoli Y from it to the
-//   epicondyles' middle, X = Y x the malleoli's line foot         heel                   X to the middle of
-//   metatarsal heads I and V, Y normal to heel, II and V
-// Our segmentation finds no psis_*, t8, ulnar_styloid_*, radial_styloid_*, metatarsal_1_*, _2_* and _5_*:
-// they are given by hand, or the segment keeps its usual frame, which says for want of what. Head, abdomen
-// and hand have none here.
+//   lower trunk  origin mid-ASIS; Z from left to right ASIS, Y = Z x (mid-ASIS - mid-PSIS)
+//   upper trunk  suprasternale; Y from (xiphion, T8)'s to (suprasternale, C7)'s middle,
+//                Z = (suprasternale - C7) x Y
+//   upper arm    shoulder centre; Y from the epicondyles' middle to it, X = Y x the epicondyles' line
+//   forearm      ulnar styloid; Y from it to the epicondyles' middle, X normal to the plane with the radial
+//                styloid
+//   thigh        hip centre; Y from the epicondyles' middle to it, X normal to the plane of the three
+//   shank        middle of the malleoli; Y from it to the epicondyles' middle, X = Y x the malleoli's line
+//   foot         heel; X to the middle of metatarsal heads I and V, Y normal to heel, II and V
+// Where a landmark was neither found (segmentation/README.md) nor given by hand, the segment keeps its usual
+// frame, which says for want of what. Head, abdomen and hand have none here.
 #pragma once
 
 #include <string_view>

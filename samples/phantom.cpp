@@ -54,6 +54,10 @@ std::vector<int> PhantomBuilder::bone(const std::string& name, const EllipticSta
   return made;
 }
 
+void PhantomBuilder::mark(const std::string& name, const Vector3d& point) {
+  plan.landmarks[name] = {.point = point, .deviation = 0, .radius = 0, .source = "exact"};
+}
+
 namespace {
 
 // By part, integrals of density * p pT (first) and of p pT (second).

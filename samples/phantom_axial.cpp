@@ -151,6 +151,7 @@ void add_vertebra(PhantomBuilder& builder, const Flesh& flesh, const Vertebra& v
     break;
   }
   if (name == "C7") tip = plan.landmarks.at("cervicale").point;
+  if (name == "T8") builder.mark("t8", tip);
   const Vector3d root(0, rear - 3, middle);
   if (tip.y() > rear + 2)
     builder.nest(name + " spinous process",
@@ -257,11 +258,14 @@ void add_pelvis(PhantomBuilder& builder, const Flesh& flesh, int side) {
   plate << along.cross(up), along, up;
   const double low = plan.hip + 28, high = plan.asis + 44;
   const Vector3d wing(plan.size.asis_half - 26 * w, 0, low + 0.363 * (high - low));
+  const Vector3d semi_axes(7 * w, 66 * w, 0.637 * (high - low));
   put("ilium",
-      ellipsoid(wing, {7 * w, 66 * w, 0.637 * (high - low)}, plate)
-          .cut(above(up, hip + 28 * up))
-          .cut(above(back, {0, -39 * w, 0})),
-      2);
+      ellipsoid(wing, semi_axes, plate).cut(above(up, hip + 28 * up)).cut(above(back, {0, -39 * w, 0})), 2);
+  // the posterior superior iliac spine is the wing's hindmost point
+  const Vector3d backwards = semi_axes.cwiseProduct(plate.transpose() * back).normalized();
+  builder.mark(fmt::format("psis_{}", side_name[s]),
+               half.point(wing + plate * semi_axes.cwiseProduct(backwards)));
+
   // the anterior superior iliac spine is the bone's foremost point
   put("asis",
       ellipsoid(spine_tip + Vector3d(0, 13 * w, 0), {7 * w, 13 * w, 9 * w}).cut(below(back, {0, -39 * w, 0})),

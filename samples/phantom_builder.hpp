@@ -32,6 +32,8 @@ struct PhantomBuilder {
   /// A bone: cortical shell, spongiosa within.
   std::vector<int> bone(const std::string& name, const EllipticStack& shape, double cortex,
                         const std::vector<int>& hosts);
+  /// A landmark that a bone's own shape gives, patient frame at nominal stature, mm.
+  void mark(const std::string& name, const Eigen::Vector3d& point);
 };
 
 /// The muscle of each part, by index; bones are nested in it. The hand has a palm and fingers, thumb first;

@@ -24,6 +24,9 @@ struct LimbBones {
   std::vector<int> put(const std::string& name, const EllipticStack& shape, double cortex) const {
     return builder.bone(name + at, shape.moved(frame), cortex, hosts);
   }
+  void mark(const std::string& name, const Vector3d& point) const {
+    builder.mark(name + "_" + at.substr(1), frame.point(point));
+  }
 };
 
 HalfSpace below(const Vector3d& normal, const Vector3d& point) {
@@ -87,6 +90,8 @@ void add_forearm_bones(const LimbBones& limb, double length) {
                                              {-24, 13, 0, 8, 8},
                                              {-14, 13, 0, 10, 10}})),
            2);
+  limb.mark("ulnar_styloid", {-1 * w, 14 * w, -l + 5});
+  limb.mark("radial_styloid", {1 * w, -21 * w, -l + 6});  // its end is flat: the rim, farthest from the ulna
 }
 
 void add_hand_bones(const LimbBones& palm, const PhantomBuilder& builder, const Flesh& flesh,
@@ -214,6 +219,7 @@ void add_foot_bones(const LimbBones& limb, double ankle, double length) {
     const Vector3d base(x0 * w, (k < 3 ? -79 : -70) * f, (-32 - 2.5 * k) * v);
     const Vector3d head(x1 * w, (-142 + 4 * k) * f, -52 * v);
     limb.put(fmt::format("metatarsal {}", k + 1), capsule(base, head, thick * w), 1.5);
+    if (k == 0 || k == 1 || k == 4) limb.mark(fmt::format("metatarsal_{}", k + 1), head);
     const double toe = (-189 + 5 * k) * f;
     limb.put(fmt::format("toe {}", k + 1),
              capsule({x1 * w, head.y() - (2 * thick + 2) * w, -53 * v}, {(x1 + 0.5) * w, toe, -54 * v},

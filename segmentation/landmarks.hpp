@@ -6,9 +6,9 @@
 // Other points: vertex, cervicale (tip of C7), suprasternale, xiphion, omphalion, mid_hip, asis_*,
 // elbow_medial_*, elbow_lateral_* and knee_medial_*, knee_lateral_* (epicondyles: the hinge axes),
 // lateral_malleolus_*, medial_malleolus_*, heel_*, toe_tip_*, metacarpale_3_*, dactylion_3_*;
-// each * is left or right. Of the conventions dempster and bone t12_l1, l4_l5 and l5_s1 (discs). By hand
-// only, for frames after the ISB: t8 (its spinous process), psis_*, ulnar_styloid_*, radial_styloid_*,
-// metatarsal_1_*, _2_* and _5_* (heads).
+// each * is left or right. Of the conventions dempster and bone t12_l1, l4_l5 and l5_s1 (discs). For frames
+// after the ISB: t8 (its spinous process), psis_*, ulnar_styloid_*, radial_styloid_*, metatarsal_1_*, _2_*
+// and _5_* (heads).
 #pragma once
 
 #include <Eigen/Core>

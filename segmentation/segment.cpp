@@ -14,6 +14,7 @@
 #include "segmentation/class_parts.hpp"
 #include "segmentation/column_levels.hpp"
 #include "segmentation/contact.hpp"
+#include "segmentation/frame_points.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/joint_centres.hpp"
 #include "segmentation/landmark_seeds.hpp"
@@ -280,6 +281,8 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
   progress(0.7, "parting soft tissue");
   const auto owner = label_soft_tissue(a, bones, options.step);
   find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
+  put_given(options.given, out.landmarks);
+  find_frame_points(a, trunk, owner, out.landmarks);
   put_given(options.given, out.landmarks);
   const PartPlanes planes(out.landmarks, options.convention);
   progress(0.9, "cutting at the joints");

@@ -1,0 +1,22 @@
+// Bony points on which nothing but the ISB's segment frames hangs (Wu G et al (2002) J Biomech 35:543, (2005)
+// 38:981).
+#pragma once
+
+#include "segmentation/anatomy.hpp"
+#include "segmentation/landmarks.hpp"
+#include "segmentation/limbs.hpp"
+#include "segmentation/trunk.hpp"
+
+namespace borelli {
+
+/// Adds, each where the landmarks are known that it is looked for from and the scan shows its bone:
+///   psis_*            the wing of the ilium's hindmost point beside the sacrum (hips, neck)
+///   t8                tip of the spinous process at the disc T8/T9, whose level is by proportion (hips,
+///   neck) ulnar_styloid_*, radial_styloid_*   the ends of ulna and radius (elbow, wrist) metatarsal_1_*,
+///   _2_*, _5_*          the heads' middles (heel, toe tip, malleoli)
+/// `owner`: whose flesh each place of the work grid is (labels as in parts.hpp), so that a hand's bones
+/// beside the hip or the other foot's count for nothing.
+void find_frame_points(const Anatomy& anatomy, const Trunk& trunk, const Volume<std::uint8_t>& owner,
+                       Landmarks& landmarks);
+
+}  // namespace borelli

@@ -1,0 +1,150 @@
+// The bony points of the ISB's frames: as found in scans of phantoms, against the phantoms' own bones, and in
+// the ICRP male against the labels of his.
+#include "segmentation/frame_points.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/segment.hpp"
+#include "tests/paths.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+const std::vector<std::string> stems{"psis",         "ulnar_styloid", "radial_styloid",
+                                     "metatarsal_1", "metatarsal_2",  "metatarsal_5"};
+
+std::vector<std::string> names() {
+  std::vector<std::string> all{"t8"};
+  for (const std::string& stem : stems)
+    for (const char* side : {"_left", "_right"}) all.push_back(stem + side);
+  return all;
+}
+
+struct Body {
+  const char* name;
+  PhantomOptions options;
+  Vector3d spacing;
+  double noise = 0;
+};
+
+std::vector<Body> bodies() {
+  std::vector<Body> all;
+  all.push_back({"man, 2 mm", {}, Vector3d::Constant(2), 20});
+  PhantomOptions woman;
+  woman.sex = Sex::female;
+  all.push_back({"woman, 3 mm", woman, Vector3d::Constant(3), 20});
+  all.push_back({"man, 1.5 x 1.5 x 4 mm", {}, Vector3d(1.5, 1.5, 4), 10});
+  for (const std::uint64_t seed : {3, 8}) {
+    PhantomOptions drawn;
+    drawn.variation = seed;
+    drawn.sex = seed % 2 ? Sex::male : Sex::female;
+    all.push_back({"drawn, 2.5 mm", drawn, Vector3d::Constant(2.5), 15});
+  }
+  return all;
+}
+
+Segmentation found_in(const GreyVolume& volume, Landmarks given = {}) {
+  SegmentOptions options;
+  options.given = std::move(given);
+  auto found = segment(volume, options);
+  EXPECT_TRUE(found) << found.error().message();
+  return found ? *found : Segmentation{};
+}
+
+// By name, over all bodies: root mean square of the coordinates' errors within the stated deviation, none
+// beyond twice that.
+TEST(FramePoints, LieInPhantomsAsTheirDeviationsSay) {
+  std::map<std::string, double> squares;
+  std::map<std::string, int> cases;
+  for (const Body& body : bodies()) {
+    const Phantom phantom = build_phantom(body.options).value();
+    GridOptions grid;
+    grid.spacing = body.spacing;
+    const Scan scan =
+        voxelise(phantom, phantom_grid(phantom, grid), {.partial_volume = true, .noise_hu = body.noise});
+    const Segmentation found = found_in(scan.grey);
+    for (const std::string& name : names()) {
+      const auto mark = found.landmarks.find(name);
+      ASSERT_NE(mark, found.landmarks.end()) << name << " in " << body.name;
+      const Vector3d error = mark->second.point - phantom.landmarks.at(name).point;
+      EXPECT_LT(error.cwiseAbs().maxCoeff(), 2 * mark->second.deviation) << name << " in " << body.name;
+      const auto side = std::min(name.rfind("_left"), name.rfind("_right"));
+      const std::string stem = name.substr(0, side);
+      squares[stem] += (error / mark->second.deviation).squaredNorm() / 3;
+      ++cases[stem];
+    }
+  }
+  for (const auto& [stem, sum] : squares) {
+    std::printf("%-16s rms %.2f of its deviation\n", stem.c_str(), std::sqrt(sum / cases[stem]));
+    EXPECT_LT(std::sqrt(sum / cases[stem]), 1) << stem;
+  }
+}
+
+// What the scan does not show is not there; what is given by hand stays.
+TEST(FramePoints, AreThereWhereTheScanShowsThemAndYieldToTheHand) {
+  const Phantom phantom = build_phantom({}).value();
+  GridOptions grid;
+  grid.spacing = Vector3d::Constant(3);
+  grid.crop_low[2] = phantom.landmarks.at("knee_left").point[2];  // no feet
+  const Scan scan = voxelise(phantom, phantom_grid(phantom, grid));
+  const Landmark t8{Vector3d(3, 120, 1300), 1, 0, "given"};
+  const Landmark psis{Vector3d(40, 80, 1010), 1, 0, "given"};
+  const Segmentation found = found_in(scan.grey, {{"t8", t8}, {"psis_left", psis}});
+  for (const char* side : {"_left", "_right"}) {
+    for (const char* stem : {"metatarsal_1", "metatarsal_2", "metatarsal_5"})
+      EXPECT_FALSE(found.landmarks.contains(std::string(stem) + side)) << stem << side;
+    EXPECT_TRUE(found.landmarks.contains(std::string("ulnar_styloid") + side));
+  }
+  EXPECT_EQ(found.landmarks.at("t8").point, t8.point);
+  EXPECT_EQ(found.landmarks.at("psis_left").point, psis.point);
+  EXPECT_LT((found.landmarks.at("psis_right").point - phantom.landmarks.at("psis_right").point).norm(), 14);
+}
+
+// The ICRP male, on slices of 8 mm: his pelvis is labelled by itself, so that the hindmost of it beside the
+// sacrum is known; his thoracic column from its top to its lowest disc.
+TEST(FramePoints, OfTheIcrpMale) {
+  const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
+  if (!std::filesystem::exists(folder + "AM_hu.nii.gz"))
+    GTEST_SKIP() << "the ICRP male is not beside the checkout";
+  const GreyVolume hu = read_volume(folder + "AM_hu.nii.gz")->volume,
+                   organs =
+                       read_volume(folder + "AM_labels.nii.gz", {.quantity = FileQuantity::labels})->volume;
+  const Segmentation found = found_in(hu);
+  const double middle =
+      0.5 * (found.landmarks.at("hip_left").point[0] + found.landmarks.at("hip_right").point[0]);
+  const Grid& g = organs.grid;
+  Vector3d left(0, -1e9, 0), right(0, -1e9, 0);
+  double low = 1e9, high = -1e9;
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const int organ = organs.at(i, j, k);
+        const Vector3d p =
+            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        if (organ == 41 || organ == 42) {
+          Vector3d& last = p[0] > middle ? left : right;
+          if (p[1] > last[1] && p[2] > found.landmarks.at("hip_left").point[2]) last = p;
+        }
+        if (organ == 49 || organ == 50) low = std::min(low, p[2]), high = std::max(high, p[2]);
+      }
+  for (const auto& [name, labelled] : {std::pair{"psis_left", left}, {"psis_right", right}}) {
+    const Landmark& mark = found.landmarks.at(name);
+    EXPECT_LT((mark.point - labelled).cwiseAbs().maxCoeff(), 2 * mark.deviation)
+        << name << " " << mark.point.transpose() << ", labelled " << labelled.transpose();
+  }
+  // eight of twelve vertebrae, whose heights grow from top to bottom: 0.57 to 0.667 of the way
+  const Landmark& t8 = found.landmarks.at("t8");
+  EXPECT_NEAR((high - t8.point[2]) / (high - low), 0.62, 0.05);
+  EXPECT_GT(t8.deviation, 12);  // no disc shows
+}
+
+}  // namespace
+}  // namespace borelli
