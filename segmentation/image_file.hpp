@@ -24,7 +24,7 @@ enum class Scalar { u8, i8, u16, i16, u32, i32, u64, i64, f32, f64 };
 std::size_t scalar_bytes(Scalar scalar);
 std::string_view scalar_name(Scalar scalar);  ///< e.g. "int16"
 
-/// A segment of 3D Slicer's segmentations: what stands for it in its layer.
+/// A segment of 3D Slicer's segmentations: what stands for it in its layer. Also a label that NIfTI names.
 struct ImageSegment {
   std::string name;
   std::int64_t value = 0;
@@ -38,7 +38,7 @@ struct ImageHeader {
   bool big_endian = false;             ///< byte order of the voxels in the file
   double slope = 1, intercept = 0;     ///< value = slope * stored + intercept
   std::string description;             ///< the file's own free text, where it has one
-  std::vector<ImageSegment> segments;  ///< of a .seg.nrrd, in its order
+  std::vector<ImageSegment> segments;  ///< of a .seg.nrrd, in its order; NIfTI's named labels
   std::int64_t layers = 1;             ///< volumes in the file, whose segments may overlap
   bool layers_interleaved = false;     ///< a voxel's layers stand side by side; else layer after layer
   std::string recorded_quantity;       ///< hu, density_kgm3, ... where our own writer left it; else empty

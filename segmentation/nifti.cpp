@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "segmentation/image_file.hpp"
+#include "segmentation/nifti_names.hpp"
 
 namespace borelli {
 namespace {
@@ -310,6 +311,9 @@ Result<ImageHeader> read_nifti_header(const std::string& path) {
   header.stream_offset = static_cast<std::uint64_t>(std::max(least, n->vox_offset));
   header.data_file = path;
   if (*is_gzip(path)) header.packing = ByteSource::Packing::deflated;
+  auto named = nifti_label_names(header, n->version == 1 ? 348 : 540);
+  if (!named) return tl::unexpected(named.error());
+  header.segments = std::move(*named);
   return header;
 }
 
