@@ -53,7 +53,7 @@ Vector3d mean(const std::vector<Vector3d>& places) {
 void find_psis(const Anatomy& a, const Volume<std::uint8_t>& owner, double s, Landmarks& marks) {
   constexpr int pelvis = part_label("lower_trunk"), belly = part_label("middle_trunk");
   const auto hip_left = find(marks, "hip_left"), hip_right = find(marks, "hip_right");
-  if (!hip_left || !hip_right || !marks.contains("neck")) return;
+  if (!hip_left || !hip_right) return;
   const Vector3d middle = 0.5 * (*hip_left + *hip_right);
   const Matrix3d axes = trunk_axes(marks);
   const auto bones = bones_of(a, owner, [](int part) { return part == pelvis || part == belly; });

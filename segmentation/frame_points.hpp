@@ -10,7 +10,7 @@
 namespace borelli {
 
 /// Adds, each where the landmarks are known that it is looked for from and the scan shows its bone:
-///   psis_*            the wing of the ilium's hindmost point beside the sacrum (hips, neck)
+///   psis_*            the wing of the ilium's hindmost point beside the sacrum (hips)
 ///   t8                tip of the spinous process at the disc T8/T9, whose level is by proportion (hips,
 ///   neck) ulnar_styloid_*, radial_styloid_*   the ends of ulna and radius (elbow, wrist) metatarsal_1_*,
 ///   _2_*, _5_*          the heads' middles (heel, toe tip, malleoli)

@@ -104,6 +104,31 @@ std::optional<double> sternum_end(const Anatomy& a, const Vector3d& tip, double 
   return std::nullopt;
 }
 
+// Upper end of the manubrium where no more of the sternum shows as bone: the highest bone in the midline that
+// stands well before the column, from a thumb's to a hand's breadth below the neck. Clavicles and the larynx
+// lie beside and above.
+std::optional<Vector3d> find_notch(const Anatomy& a, const Trunk& trunk, const Vector3d& neck) {
+  const auto& g = a.grid();
+  const double s = trunk.scale, half = 8 * s;
+  for (double z = neck[2] - 25 * s; z > neck[2] - 95 * s; z -= a.step()) {
+    const Vector3d column = trunk.spine_at(z);
+    const Vector3d index = g.index(Vector3d(trunk.middle(z), column[1], z));
+    const auto i = std::lround(index[0]), k = std::lround(index[2]), reach = std::lround(half / a.step());
+    Vector3d sum = Vector3d::Zero();
+    int count = 0;
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (auto x = i - reach; x <= i + reach; ++x) {
+        if (!g.holds(x, j, k) || !a.bone.at(x, j, k)) continue;
+        const Vector3d p = voxel_point(g, x, j, k);
+        const double before = column[1] - p[1];
+        if (before > 30 * s && before < 100 * s) sum += p, ++count;
+      }
+    if (count * a.step() * a.step() > 60 * s * s)  // of a manubrium's 16 x 12 mm there
+      return Vector3d(sum / count + Vector3d(0, 0, 0.5 * a.step()));
+  }
+  return std::nullopt;
+}
+
 // the navel: where the midline skin lies deepest behind the skin around it
 std::optional<Vector3d> find_navel(const Anatomy& a, const Trunk& trunk, double from, double to) {
   const auto& g = a.grid();
@@ -294,6 +319,8 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
       marks["suprasternale"] = {sternum->top + Vector3d(0, 0, 0.5 * a.step()), 11, 0,
                                 "bone: upper end of the sternum"};
   } else if (level_seen(a, xiphion)) {
+    if (const auto notch = has_neck ? find_notch(a, trunk, neck->second.point) : std::nullopt)
+      marks["suprasternale"] = {*notch, 11, 0, "bone: highest in the midline before the neck's foot"};
     const auto skin = front_skin(a, trunk.middle(xiphion), xiphion);
     if (skin) marks["xiphion"] = {*skin, spread, 0, "proportion: between neck and hips"};
   }
