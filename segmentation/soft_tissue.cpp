@@ -4,9 +4,16 @@
 
 #include "segmentation/geodesic.hpp"
 #include "segmentation/parts.hpp"
+#include "segmentation/tissues.hpp"
+#include "segmentation/touching_flesh.hpp"
 
 namespace borelli {
 namespace {
+
+// what a step through fat costs per mm: between two limbs it must be dearer than the way from either's bones
+constexpr float through_fat = 10;
+// and where a voxel holds much of the air between them
+constexpr float through_air = 100;
 
 bool below_waist(std::uint8_t label) {
   return label == part_label("lower_trunk") ||
@@ -38,9 +45,14 @@ void spread(Volume<std::uint8_t>& labels, int layers) {
 
 Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8_t>& bones, double margin) {
   const auto& g = a.grid();
+  const Mask lean = lean_flesh(a);
+  const auto depth = distance_to(complement(lean), 200, false, a.threads);
   Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
   for (std::size_t o = 0; o < g.count(); ++o)
-    if (a.body.voxels[o]) cost.voxels[o] = 1 / (1 + a.depth.voxels[o]);
+    if (a.body.voxels[o])
+      cost.voxels[o] = lean.voxels[o]                      ? 1 / (1 + depth.voxels[o])
+                       : a.scan.hu.voxels[o] >= lung_to_hu ? through_fat
+                                                           : through_air;
   Volume<std::uint8_t> owner = geodesic(cost, bones, false).owner;
 
   Volume<std::uint8_t> low_bones = bones;
@@ -51,6 +63,7 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8
   const auto by_length = geodesic(cost, low_bones, false).owner;
   for (std::size_t o = 0; o < g.count(); ++o)
     if (by_length.voxels[o]) owner.voxels[o] = by_length.voxels[o];
+  part_touching_flesh(a, lean, owner);
   spread(owner, static_cast<int>(margin / a.step() + 0.5));
   return owner;
 }

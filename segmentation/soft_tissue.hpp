@@ -5,11 +5,13 @@
 
 namespace borelli {
 
-/// Every body voxel goes to the part whose bone has the cheapest way to it through the body. A step costs
-/// 1 / (1 + d), d the depth below the skin in mm: where skin touches skin a way from arm to trunk must pass a
-/// shallow place and is dear. Below the waist the depth misleads (legs touch along a broad deep face, and the
-/// pelvis' crest lies shallow), and the plain length of the way decides among pelvis and legs. `bones`: part
-/// labels of bone voxels. The result reaches `margin` mm beyond the body.
+/// Every body voxel goes to the part whose bone has the cheapest way to it through the body. In lean flesh
+/// (see touching_flesh.hpp) a step costs 1 / (1 + d), d the depth below its surface in mm; in fat it is
+/// dearer by far, so that a way from arm to trunk where skin touches skin is dear, and where it crosses air
+/// the dearest. Fat between an arm and what it touches is shared by its thickness beside. Below the waist the
+/// depth misleads (legs touch along a broad deep face, and the pelvis' crest lies shallow), and the plain
+/// length of the way decides among pelvis and legs. `bones`: part labels of bone voxels. The result reaches
+/// `margin` mm beyond the body.
 Volume<std::uint8_t> label_soft_tissue(const Anatomy& anatomy, const Volume<std::uint8_t>& bones,
                                        double margin);
 

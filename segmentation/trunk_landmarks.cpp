@@ -275,6 +275,9 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
     if (const auto disc = disc_near(a, trunk, z, neck.deviation)) {
       z = *disc;
       neck.deviation = 2.5, neck.source = "bone: disc above the first rib";
+    } else if (const auto hidden = disc_between_slices(a, trunk, z)) {
+      z = *hidden;
+      neck.deviation = 3.5, neck.source = "bone: between slices, by the discs beside";
     }
   }
   if (!level_seen(a, z)) return;
@@ -288,7 +291,8 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
   neck.point = vertebral_body(a, trunk, z, true);
   marks["neck"] = neck;
   if (const auto tip = spinous_tip(a, neck.point, trunk.scale))
-    marks["cervicale"] = {*tip, neck.deviation + 3, 0,
+    // thick slices may leave out a spinous process and show the neighbour's
+    marks["cervicale"] = {*tip, neck.deviation + (a.source->grid.spacing().maxCoeff() > 4 ? 6 : 3), 0,
                           "bone: hindmost point of the seventh cervical vertebra"};
 }
 

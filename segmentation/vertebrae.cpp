@@ -203,6 +203,32 @@ std::optional<double> disc_near(const Anatomy& a, const Trunk& trunk, double lev
   return best;
 }
 
+std::optional<double> disc_between_slices(const Anatomy& a, const Trunk& trunk, double level) {
+  constexpr double seventh = 17.8, first = 19.1;  // mm, from disc to disc (Panjabi et al. 1991, both bodies'
+                                                  // hind height with a disc of 5 mm)
+  constexpr double sure = 5;                      // mm, of either neighbour about where it is expected
+  const Grid& scan = a.source->grid;
+  const double s = trunk.scale;
+  const auto above = disc_near(a, trunk, level + seventh * s, sure),
+             below = disc_near(a, trunk, level - first * s, sure);
+  if (!above && !below) return std::nullopt;
+  double z = 0;
+  if (above && below) {
+    const double span = (*above - *below) / (s * (seventh + first));
+    if (span < 0.8 || span > 1.25) return std::nullopt;
+    z = *below + first / (seventh + first) * (*above - *below);
+  } else {
+    z = 0.5 * (level + (above ? *above - seventh * s : *below + first * s));
+  }
+  // the axis along which slices follow each other, and the middle between two of them
+  Eigen::Index across = 0;
+  scan.spacing().maxCoeff(&across);
+  const double per_z = scan.axes.inverse()(across, 2);
+  if (std::abs(per_z) * scan.spacing()[across] < 0.9) return std::nullopt;  // slices stand along the column
+  const double at = scan.index(vertebral_body(a, trunk, z, true))[across];
+  return z + (std::floor(at) + 0.5 - at) / per_z;
+}
+
 std::optional<Vector3d> spinous_tip(const Anatomy& a, const Vector3d& disc, double scale) {
   const CloseUp view = close_up(*a.source, disc + Vector3d(0, 40 * scale, 0), 60 * scale);
   std::vector<Vector3d> ends;

@@ -23,6 +23,11 @@ std::optional<double> first_rib(const Anatomy& anatomy, const Trunk& trunk, doub
 /// scan does not resolve one.
 std::optional<double> disc_near(const Anatomy& anatomy, const Trunk& trunk, double level, double spread);
 
+/// Where thick slices leave out a disc that is expected about `level` (mm, patient z): the middle between two
+/// slices that is nearest to where the discs of C6/C7 above and T1/T2 below place that of C7/T1, or one of
+/// them and `level` together. Nothing where neither is seen.
+std::optional<double> disc_between_slices(const Anatomy& anatomy, const Trunk& trunk, double level);
+
 /// The hindmost bone behind the disc between C7 and T1, where the spinous process of C7 ends (those of C6 and
 /// T1 end a vertebra's height above and below). `scale`: the body's size, see Trunk.
 std::optional<Eigen::Vector3d> spinous_tip(const Anatomy& anatomy, const Eigen::Vector3d& disc, double scale);
