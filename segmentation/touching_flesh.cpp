@@ -9,6 +9,7 @@
 
 #include "segmentation/body_mask.hpp"
 #include "segmentation/parts.hpp"
+#include "segmentation/seen_border.hpp"
 #include "segmentation/slabs.hpp"
 #include "segmentation/tissues.hpp"
 
@@ -126,72 +127,6 @@ std::optional<Nearest> nearest(const Surface& surface, const Vector3d& point, do
     });
     if (best || r >= reach) return best;
   }
-}
-
-// CT numbers of the scan along a line, each a mean over some millimetres across it, so that noise shows no
-// sheets.
-class Profile {
- public:
-  static constexpr double step = 0.75;  // mm
-
-  explicit Profile(const GreyVolume& scan) : scan_(scan), to_index_(scan.grid.axes.inverse()) {}
-
-  void add(const Vector3d& from, const Vector3d& to, std::vector<double>& way) const {
-    constexpr double aside = 3;
-    const double length = (to - from).norm();
-    if (length < 1e-6) return;
-    const Vector3d along = (to - from) / length, u = along.unitOrthogonal(), v = along.cross(u);
-    for (double s = 0; s < length; s += step) {
-      const Vector3d p = from + s * along;
-      double sum = 0, count = 0;
-      for (const Vector3d& q : {p, Vector3d(p + aside * u), Vector3d(p - aside * u), Vector3d(p + aside * v),
-                                Vector3d(p - aside * v)})
-        if (double value = 0; sample(scan_, to_index_ * (q - scan_.grid.origin), value))
-          sum += hu_of(value, scan_.quantity), ++count;
-      way.push_back(count > 0 ? sum / count : 0);
-    }
-  }
-
- private:
-  const GreyVolume& scan_;
-  Eigen::Matrix3d to_index_;
-};
-
-// Where on the way between two lean surfaces through a place of fat the scan itself shows the border, mm from
-// the first: in air left between them, or at the sheet of two skins, denser than the fat on both its sides;
-// of several sheets (muscle may be as thin) the one nearest to where the border is expected.
-std::optional<double> seen_border(const Profile& profile, const Vector3d& from, const Vector3d& over,
-                                  const Vector3d& to, double expected) {
-  // where skin lies close to muscle, both count as lean with what fat there is between, mm: how far that is
-  // looked through, and how far within a sheet's middle may be
-  constexpr double into = 8, within = 3.5;
-  constexpr double beside_skin = 3;         // mm: the place itself may be at free skin
-  constexpr double air = -250, skins = 60;  // CT number; above the fat beside
-  const double first = (over - from).norm();
-  std::vector<double> way;
-  if (first < 1e-6 || (to - over).norm() < 1e-6) return std::nullopt;
-  profile.add(from - into * (over - from).normalized(), over, way);
-  const std::size_t middle = way.size();
-  profile.add(over, to + into * (to - over).normalized(), way);
-  const auto at = [&](std::size_t n) { return Profile::step * static_cast<double>(n) - into; };
-  std::optional<double> best;
-  double emptiest = air;
-  for (std::size_t n = 0; n < way.size(); ++n)
-    if (way[n] < emptiest && (way[middle] > air || std::abs(at(n) - first) > beside_skin))
-      emptiest = way[n], best = at(n);
-  if (best) return best;
-  std::vector<double> beyond(way.size());  // least from here on
-  for (std::size_t n = way.size(); n-- > 0;)
-    beyond[n] = n + 1 < way.size() ? std::min(way[n], beyond[n + 1]) : way[n];
-  double before = way.front();
-  const double last = first + (to - over).norm() + within;
-  for (std::size_t n = 1; n + 1 < way.size(); ++n) {
-    before = std::min(before, way[n]);
-    if (at(n) < -within || at(n) > last) continue;
-    if (way[n] < way[n - 1] || way[n] < way[n + 1] || way[n] - std::max(before, beyond[n]) < skins) continue;
-    if (!best || std::abs(at(n) - expected) < std::abs(*best - expected)) best = at(n);
-  }
-  return best;
 }
 
 // How much of the gap between two lean surfaces is the first one's fat, given what either has on free skin.
@@ -345,7 +280,7 @@ class Contact {
   const Mask& lean_;
   const Volume<std::uint8_t>& owner_;
   int arm_;
-  Profile profile_;
+  ScanProfile profile_;
   Mask disputed_;
   Box box_;
   std::optional<Surface> surface_;
