@@ -147,10 +147,13 @@ Mask lean_flesh(const Anatomy& a) {
   Mask dense{g, std::vector<std::uint8_t>(g.count(), 0)};
   for (std::size_t o = 0; o < g.count(); ++o)
     dense.voxels[o] = a.body.voxels[o] && (a.bone.voxels[o] || a.scan.hu.voxels[o] >= fat_to_hu);
-  Mask core = eroded(dense, thin, true);
-  for (std::size_t o = 0; o < g.count(); ++o) core.voxels[o] = core.voxels[o] || a.bone.voxels[o];
-  Mask lean = dilated(core, thin);
-  for (std::size_t o = 0; o < g.count(); ++o) lean.voxels[o] = lean.voxels[o] && dense.voxels[o];
+  const auto within = distance_to(complement(dense), 2.0 * static_cast<double>(thin), false, a.threads);
+  Mask core{g, std::vector<std::uint8_t>(g.count(), 0)};
+  for (std::size_t o = 0; o < g.count(); ++o)
+    core.voxels[o] = a.bone.voxels[o] || (dense.voxels[o] && within.voxels[o] > thin);
+  const auto off = distance_to(core, 2.0 * static_cast<double>(thin), false, a.threads);
+  Mask lean{g, std::vector<std::uint8_t>(g.count(), 0)};
+  for (std::size_t o = 0; o < g.count(); ++o) lean.voxels[o] = dense.voxels[o] && off.voxels[o] <= thin;
   return lean;
 }
 
