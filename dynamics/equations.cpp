@@ -10,6 +10,7 @@ Workspace::Workspace(const System& system, Equations equations)
     : kinematics(system, equations),
       efforts(system),
       terms(system),
+      articulation(system),
       recursion(system),
       factor(Rows::Zero(system.nv, system.nv)),
       rows(system),
@@ -48,7 +49,6 @@ namespace {
 /// Kinematics, efforts and energies.
 void update_motion(const System& system, const Parameters& parameters, double t, const double* q,
                    const double* v, Workspace& w) {
-  ++w.evaluations;
   update_kinematics(system, parameters, t, q, v, w.kinematics);
   if (!system.efforts.empty()) scan_efforts(system, parameters, w.kinematics, w.efforts);
   if (w.kinematics.equations == Equations::recursive)
@@ -82,6 +82,7 @@ Fault find_rows(const System& system, const Parameters& parameters, Workspace& w
 
 Fault update_terms(const System& system, const Parameters& parameters, double t, const double* q,
                    const double* v, Workspace& w) {
+  ++w.evaluations;
   update_motion(system, parameters, t, q, v, w);
   if (const Fault fault = find_terms(system, parameters, w)) return fault;
   return find_rows(system, parameters, w);
@@ -112,16 +113,30 @@ void find_drive_efforts(const System& system, Workspace& w) {
   }
 }
 
+/// The accelerations by articulated bodies, with kinematics, efforts and energies. False where they do not
+/// apply or A must decide.
+bool articulate(const System& system, const Parameters& parameters, double t, const double* q,
+                const double* v, Workspace& w, const double* applied) {
+  if (w.kinematics.equations != Equations::recursive || system.rows > 0 || !w.articulation.every_body_moves)
+    return false;
+  move_links(system, parameters, parameters.inertials, t, q, v, w.kinematics, w.articulation, w.terms);
+  if (!system.efforts.empty()) {
+    scan_efforts(system, parameters, w.kinematics, w.efforts);
+    w.terms.potential += w.efforts.potential;
+    w.terms.group_potential += w.efforts.group_potential;
+  }
+  return find_accelerations(system, parameters, w.kinematics, system.efforts.empty() ? nullptr : &w.efforts,
+                            applied, w.articulation, w.a.data(), w.drive_efforts.data());
+}
+
 }  // namespace
 
 Fault accelerate(const System& system, const Parameters& parameters, double t, const double* q,
                  const double* v, const RowHandling& handling, Workspace& w, const double* applied) {
   const int n = system.nv;
-  update_motion(system, parameters, t, q, v, w);
-  const bool articulated = w.kinematics.equations == Equations::recursive && system.rows == 0 &&
-                           find_accelerations(system, parameters, w.kinematics, w.efforts, applied,
-                                              w.recursion, w.a.data(), w.drive_efforts.data());
-  if (!articulated) {
+  ++w.evaluations;
+  if (!articulate(system, parameters, t, q, v, w, applied)) {
+    update_motion(system, parameters, t, q, v, w);
     if (const Fault fault = find_terms(system, parameters, w)) return fault;
     if (const Fault fault = find_rows(system, parameters, w)) return fault;
     if (applied)

@@ -2,6 +2,7 @@
 // Nothing here allocates: all scratch is in the Workspace.
 #pragma once
 
+#include "dynamics/articulated.hpp"
 #include "dynamics/constraint_solver.hpp"
 #include "dynamics/lagrange.hpp"
 #include "dynamics/recursive.hpp"
@@ -39,9 +40,12 @@ struct Powers {
 struct Workspace {
   explicit Workspace(const System& system) : Workspace(system, system.settings.equations) {}
   Workspace(const System& system, Equations equations);
+  // after `accelerate` by the recursive equations without constraints of the first: poses and velocities
+  // alone, of the terms: energies alone
   Kinematics kinematics;
   EffortSums efforts;
-  LagrangeTerms terms;  ///< after `accelerate` by the recursive equations without constraints: energies alone
+  LagrangeTerms terms;
+  Articulation articulation;
   Recursion recursion;
   Rows factor;  ///< of the mass matrix
   ConstraintRows rows;

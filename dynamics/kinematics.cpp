@@ -148,8 +148,8 @@ KinematicsOf<T>::KinematicsOf(const System& system, Equations which)
 }
 
 template <class T>
-void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
-                       double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
+void set_coordinates(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
+                     const T* a, KinematicsOf<T>& k) {
   k.t = t;
   std::copy(q, q + system.nq, k.q.data());
   std::copy(v, v + system.nv, k.u.data());
@@ -158,6 +158,12 @@ void update_kinematics(const System& system, const Parameters& parameters, const
   else
     k.acceleration.head(system.nv).setZero();
   if (system.driven_nv > 0) update_drives(system, parameters, k);
+}
+
+template <class T>
+void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                       double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
+  set_coordinates(system, parameters, t, q, v, a, k);
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
     BodyMotionOf<T>& m = k.bodies[b];
@@ -198,6 +204,8 @@ SecondDerivative second_derivative(const System& system, const Kinematics& kinem
 
 #define BORELLI_KINEMATICS_OVER(T)                                                                           \
   template struct KinematicsOf<T>;                                                                           \
+  template void set_coordinates(const System&, const Parameters&, double, const T*, const T*, const T*,      \
+                                KinematicsOf<T>&);                                                           \
   template void update_kinematics(const System&, const Parameters&, const InertialsOf<T>&, double, const T*, \
                                   const T*, const T*, KinematicsOf<T>&);
 BORELLI_KINEMATICS_OVER(double)

@@ -70,6 +70,12 @@ struct KinematicsOf {
 };
 using Kinematics = KinematicsOf<double>;
 
+/// The first part of update_kinematics: positions, velocities and given accelerations of the coordinates,
+/// those of drives from their functions.
+template <class T>
+void set_coordinates(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
+                     const T* a, KinematicsOf<T>& kinematics);
+
 /// Fills `kinematics` for time t, positions q (nq) and velocities v (nv); `inertials` say where the gravity
 /// centres are. With `a` (nv, or null for zeros) the rates of velocities are those at the accelerations a.
 template <class T>

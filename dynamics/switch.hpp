@@ -4,7 +4,8 @@
 // A new kind of switch is one new file beside switch_rotation.hpp, and its name in the list below. It gives
 // its name in files (`kind`), the number of its positions and velocities (`nq`, `nv`), whether a position is
 // an angle, whether its twists turn or slide, its fields, and `advance`, which moves a frame on and says what
-// unit velocity does to it.
+// unit velocity does to it. (One whose three unit twists are the turns about its own axes may say that it
+// `turns_freely`: then its accelerations cost less.)
 #pragma once
 
 #include <string>

@@ -14,6 +14,7 @@ struct Ball {
   static constexpr int nq = 4, nv = 3;
   static constexpr bool rotates = true;
   static constexpr bool slides = false;
+  static constexpr bool turns_freely = true;  ///< no turn is beyond it, and its twists are along B's axes
 
   template <class Self, class Visit>
   static void fields(Self&, Visit&&) {}

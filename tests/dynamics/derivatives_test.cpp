@@ -240,7 +240,7 @@ TEST(Derivatives, AreThoseOfTheArticulatedBodies) {
   const ForwardDerivatives exact = need(forward_derivatives(system, state));
   KinematicsOf<DualNumber> k(system, Equations::recursive);
   EffortSumsOf<DualNumber> efforts(system);
-  RecursionOf<DualNumber> recursion(system);
+  ArticulationOf<DualNumber> articulation(system);
   LagrangeTermsOf<DualNumber> terms(system);
   InertialsOf<DualNumber> inertials;
   for (const Inertial& one : system.parameters.inertials)
@@ -249,10 +249,8 @@ TEST(Derivatives, AreThoseOfTheArticulatedBodies) {
   for (int i = 0; i < system.nv; ++i) {
     Eigen::VectorX<DualNumber> v = state.v.cast<DualNumber>(), a(system.nv), drives(system.driven_nv);
     v[i].d[0] = 1;
-    update_kinematics<DualNumber>(system, system.parameters, inertials, state.t, q.data(), v.data(), nullptr,
-                                  k);
-    find_own_forces(system, system.parameters, inertials, k, efforts, recursion, terms);
-    ASSERT_TRUE(find_accelerations<DualNumber>(system, system.parameters, k, efforts, nullptr, recursion,
+    move_links(system, system.parameters, inertials, state.t, q.data(), v.data(), k, articulation, terms);
+    ASSERT_TRUE(find_accelerations<DualNumber>(system, system.parameters, k, &efforts, nullptr, articulation,
                                                a.data(), drives.data()));
     for (int j = 0; j < system.nv; ++j)  // rounding, times A's condition of some 1e3
       EXPECT_NEAR(a[j].d[0], exact.acceleration_by_v(j, i),

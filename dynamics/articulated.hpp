@@ -1,0 +1,94 @@
+// The accelerations themselves by articulated bodies, O(n), where no constraint row asks for the mass matrix:
+// one pass outwards for the motion, one inwards for what each joint meets, one outwards for the accelerations
+// (Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 7). Equal to the paper's scan (lagrange.hpp)
+// but for rounding.
+//
+// Motions and forces are written in world axes at the origin of the frame they concern, so that no digits are
+// lost far from the world's origin, and accelerations are the classical ones of that origin. They are what is
+// added to a *reference motion*, in which free coordinates have no acceleration: velocities then enter the
+// bodies' own forces only, and no inertia need be multiplied with them. The passes are compiled for each kind
+// of switch by itself. A driven coordinate adds nothing and returns its effort. A ball whose rotor has no
+// inertia leaves of all that it carries a mass to push, a symmetric 3x3 matrix: it turns as it must, so its
+// reference motion need not turn with it, and it needs no axes.
+#pragma once
+
+#include "dynamics/kinematics.hpp"
+#include "dynamics/lagrange.hpp"
+#include "dynamics/scan.hpp"
+#include "dynamics/symmetric.hpp"
+#include "dynamics/wrench.hpp"
+
+namespace borelli {
+
+/// How the frame after one step moves. World axes, SI.
+template <class T>
+struct LinkMotion {
+  PoseOf<T> X;                   ///< X_W
+  Eigen::Vector3<T> r;           ///< from the origin of the frame before the step to this one's
+  Eigen::Vector3<T> w;           ///< angular velocity
+  Eigen::Vector3<T> v;           ///< velocity of the origin
+  Eigen::Vector3<T> wdot, vdot;  ///< their rates in the reference motion
+};
+
+/// All that a frame carries, free to follow: the wrench that adds an acceleration (angular, linear) is
+/// (I, H; H^T, M) (angular, linear) + bias.
+template <class T>
+struct ArticulatedBody {
+  Symmetric3<T> I, M;
+  Eigen::Matrix3<T> H = Eigen::Matrix3<T>::Zero();
+  Wrench<T> bias;
+  bool extended = false;  ///< else I, H and the moment of bias are zero
+  // what an entry of the mass matrix is compared with: mass, first moment and half the trace of I, rigid
+  T mass = 0;
+  Eigen::Vector3<T> first = Eigen::Vector3<T>::Zero();
+  T polar = 0;
+};
+
+template <class T>
+struct LinkOf {
+  LinkMotion<T> motion;
+  ArticulatedBody<T> body;    ///< itself and, in the pass inwards, what its children add
+  Eigen::Vector3<T> turning;  ///< of a ball: wdot, had it no acceleration
+
+  bool collapsed = false;     ///< a ball: its angular acceleration is -at_rest - by_push (the linear one)
+  Eigen::Vector3<T> at_rest;  ///< I^-1 times bias' moment, less what acts on the coordinates
+  Eigen::Matrix3<T> by_push;  ///< I^-1 H
+  Eigen::Vector3<T> angular, linear;  ///< acceleration added
+};
+
+/// What the inward pass leaves of a coordinate for the outward one.
+template <class T>
+struct PivotOf {
+  Eigen::Vector3<T> angular, linear;  ///< its unit twist
+  Wrench<T> U;                        ///< (I, H; H^T, M) times its twist
+  T inverse;                          ///< of what meets it alone, 1/kg or 1/(kg m^2)
+  T rest;  ///< the effort that is left to accelerate it (of a drive: what the rest needs)
+};
+
+/// Scratch; one per thread.
+template <class T>
+struct ArticulationOf {
+  explicit ArticulationOf(const System& system);
+  std::vector<LinkOf<T>> links;    ///< per step
+  std::vector<PivotOf<T>> pivots;  ///< per extended coordinate
+  bool every_body_moves = true;    ///< else (welds are kept) the functions below do not apply
+};
+using Articulation = ArticulationOf<double>;
+
+/// The pass outwards: the poses and velocities of `kinematics` (not its accelerations, nor what it keeps per
+/// coordinate), the energies of `terms` (of springs not), and the bodies' own inertia.
+template <class T>
+void move_links(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
+                const T* q, const T* v, KinematicsOf<T>& kinematics, ArticulationOf<T>& articulation,
+                LagrangeTermsOf<T>& terms);
+
+/// After move_links: the free accelerations a (nv) without constraints, and what the drives exert
+/// (driven_nv). `efforts` may be null for none; `given` (nv, or null) is added to the generalized efforts.
+/// False where a coordinate meets so little inertia beside what it carries that rounding may have made it:
+/// then A must decide (factor_mass_matrix).
+template <class T>
+bool find_accelerations(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+                        const EffortSumsOf<T>* efforts, const T* given, ArticulationOf<T>& articulation, T* a,
+                        T* drive_efforts);
+
+}  // namespace borelli

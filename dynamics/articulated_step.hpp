@@ -1,0 +1,371 @@
+// What one step does in each of the three passes of articulated.hpp, compiled for each kind of switch by
+// itself. Only articulated.cpp includes this.
+#pragma once
+
+#include "dynamics/articulated.hpp"
+
+namespace borelli::articulated {
+
+using Eigen::Matrix3;
+using Eigen::Vector3;
+
+/// Whether a switch may turn as it likes about one point, by unit twists along its axes (a ball).
+template <class Kind>
+constexpr bool turns_freely = requires {
+  Kind::turns_freely;
+};
+
+// ---- outwards: motion ----
+
+/// Whether nothing resists the ball of a step but what it carries.
+template <class Kind>
+bool is_loose(const Parameters& parameters, const Step& step, int s) {
+  return turns_freely<Kind> && step.drive < 0 && parameters.armatures[s] == 0;
+}
+
+template <class T>
+void place(const Placement& placement, PoseOf<T>& X) {
+  if (placement.form == Placement::Form::identity) return;
+  X.p = X.R * placement.X.p;
+  if (placement.form == Placement::Form::general) X.R = X.R * placement.X.R;
+}
+
+/// The motion after a step, from that before it (null: the world's). Its unit twists go to the pivots, but
+/// for a loose ball, of which `turning` tells what it would do without acceleration.
+template <class Kind, class T>
+LinkMotion<T> move(const Kind& kind, const Step& step, const Placement& placement, bool loose,
+                   const LinkMotion<T>* before, const KinematicsOf<T>& k, PivotOf<T>* pivots,
+                   Vector3<T>& turning) {
+  LinkMotion<T> to;
+  PoseOf<T> X;  // with the origin of the frame before for the world's: no digits are lost far away
+  if (before) {
+    X.R = before->X.R;
+    place(placement, X);
+  } else {
+    X.R = placement.X.R.template cast<T>();
+    X.p = placement.X.p.template cast<T>();
+  }
+  Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
+  kind.advance(k.q.data() + step.q, X, angular, linear);
+  to.X.R = X.R;
+  to.r = X.p;
+  const T* u = k.u.data() + step.u;
+  Vector3<T> w = Vector3<T>::Zero(), v = Vector3<T>::Zero();  // of the step itself
+  for (int i = 0; i < Kind::nv; ++i) {
+    if (Kind::rotates) w += u[i] * angular[i];
+    if (Kind::slides) v += u[i] * linear[i];
+  }
+  if (before) {
+    const Vector3<T> carrier = before->w;
+    to.X.p = before->X.p + to.r;
+    to.w = carrier;
+    to.v = before->v;
+    to.vdot = before->vdot;
+    to.wdot = before->wdot;
+    if (Kind::slides || placement.form != Placement::Form::identity) {
+      const Vector3<T> wr = carrier.cross(to.r);
+      to.v += wr;
+      to.vdot += to.wdot.cross(to.r) + carrier.cross(wr);
+    }
+    if (Kind::slides) to.vdot += (2 * carrier + w).cross(v);
+    if (Kind::rotates) to.wdot += carrier.cross(w);
+    if (Kind::rotates) to.w += w;
+    if (Kind::slides) to.v += v;
+  } else {
+    to.X.p = to.r;
+    to.w = w;
+    to.v = v;
+    to.wdot.setZero();
+    to.vdot.setZero();
+    if (Kind::slides && Kind::rotates) to.vdot = w.cross(v);
+  }
+  if (turns_freely<Kind> && loose) {
+    turning = to.wdot;
+    to.wdot.setZero();
+    return to;
+  }
+  for (int i = 0; i < Kind::nv; ++i) {
+    pivots[i].angular = angular[i];
+    pivots[i].linear = linear[i];
+  }
+  if (step.drive < 0) return to;
+  const T* acceleration = k.acceleration.data() + step.u;
+  for (int i = 0; i < Kind::nv; ++i) {
+    if (Kind::rotates) to.wdot += acceleration[i] * angular[i];
+    if (Kind::slides) to.vdot += acceleration[i] * linear[i];
+  }
+  return to;
+}
+
+/// R tensor R^T, with less work where the body's axes are principal ones.
+template <class T, class Tensor>
+Symmetric3<T> in_world(const Matrix3<T>& R, const Tensor& tensor) {
+  if constexpr (std::is_same_v<T, double>) {
+    if (tensor(0, 1) == 0 && tensor(0, 2) == 0 && tensor(1, 2) == 0) {
+      Matrix3<T> half;
+      for (int j = 0; j < 3; ++j) half.col(j) = tensor(j, j) * R.col(j);
+      return symmetric_product(half, R.transpose());
+    }
+  }
+  return turned<T>(R, tensor);
+}
+
+/// A body by itself, with its inertial force less its weight; its gravity centre and its energies. `turning`:
+/// whether wdot is more than zero.
+template <class T, class Inertia>
+void begin_body(const Inertia& inertial, const Eigen::Vector3d& gravity, int group,
+                const LinkMotion<T>& motion, bool turning, BodyMotionOf<T>& m, ArticulatedBody<T>& out,
+                LagrangeTermsOf<T>& terms) {
+  const T mass = inertial.mass;
+  const Vector3<T> d = motion.X.R * inertial.centre, wd = motion.w.cross(d);
+  const Vector3<T> g = motion.X.p + d, v = motion.v + wd;
+  const Symmetric3<T> I_W = in_world<T>(motion.X.R, inertial.tensor);
+  const Vector3<T> momentum = I_W * motion.w;
+  Vector3<T> f = motion.vdot + motion.w.cross(wd) - gravity, n = motion.w.cross(momentum);
+  if (turning) {
+    f += motion.wdot.cross(d);
+    n += I_W * motion.wdot;
+  }
+  f *= mass;
+  n += d.cross(f);
+  const Vector3<T> h = mass * d;
+  Symmetric3<T> I = point_inertia<T>(mass, d);
+  I += I_W;
+  const T kinetic = 0.5 * (mass * v.squaredNorm() + motion.w.dot(momentum));
+  const T height = mass * gravity.dot(g);
+  out.bias.f = f;
+  out.bias.n = n;
+  out.mass = mass;
+  out.first = h;
+  out.polar = 0.5 * I.trace();
+  out.I = I;
+  out.H << T(0), -h[2], h[1], h[2], T(0), -h[0], -h[1], h[0], T(0);
+  out.M = {mass, T(0), T(0), mass, T(0), mass};
+  out.extended = true;
+  m.g = g;
+  m.v = v;
+  terms.kinetic += kinetic;
+  terms.potential -= height;
+  terms.group_kinetic[group] += kinetic;
+  terms.group_potential[group] -= height;
+}
+
+// ---- inwards: what each joint meets ----
+
+/// Adds to a body what one that it carries, r away, lets it feel.
+template <class T>
+void pass_on(const ArticulatedBody<T>& link, const Vector3<T>& r, bool stays, ArticulatedBody<T>& to) {
+  to.M += link.M;
+  to.bias.f += link.bias.f;
+  to.mass += link.mass;
+  to.first += link.first;
+  to.polar += link.polar;
+  if (!stays) {
+    to.polar += 2 * r.dot(link.first) + link.mass * r.squaredNorm();
+    to.first += link.mass * r;
+  }
+  if (stays && !link.extended) return;
+  to.extended = true;
+  if (stays) {
+    to.I += link.I;
+    to.H += link.H;
+    to.bias.n += link.bias.n;
+    return;
+  }
+  // H' = H + [r]x M, I' = I - H [r]x + [r]x H'^T
+  const Symmetric3<T>& M = link.M;
+  Matrix3<T> G;
+  G << r[1] * M.xz - r[2] * M.xy, r[1] * M.yz - r[2] * M.yy, r[1] * M.zz - r[2] * M.yz,
+      r[2] * M.xx - r[0] * M.xz, r[2] * M.xy - r[0] * M.yz, r[2] * M.xz - r[0] * M.zz,
+      r[0] * M.xy - r[1] * M.xx, r[0] * M.yy - r[1] * M.xy, r[0] * M.yz - r[1] * M.xz;
+  to.bias.n += r.cross(link.bias.f);
+  if (!link.extended) {
+    to.H += G;
+    to.I.xx += r[1] * G(0, 2) - r[2] * G(0, 1);
+    to.I.yy += r[2] * G(1, 0) - r[0] * G(1, 2);
+    to.I.zz += r[0] * G(2, 1) - r[1] * G(2, 0);
+    to.I.xy += r[1] * G(1, 2) - r[2] * G(1, 1);
+    to.I.xz += r[1] * G(2, 2) - r[2] * G(2, 1);
+    to.I.yz += r[2] * G(2, 0) - r[0] * G(2, 2);
+    return;
+  }
+  const Matrix3<T>& H = link.H;
+  G += H;
+  to.H += G;
+  to.bias.n += link.bias.n;
+  to.I.xx += link.I.xx + r[1] * (H(0, 2) + G(0, 2)) - r[2] * (H(0, 1) + G(0, 1));
+  to.I.yy += link.I.yy + r[2] * (H(1, 0) + G(1, 0)) - r[0] * (H(1, 2) + G(1, 2));
+  to.I.zz += link.I.zz + r[0] * (H(2, 1) + G(2, 1)) - r[1] * (H(2, 0) + G(2, 0));
+  to.I.xy += link.I.xy + r[2] * H(0, 0) - r[0] * H(0, 2) + r[1] * G(1, 2) - r[2] * G(1, 1);
+  to.I.xz += link.I.xz + r[0] * H(0, 1) - r[1] * H(0, 0) + r[1] * G(2, 2) - r[2] * G(2, 1);
+  to.I.yz += link.I.yz + r[0] * H(1, 1) - r[1] * H(1, 0) + r[2] * G(2, 0) - r[0] * G(2, 2);
+}
+
+/// Lets a ball follow, with `torque` (world axes) on it: what it carries is then a mass to push. False where
+/// it is so thin that this must be done axis by axis.
+template <class T>
+bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBody<T>& body, LinkOf<T>& link) {
+  const Symmetric3<T>& I = body.I;
+  Symmetric3<T> inverse{I.yy * I.zz - I.yz * I.yz, I.xz * I.yz - I.xy * I.zz, I.xy * I.yz - I.xz * I.yy,
+                        I.xx * I.zz - I.xz * I.xz, I.xy * I.xz - I.xx * I.yz, I.xx * I.yy - I.xy * I.xy};
+  const T determinant = I.xx * inverse.xx + I.xy * inverse.xy + I.xz * inverse.xz;
+  // the minors are differences: they lose as many digits as this ratio has
+  const T size = I.trace();
+  if (!(determinant > 1e-5 * size * size * size) || !(size > 1e-8 * body.polar)) return false;
+  const T scale = 1 / determinant;
+  inverse = {scale * inverse.xx, scale * inverse.xy, scale * inverse.xz,
+             scale * inverse.yy, scale * inverse.yz, scale * inverse.zz};
+  link.collapsed = true;
+  if (acted) body.bias.n -= torque;
+  const Vector3<T> at_rest = inverse * body.bias.n;
+  link.at_rest = at_rest;
+  if (at_root) return true;
+  const Matrix3<T>& H = body.H;
+  Matrix3<T> G;
+  for (int j = 0; j < 3; ++j) G.col(j) = inverse * Vector3<T>(H.col(j));
+  link.by_push = G;
+  const auto entry = [&](int i, int j) { return H(0, i) * G(0, j) + H(1, i) * G(1, j) + H(2, i) * G(2, j); };
+  body.M.xx -= entry(0, 0), body.M.xy -= entry(0, 1), body.M.xz -= entry(0, 2);
+  body.M.yy -= entry(1, 1), body.M.yz -= entry(1, 2), body.M.zz -= entry(2, 2);
+  body.bias.f -= H.transpose() * at_rest;
+  body.extended = acted;
+  if (acted) {
+    body.I = {};
+    body.H.setZero();
+    body.bias.n = torque;
+  }
+  return true;
+}
+
+/// The power of a wrench along the unit twist of a coordinate.
+template <class Kind, class T>
+T power(const PivotOf<T>& pivot, const Wrench<T>& wrench) {
+  if constexpr (!Kind::slides)
+    return pivot.angular.dot(wrench.n);
+  else if constexpr (!Kind::rotates)
+    return pivot.linear.dot(wrench.f);
+  else
+    return pivot.angular.dot(wrench.n) + pivot.linear.dot(wrench.f);
+}
+
+/// The wrench that gives the body the unit acceleration of a coordinate.
+template <class Kind, class T>
+void find_wrench(const ArticulatedBody<T>& body, PivotOf<T>& pivot) {
+  const Vector3<T>&w = pivot.angular, &l = pivot.linear;
+  if constexpr (!Kind::slides)
+    pivot.U = {body.I * w, body.H.transpose() * w};
+  else if constexpr (!Kind::rotates)
+    pivot.U = {body.H * l, body.M * l};
+  else
+    pivot.U = {body.I * w + body.H * l, body.H.transpose() * w + body.M * l};
+}
+
+/// Lets the coordinate of a pivot follow: takes out of the body what then meets no resistance.
+template <class T>
+void release(const PivotOf<T>& pivot, ArticulatedBody<T>& body) {
+  const Vector3<T> f = pivot.inverse * pivot.U.f;
+  body.M.subtract(f, pivot.U.f);
+  body.bias.f += pivot.rest * f;
+  if (!body.extended) return;
+  const Vector3<T> n = pivot.inverse * pivot.U.n;
+  body.I.subtract(n, pivot.U.n);
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 3; ++i) body.H(i, j) -= n[i] * pivot.U.f[j];
+  body.bias.n += pivot.rest * n;
+}
+
+/// The coordinates of a step, one after the other. False where one meets no inertia to speak of.
+template <class Kind, class T>
+bool release_step(const Step& step, const T& armature, const T* effort, const T* given, const T* acceleration,
+                  bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body) {
+  for (int i = Kind::nv - 1; i >= 0; --i) {
+    PivotOf<T> pivot = pivots[i];
+    if (!Kind::rotates && !body.extended)
+      pivot.U = {Vector3<T>::Zero(), body.M * pivot.linear};
+    else
+      find_wrench<Kind>(body, pivot);
+    pivot.rest = -power<Kind>(pivot, body.bias);
+    if (effort) pivot.rest += effort[i];
+    if (step.drive >= 0) {
+      pivot.rest -= armature * acceleration[i];
+      pivots[i] = pivot;
+      continue;
+    }
+    if (given) pivot.rest += given[i];
+    const T meets = power<Kind>(pivot, pivot.U) + armature;
+    // no less than its entry of the mass matrix; what elimination leaves below 1e-14 of that is rounding
+    T entry = armature;
+    if (Kind::rotates) entry += body.polar * pivot.angular.squaredNorm();
+    if (Kind::slides) entry += body.mass * pivot.linear.squaredNorm();
+    if (!(meets > 2e-14 * entry)) return false;
+    pivot.inverse = 1 / meets;
+    pivots[i] = pivot;
+    if (!at_root || i > 0) release(pivot, body);
+  }
+  return true;
+}
+
+// ---- outwards: accelerations ----
+
+template <class Kind, class T>
+void follow(const Step& step, bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* pivots,
+            LinkOf<T>& link, T* a, T* drive_efforts) {
+  Vector3<T> angular = Vector3<T>::Zero(), linear = Vector3<T>::Zero();
+  if (before) {
+    angular = before->angular;
+    linear = before->linear;
+    if (!stays) linear += angular.cross(link.motion.r);
+  }
+  if (turns_freely<Kind> && loose) {
+    angular += link.turning;
+    if (link.collapsed) {
+      const Vector3<T> unturned = angular;
+      angular = -link.at_rest;
+      if (before) angular -= link.by_push * linear;
+      const Vector3<T> rates = link.motion.X.R.transpose() * (angular - unturned);
+      for (int i = 0; i < Kind::nv; ++i) a[i] = rates[i];
+      link.angular = angular;
+      link.linear = linear;
+      return;
+    }
+  }
+  for (int i = 0; i < Kind::nv; ++i) {
+    const PivotOf<T>& pivot = pivots[i];
+    const T follows = pivot.U.n.dot(angular) + pivot.U.f.dot(linear);
+    if (step.drive >= 0) {
+      drive_efforts[i] = follows - pivot.rest;
+      continue;
+    }
+    const T rate = pivot.inverse * (pivot.rest - follows);
+    a[i] = rate;
+    if (Kind::rotates) angular += rate * pivot.angular;
+    if (Kind::slides) linear += rate * pivot.linear;
+  }
+  link.angular = angular;
+  link.linear = linear;
+}
+
+/// Lets all coordinates of a step follow. False where one meets no inertia to speak of.
+template <class Kind, class T>
+bool free_step(const Step& step, const T& armature, bool loose, const T* effort, const T* given,
+               const T* acceleration, bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body,
+               LinkOf<T>& link) {
+  if constexpr (turns_freely<Kind>) {
+    link.collapsed = false;
+    if (loose) {
+      Vector3<T> torque = Vector3<T>::Zero();
+      for (int i = 0; i < 3; ++i) {
+        if (effort) torque += effort[i] * link.motion.X.R.col(i);
+        if (given) torque += given[i] * link.motion.X.R.col(i);
+      }
+      if (collapse<T>(torque, effort || given, at_root, body, link)) return true;
+      for (int i = 0; i < 3; ++i) {
+        pivots[i].angular = link.motion.X.R.col(i);
+        pivots[i].linear.setZero();
+      }
+    }
+  }
+  return release_step<Kind>(step, armature, effort, given, acceleration, at_root, pivots, body);
+}
+
+}  // namespace borelli::articulated
