@@ -6,6 +6,7 @@
 
 namespace borelli {
 
+using Eigen::Matrix3;
 using Eigen::Vector3;
 
 namespace {
@@ -35,6 +36,16 @@ T power(const KinematicsOf<T>& k, const Step& step, int u, const Wrench<T>& wren
   if (!step.slides) return k.angular[u].dot(wrench.n);
   if (!step.rotates) return k.linear[u].dot(wrench.f);
   return k.angular[u].dot(wrench.n) + k.linear[u].dot(wrench.f);
+}
+
+/// R tensor R^T
+template <class T, class Tensor>
+Matrix3<T> tensor_in_world(const Matrix3<T>& R, const Tensor& tensor) {
+  const Matrix3<T> half = R * tensor;
+  Matrix3<T> I;
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j) I(j, i) = I(i, j) = half.row(i).dot(R.row(j));
+  return I;
 }
 
 /// The tensor's change as its point moves by -r: of 2 r.h 1 - r h^T - h r^T, h the first moment.
@@ -75,7 +86,7 @@ void find_own_forces(const System& system, const Parameters& parameters, const I
     const Vector3<T> d = m.g - m.X.p;
     if (body.massive) {
       const auto& inertial = inertials[b];
-      const Symmetric3<T> I_W = turned<T>(m.X.R, inertial.tensor);
+      const Matrix3<T> I_W = tensor_in_world<T>(m.X.R, inertial.tensor);
       const Vector3<T> momentum = I_W * m.w;
       const Vector3<T> weight = inertial.mass * parameters.gravity;
       inertia.f = inertial.mass * m.vdot;
@@ -91,7 +102,7 @@ void find_own_forces(const System& system, const Parameters& parameters, const I
       own.mass = inertial.mass;
       own.first = inertial.mass * d;
       own.second = point_inertia<T>(inertial.mass, d);
-      own.second += I_W;
+      own.second += Symmetric3<T>::upper_of(I_W);
     }
     applied.n += d.cross(applied.f);
   }
@@ -139,7 +150,7 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
       for (int u = step.u; u < step.u + step.nv; ++u) {
         const Vector3<T>&w = kinematics.angular[u], &l = kinematics.linear[u];
         Wrench<T> wrench;  // what moves all of it along the coordinate
-        if (step.rotates) wrench = {composite.second * w, w.cross(composite.first)};
+        if (step.rotates) wrench = {composite.second.full() * w, w.cross(composite.first)};
         if (step.slides) add<T>({composite.first.cross(l), composite.mass * l}, wrench);
         int above = s, at = b;  // down to the root: its power along each coordinate
         for (int i = step.u; i <= u; ++i) terms.A(u, i) = power(kinematics, step, i, wrench);
@@ -158,8 +169,9 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
       }
       if ((s == body.first_step && body.parent == 0) || stays(system, parameters, s)) continue;
       const Vector3<T> r = moved(system, kinematics, body, s);
-      composite.second += coupling<T>(r, composite.first);
-      composite.second += point_inertia<T>(composite.mass, r);
+      Symmetric3<T> change = coupling<T>(r, composite.first);
+      change += point_inertia<T>(composite.mass, r);
+      composite.second += change;
       composite.first += composite.mass * r;
     }
     if (body.parent == 0) continue;
