@@ -34,9 +34,13 @@ void drop_regions(Mask& mask, const Regions& regions, const std::vector<bool>& k
   }
 }
 
-// what is left when thin wide things are taken away
-Mask without_sheets(const Mask& dense, double step) {
-  Mask core = eroded(dense, thin, true);
+// what is left when thin wide things are taken away; what the scan does not show may go on being dense, so
+// that a sliver of a limb at the scan's side is no sheet
+Mask without_sheets(const Mask& dense, const Mask& seen, double step) {
+  Mask core = dense;
+  for (std::size_t o = 0; o < core.voxels.size(); ++o) core.voxels[o] = dense.voxels[o] || !seen.voxels[o];
+  core = eroded(core, thin, true);
+  for (std::size_t o = 0; o < core.voxels.size(); ++o) core.voxels[o] = core.voxels[o] && dense.voxels[o];
   // cores of cushions and rails: small beside the body's
   const Regions cores = connected_regions(core);
   if (cores.list.empty()) return core;
@@ -229,7 +233,7 @@ Mask body_mask(const WorkVolume& scan) {
   Mask dense{scan.hu.grid, std::vector<std::uint8_t>(scan.hu.voxels.size())};
   for (std::size_t o = 0; o < dense.voxels.size(); ++o)
     dense.voxels[o] = scan.seen.voxels[o] && scan.hu.voxels[o] > skin_edge_hu;
-  Mask body = without_sheets(dense, step);
+  Mask body = without_sheets(dense, scan.seen, step);
   keep_pieces(body, scan.hu, step);
   fill(body, scan.seen);
   for (std::size_t o = 0; o < body.voxels.size(); ++o) body.voxels[o] = body.voxels[o] && scan.seen.voxels[o];

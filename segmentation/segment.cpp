@@ -19,6 +19,7 @@
 #include "segmentation/joint_centres.hpp"
 #include "segmentation/landmark_seeds.hpp"
 #include "segmentation/limb_tips.hpp"
+#include "segmentation/missing_elbows.hpp"
 #include "segmentation/part_planes.hpp"
 #include "segmentation/slabs.hpp"
 #include "segmentation/soft_tissue.hpp"
@@ -129,6 +130,9 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
         if (it->second.source.starts_with("proportion"))
           finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
                           " placed by proportion";
+        // how an arm goes on beyond an elbow that is not in view is not seen
+        if (joint.starts_with("elbow") && it->second.source.starts_with("proportion"))
+          finding.confidence = std::min(finding.confidence, 0.4);
       } else if (finding.coverage == Coverage::whole) {
         finding.confidence = std::min(finding.confidence, 0.2);
         finding.note += (finding.note.empty() ? "" : "; ") + std::string("no plane at ") + joint;
@@ -280,6 +284,9 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
   }
   progress(0.7, "parting soft tissue");
   const auto owner = label_soft_tissue(a, bones, options.step);
+  // by `bone` no plane parts what hangs on an elbow that is not in view
+  if (options.convention != Convention::bone)
+    place_missing_elbows(a, limbs, owner, trunk.scale, out.landmarks);
   find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
   put_given(options.given, out.landmarks);
   find_frame_points(a, trunk, owner, out.landmarks);
