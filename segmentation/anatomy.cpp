@@ -1,5 +1,6 @@
 #include "segmentation/anatomy.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "segmentation/body_mask.hpp"
@@ -11,6 +12,11 @@ bool Anatomy::holds(const Mask& mask, const Eigen::Vector3d& point) const {
   const Eigen::Vector3d index = grid().index(point);
   const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
   return grid().holds(i, j, k) && mask.at(i, j, k);
+}
+
+double Anatomy::gaps_unseen(double scale) const {
+  const double largest = std::max(source->grid.spacing().maxCoeff(), step());
+  return 4 * std::max(0.0, largest - 5 * scale);
 }
 
 bool Anatomy::near_edge(const Eigen::Vector3d& point, double reach) const {

@@ -25,6 +25,11 @@ struct Anatomy {
   double step() const { return grid().axes(0, 0); }
   /// True where the mask is set at the voxel of a patient point.
   bool holds(const Mask& mask, const Eigen::Vector3d& point) const;
+  /// What voxels too large to show the gap between two bones add to the deviation of a joint that is told by
+  /// that gap, mm: 4 for each millimetre over 5 of the scan's largest spacing or of the work grid's step, in
+  /// a body of usual size (`scale`: see Trunk). Most wrists come out well there, and some 20 to 35 mm off
+  /// (measured by `landmark_trials`, tests/suite).
+  double gaps_unseen(double scale) const;
   /// True within `reach` mm of what the scan does not show.
   bool near_edge(const Eigen::Vector3d& point, double reach) const;
 };

@@ -281,11 +281,11 @@ void find_styloids(const Anatomy& a, const std::string& at, double s, Landmarks&
     if (along > side - 9 * s) of_radius.push_back(place);
   }
   const double coarse = view.coarsest > 3 ? view.coarsest : 0;  // thick slices blur ends over a slice
+  const double deviation = std::hypot(4, coarse, 1.2 * a.gaps_unseen(s));
   if (const auto end = far_end(view, of_ulna, down))
-    marks["ulnar_styloid" + at] = {*end, std::hypot(4, coarse), 0, "bone: end of the ulna"};
+    marks["ulnar_styloid" + at] = {*end, deviation, 0, "bone: end of the ulna"};
   if (const auto end = far_end(view, of_radius, down))
-    marks["radial_styloid" + at] = {*end, std::hypot(4, coarse), 0,
-                                    "bone: end of the radius, at its outer side"};
+    marks["radial_styloid" + at] = {*end, deviation, 0, "bone: end of the radius, at its outer side"};
 }
 
 // ---- foot

@@ -153,6 +153,11 @@ struct JointEnd {
 // from where the tibia is half as thick again as at its narrowest to the ankle's centre, mm
 constexpr double flare_to_ankle = 42;
 
+// of an elbow or knee by outlines alone, mm: in phantoms on slices of 5 and 8 mm they come out 8 to 20 mm too
+// far up the limb (`landmark_trials`, tests/suite), on the ICRP male's bones, which are broadest farther
+// down, less
+constexpr double by_outline = 9.5;
+
 struct Cylinder {
   double reach, least, most, search;  // see fit_hinge; mm
   double inner, outer;                // where the bone's sides are looked for along the axis
@@ -175,7 +180,7 @@ JointEnd joint_end(const Anatomy& a, const Limbs& limbs, Limb limb, int side, co
   if (s.ratio > 1.15) axis = s.wide;
   if (axis.dot(left) < 0) axis = -axis;
   const Vector3d near = s.centre + shape.above * along;
-  JointEnd end{near, near, near, 0, 6, false};
+  JointEnd end{near, near, near, 0, by_outline, false};
   const CloseUp view = close_up(*a.source, near, shape.outer + shape.search + 8);
   const auto hinge =
       fit_hinge(view, near, axis, shape.faces * along, shape.reach, shape.least, shape.most, shape.search);
@@ -362,7 +367,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       wrist = w.middle + up * along;
       break;
     }
-  marks["wrist" + at] = found(wrist, 5, "bone: between radius and carpals");
+  marks["wrist" + at] = found(wrist, std::hypot(5, a.gaps_unseen(scale)), "bone: between radius and carpals");
 
   // which of the elbow's sides is which is told by the way it bends, where it does: an arm over the head or
   // turned inwards has them the other way round

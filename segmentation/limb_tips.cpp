@@ -125,7 +125,7 @@ FootAxes foot_axes(const Anatomy& a, const Flesh& foot, const Vector3d& ankle, c
   return {forward, down};
 }
 
-void find_hand_end(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& side,
+void find_hand_end(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& side, double scale,
                    Landmarks& marks) {
   const Vector3d wrist = marks.at("wrist" + side).point;
   const auto elbow = marks.find("elbow" + side);
@@ -133,9 +133,10 @@ void find_hand_end(const Anatomy& a, const Volume<std::uint8_t>& owner, const st
   const Flesh hand = flesh_of(a, owner, "hand" + side, "forearm" + side, wrist, wrist - elbow->second.point);
   const auto finger = finger_tip(a, hand.body, wrist);
   if (!finger) return;
-  marks["dactylion_3" + side] = {*finger, 6, 0, "skin: tip of the hand"};
+  const double unseen = 0.5 * a.gaps_unseen(scale);  // a wrist far off has its hand's axis turned
+  marks["dactylion_3" + side] = {*finger, std::hypot(6, unseen), 0, "skin: tip of the hand"};
   // de Leva (1996): wrist to third metacarpale 86.2 of 187.9 mm to the dactylion
-  marks["metacarpale_3" + side] = {wrist + 0.4588 * (*finger - wrist), 8, 0,
+  marks["metacarpale_3" + side] = {wrist + 0.4588 * (*finger - wrist), std::hypot(8, unseen), 0,
                                    "proportion: between wrist and dactylion"};
 }
 
@@ -164,7 +165,7 @@ void find_limb_tips(const Anatomy& a, const Limbs& limbs, const Volume<std::uint
                     Landmarks& marks) {
   for (const int side : {left_side, right_side}) {
     const std::string at = side_suffix(side);
-    if (!limbs.arm(side).cut && marks.contains("wrist" + at)) find_hand_end(a, owner, at, marks);
+    if (!limbs.arm(side).cut && marks.contains("wrist" + at)) find_hand_end(a, owner, at, scale, marks);
     if (!limbs.leg(side).cut && marks.contains("ankle" + at)) find_foot_ends(a, owner, at, scale, marks);
   }
 }

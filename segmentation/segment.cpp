@@ -247,6 +247,35 @@ void warn(Segmentation& out) {
   }
 }
 
+// Joints that the scan shows too coarsely, or without what tells them best.
+void warn_of_joints(const Grid& grid, Segmentation& out) {
+  std::string outlined;
+  double most = 0, wrists = 0;
+  for (const auto& [name, mark] : out.landmarks) {
+    if (mark.source.starts_with("bone: between radius")) wrists = std::max(wrists, mark.deviation);
+    if (!mark.source.starts_with("bone: middle of the hum") &&
+        !mark.source.starts_with("bone: middle of the fem") &&
+        !mark.source.starts_with("bone: middle of the mal"))
+      continue;
+    outlined += (outlined.empty() ? "" : ", ") + plain(name);
+    most = std::max(most, 2 * mark.deviation);
+  }
+  if (!outlined.empty())
+    out.warnings.push_back(outlined +
+                           fmt::format(": the bones' round ends do not show well enough, so that the "
+                                       "outlines place the joint, within some {:.0f} mm",
+                                       most));
+  constexpr double usual = 5, uncertain = 7;  // mm
+  const double largest = grid.spacing().maxCoeff();
+  if (!out.landmarks.empty() && (largest > usual + 1e-3 || wrists > uncertain))
+    out.warnings.push_back(fmt::format("voxels of {:.1f} mm are large beside this body's joints", largest) +
+                           (wrists > uncertain
+                                ? fmt::format(": a wrist may lie up to {:.0f} mm off, and forearms and hands "
+                                              "end where it does",
+                                              2 * wrists)
+                                : std::string(": joints and the masses beside them are less certain")));
+}
+
 using Progress = std::function<void(double, std::string_view)>;
 
 // Parts and landmarks of a body whose trunk is known. `options` as for this volume: where a body of unusual
@@ -417,10 +446,12 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   if (!classes)  // they know better
     for (const double size : other_sizes(a, trunk))
       if (auto found = parts_at_size(volume, size, options, progress)) {
+        warn_of_joints(volume.grid, *found);
         progress(1, "");
         return *std::move(found);
       }
   Segmentation out = parts_of(volume, a, trunk, classes ? &*classes : nullptr, options, progress);
+  warn_of_joints(volume.grid, out);
   progress(1, "");
   return out;
 }

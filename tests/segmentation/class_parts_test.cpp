@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numeric>
@@ -230,12 +231,16 @@ TEST(ClassParts, IcrpMaleByItsOrgans) {
   options.classes = &*classes;
   const auto found = segment(scan->volume, options);
   ASSERT_TRUE(found) << found.error().message();
-  // his upper arms lie on the trunk, and no label parts their flesh from it
-  ASSERT_EQ(found->warnings.size(), 2u) << found->warnings.front();
-  for (const auto& warning : found->warnings) {
-    EXPECT_TRUE(warning.starts_with("upper arm ")) << warning;
-    EXPECT_NE(warning.find("touches other parts"), std::string::npos) << warning;
-  }
+  // his upper arms lie on the trunk, and no label parts their flesh from it; slices of 8 mm are said to be
+  // coarse, and the joints named whose round ends they do not show
+  const auto count_of = [&](std::string_view what) {
+    return std::count_if(found->warnings.begin(), found->warnings.end(),
+                         [&](const std::string& w) { return w.find(what) != std::string::npos; });
+  };
+  ASSERT_EQ(found->warnings.size(), 4u) << found->warnings.front();
+  EXPECT_EQ(count_of("touches other parts"), 2);
+  EXPECT_EQ(count_of("voxels of 8.0 mm are large"), 1);
+  EXPECT_EQ(count_of("outlines place the joint"), 1);
 
   struct Bones {
     const char* part;
