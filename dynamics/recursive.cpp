@@ -147,10 +147,11 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
     auto& composite = recursion.composites[b];
     for (int s = body.first_step + body.step_count - 1; s >= body.first_step; --s) {
       const Step& step = system.steps[s];
+      const Matrix3<T> second = composite.second.full();
       for (int u = step.u; u < step.u + step.nv; ++u) {
         const Vector3<T>&w = kinematics.angular[u], &l = kinematics.linear[u];
         Wrench<T> wrench;  // what moves all of it along the coordinate
-        if (step.rotates) wrench = {composite.second.full() * w, w.cross(composite.first)};
+        if (step.rotates) wrench = {second * w, w.cross(composite.first)};
         if (step.slides) add<T>({composite.first.cross(l), composite.mass * l}, wrench);
         int above = s, at = b;  // down to the root: its power along each coordinate
         for (int i = step.u; i <= u; ++i) terms.A(u, i) = power(kinematics, step, i, wrench);
