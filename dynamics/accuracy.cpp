@@ -18,6 +18,9 @@ constexpr double least_explicit = 1e-14, least_implicit = 1e-12;
 // how often two runs are compared
 constexpr int comparisons = 64;
 
+// a tolerance no farther above the least one stays: two runs so near each other tell nothing of their errors
+constexpr double worth_lowering = 2;
+
 // a run by another sort of method may cost so many times what has been spent
 constexpr double worth_a_try = 5;
 
@@ -128,7 +131,7 @@ class Search {
     const double share = chosen_.tolerance / tolerance_before_;
     const double difference = found.size * std::max(1.0, share / (1 - share));
     const bool reached = difference <= settings_.accuracy;
-    if (!reached && chosen_.tolerance > least_) {
+    if (!reached && chosen_.tolerance > worth_lowering * least_) {
       next_tolerance(std::clamp(0.3 * settings_.accuracy / difference, 1e-3, 0.1));
       return false;
     }

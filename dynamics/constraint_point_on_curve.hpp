@@ -70,6 +70,9 @@ struct PointOnCurve {
     across = axes.leftCols<2>();
   }
 
+  /// Along the curve (m, of its chords), of its point nearest to x, which is in the curve's solid's frame.
+  double length_at(const Eigen::Vector3d& x) const { return nearest(x); }
+
   static constexpr int rows = 2;
   static constexpr int length_rows = 2;
 

@@ -129,6 +129,7 @@ bool EmbeddedRungeKutta::prepare_dense(Flow& flow, double t, double h, const Eig
     if (const int k = stages + 1 + i;
         !evaluate(flow, t, h, y, tableau_.dense_nodes[i], &tableau_.dense_coupling[i * all], k, k_[k]))
       return false;
+  dense_step_ = h;
   dense_[0] = y;
   dense_[1] = out - y;
   dense_[2] = h * dy - dense_[1];
@@ -140,6 +141,20 @@ bool EmbeddedRungeKutta::prepare_dense(Flow& flow, double t, double h, const Eig
         dense_[term] += h * d * k_[j];
   }
   return true;
+}
+
+double EmbeddedRungeKutta::dense_departure(const Flow& flow) {
+  constexpr double apart = 1e-4;  // of a difference: its error is far below what tells
+  double largest = 0;
+  for (int i = 0; i < tableau_.dense_stages; ++i) {
+    interpolate(tableau_.dense_nodes[i] - apart, before_);
+    interpolate(tableau_.dense_nodes[i] + apart, after_);
+    const Eigen::VectorXd& slope = k_[tableau_.step.stages + 1 + i];
+    for (Eigen::Index c = 0; c < slope.size(); ++c)
+      largest = std::max(largest, std::abs(dense_step_ * slope[c] - (after_[c] - before_[c]) / (2 * apart)) /
+                                      flow.error_scale()[c]);
+  }
+  return largest / tolerance_;
 }
 
 /// y + theta (r1 + (1 - theta) (r2 + theta (r3 + (1 - theta) (r4 + ...)))).

@@ -39,6 +39,7 @@ class EmbeddedRungeKutta : public Integrator {
   int dense_order() const override { return tableau_.dense_order; }
   bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                      const Eigen::VectorXd& out) override;
+  double dense_departure(const Flow& flow) override;
   void interpolate(double theta, Eigen::VectorXd& y) const override;
   bool keep(Keeper& k) override {
     k(control_, last_known_, last_gap_, last_step_, last_slope_, stiff_steps_, other_steps_, stiff_);
@@ -62,10 +63,11 @@ class EmbeddedRungeKutta : public Integrator {
   Eigen::VectorXd last_slope_;
   int stiff_steps_ = 0, other_steps_ = 0;
   bool stiff_ = false;
+  double dense_step_ = 0;               ///< s, of the step that dense output is ready for
   bool end_known_ = false;              ///< k_[stages] is the slope at the end of the step last attempted
   std::vector<Eigen::VectorXd> k_;      ///< all stages
   std::vector<Eigen::VectorXd> dense_;  ///< terms of the dense output
-  Eigen::VectorXd stage_;
+  Eigen::VectorXd stage_, before_, after_;
 };
 
 /// Dormand and Prince, A family of embedded Runge-Kutta formulae, J. Comp. Appl. Math. 6 (1980): 5(4), with

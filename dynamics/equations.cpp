@@ -29,7 +29,9 @@ Error describe(const System& system, const Fault& fault, double t) {
       return {fmt::format("coordinate '{}'", system.velocity_name(fault.index)),
               fmt::format(
                   "the mass matrix is singular at t = {:.6g} s: moving this coordinate, with those before it "
-                  "free to follow, moves no mass; give what it carries an inertial, or lock it",
+                  "free to follow, moves no mass; give what it carries an inertial, or lock it; where two "
+                  "axes have "
+                  "come to lie along each other (a sequence of rotations) take a ball",
                   t)};
     case Fault::Kind::not_finite:
       return {fmt::format("coordinate '{}'", system.velocity_name(fault.index)),

@@ -61,11 +61,10 @@ struct Cubic {
   /// Whether it keeps to `side` between its ends, if it is off by that much in the middle, and so elsewhere
   /// by as much times 16 s^2 (1 - s)^2.
   bool keeps(int side, double off) const {
-    for (int k = 1; k < 16; ++k) {
-      const double s = k / 16., share = 16 * s * s * (1 - s) * (1 - s);
-      if (side * at(s) <= share * off) return false;
-    }
-    return true;
+    const auto beyond = [&](double s) { return side * at(s) <= 16 * s * s * (1 - s) * (1 - s) * off; };
+    for (int k = 1; k < 16; ++k)
+      if (beyond(k / 16.)) return false;
+    return !beyond(lowest(side));  // between those places it may dip for a moment
   }
   double c0, c1, c2, c3;
 };

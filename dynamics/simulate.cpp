@@ -11,6 +11,7 @@
 #include "dynamics/evaluate.hpp"
 #include "dynamics/event_watch.hpp"
 #include "dynamics/fastest_change.hpp"
+#include "dynamics/function_watch.hpp"
 #include "dynamics/integrator.hpp"
 #include "dynamics/leap_watch.hpp"
 #include "dynamics/range_events.hpp"
@@ -18,6 +19,7 @@
 #include "dynamics/settings_check.hpp"
 #include "dynamics/sink_watch.hpp"
 #include "dynamics/step_path.hpp"
+#include "dynamics/stop_events.hpp"
 
 namespace borelli {
 
@@ -28,6 +30,13 @@ constexpr double largest_number = 1e12;
 
 // a whole number of steps between outputs may be off by rounding
 constexpr double slack = 1 + 1e-9;
+
+// how far a function of a coordinate may be from what the ends of a step tell of it: in tolerances, and where
+// there is none, in parts of its constraint's size
+constexpr double features_in_tolerances = 10, least_feature = 1e-3;
+
+// after a step that was too long for such a function, steps grow no faster
+constexpr double growth_after_feature = 1.5;
 
 // impacts that follow each other at one moment: more than any scene's own count of them in a chain
 constexpr int most_events_at_once = 1000;
@@ -56,7 +65,10 @@ class Run {
         dy_(motion_.size()),
         out_(motion_.size()),
         step_(settings.step),
-        leaps_(settings.tolerance) {}
+        leaps_(settings.tolerance),
+        functions_(system, system.parameters,
+                   integrator.adaptive() ? features_in_tolerances * settings.tolerance : least_feature),
+        landed_(system) {}
 
   Result<Trajectory> run() {
     auto assembly = assemble(system_, system_.parameters, state_, workspace_);
@@ -89,6 +101,9 @@ class Run {
     std::vector<EventSource*> sources = observer_.events;
     if (ranges.count() > 0) sources.push_back(&ranges);
     if (contacts) sources.push_back(&*contacts);
+    StopEvents stops(system_, system_.parameters);
+    has_stops_ = stops.count() > 0 && !steps_contacts();
+    if (has_stops_) sources.push_back(&stops);
     EventWatch watch(system_, sources);
     watch_ = &watch;
     watch.start(state_, workspace_.kinematics);
@@ -180,6 +195,10 @@ class Run {
         const bool whole = even_.whole;
         even_.whole = false;
         if (auto done = land(next, next - t); !done) return done;
+        if (const std::string name = passes_over_function(); !name.empty())
+          certifier_->distrust(t, fmt::format("steps of {:.4g} s pass over what the function of constraint "
+                                              "'{}' does between their ends; take shorter ones",
+                                              next - t, name));
         if (auto done = accept(next, next - t, whole); !done) return done;
       }
     }
@@ -226,6 +245,14 @@ class Run {
         step_ = LeapWatch::shorter * made;
         continue;
       }
+      if (!passes_over_function().empty() || (has_stops_ && path_.doubtful())) {
+        certifier_->count_rejection();
+        integrator_.reset();
+        step_ = follow_function_ = 0.5 * made;
+        continue;
+      }
+      follow_function_ *= growth_after_feature;
+      step_ = std::min(step_, follow_function_);
       if (auto done = accept(end, made, whole || cut); !done) return done;
       if (auto done = follow_steps(attempt); !done) return done;
     }
@@ -274,6 +301,16 @@ class Run {
     path_.begin(state_.t, h, y_, dy_, out_, work_);
     if (auto done = path_.land_at_end(t, landing_); !done) return diverged(done.error());
     return {};
+  }
+
+  /// The constraint whose function the step that land() has seen is too long for; empty: none.
+  std::string passes_over_function() {
+    if (functions_.empty()) return "";
+    const State& end = landing_.state;
+    update_kinematics(system_, system_.parameters, end.t, end.q.data(), end.v.data(), landed_);
+    update_kinematics(system_, system_.parameters, state_.t, state_.q.data(), state_.v.data(),
+                      probe_.kinematics);
+    return functions_.passed_over(probe_.kinematics, landed_);
   }
 
   /// Takes the step that land() has seen: up to its first event that changes anything, into the books.
@@ -338,8 +375,8 @@ class Run {
   /// All that the steps to come depend on. False: the method cannot tell.
   bool keep(Keeper& k, RangeEvents& ranges) {
     k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, sink_, longest_made_, first_overlong_, held_,
-      attempts_, rows_, start_, output_, even_, stiff_, keeping_, last_event_, events_at_once_, motion_,
-      workspace_, probe_, leaps_, *certifier_, recorder_, *watch_, ranges);
+      attempts_, rows_, follow_function_, start_, output_, even_, stiff_, keeping_, last_event_,
+      events_at_once_, motion_, workspace_, probe_, leaps_, *certifier_, recorder_, *watch_, ranges);
     if (contacts_) k(*contacts_);
     return integrator_.keep(k);
   }
@@ -537,6 +574,10 @@ class Run {
   bool held_ = false;                                              ///< a step was cut to longest_step_
   long attempts_ = 0, rows_ = 0;
   LeapWatch leaps_;
+  bool has_stops_ = false;  ///< limit springs, whose bounds steps are not to pass unseen
+  FunctionWatch functions_;
+  Kinematics landed_;
+  double follow_function_ = std::numeric_limits<double>::infinity();  ///< s, the longest step to try next
   SinkWatch sink_;
   double start_ = 0;
   long outputs_ = 1, output_ = 1;  ///< rows to come to after the first, and the next of them

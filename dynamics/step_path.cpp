@@ -4,6 +4,14 @@
 
 namespace borelli {
 
+namespace {
+
+// in tolerances: of a smooth motion the slopes of dense output, whose order is one below the step's, are off
+// by some hundreds of them
+constexpr double most_departure = 1e4;
+
+}  // namespace
+
 void Landing::book_projection(const Workspace& workspace) {
   if (!projected) return;
   work.add_projection(workspace.terms.group_kinetic + workspace.terms.group_potential -
@@ -31,12 +39,20 @@ void StepPath::begin(double t, double h, const Eigen::VectorXd& y, const Eigen::
   dense_ready_ = false;
 }
 
+/// Dense output for the step. False: the equations could not be solved.
+bool StepPath::ready() {
+  dense_ready_ = dense_ready_ || integrator_.prepare_dense(motion_, t_, h_, *y_, *dy_, *out_);
+  return dense_ready_;
+}
+
+bool StepPath::doubtful() {
+  return integrator_.dense_suffices() && (!ready() || integrator_.dense_departure(motion_) > most_departure);
+}
+
 Result<void> StepPath::land(double theta, Landing& landing) {
   const double t = t_ + theta * h_;
   if (integrator_.dense_suffices()) {
-    if (!dense_ready_ && !integrator_.prepare_dense(motion_, t_, h_, *y_, *dy_, *out_))
-      return tl::unexpected(motion_.failure(t));
-    dense_ready_ = true;
+    if (!ready()) return tl::unexpected(motion_.failure(t));
     integrator_.interpolate(theta, between_);
   } else if (theta <= 0) {
     between_ = *y_;

@@ -32,10 +32,14 @@ class StepPath {
   /// The state at t + theta h, theta from 0 to 1: of dense output where that is as good as the steps, else of
   /// a step so much shorter. Fails where the equations cannot be solved or the constraints not be met.
   Result<void> land(double theta, Landing& landing);
+  /// Whether dense output has met something that the step itself has not, as a stop between its stages:
+  /// neither is to be relied upon then.
+  bool doubtful();
   /// The state at the time given, where the step ends.
   Result<void> land_at_end(double end, Landing& landing);
 
  private:
+  bool ready();
   Result<void> settle(const Eigen::VectorXd& y, double t, Landing& landing);
 
   const System& system_;
