@@ -18,6 +18,7 @@ constexpr double character = 6.3;  // mean advance of the 12 px sans-serif text,
 
 constexpr std::array<std::string_view, 7> colours{"#0072B2", "#D55E00", "#000000", "#009E73",
                                                   "#CC79A7", "#E69F00", "#56B4E9"};
+constexpr std::string_view band = "#F5EDA0";
 constexpr std::array<std::string_view, 7> dashes{"none", "8 3", "2 2", "10 3 2 3", "5 2", "12 4", "1 3"};
 
 std::string escaped(std::string_view text) {
@@ -29,6 +30,8 @@ std::string escaped(std::string_view text) {
       out += "&lt;";
     else if (c == '>')
       out += "&gt;";
+    else if (c == '\'')
+      out += "&#39;";
     else if (static_cast<unsigned char>(c) >= 0x20)
       out += c;
   }
@@ -211,16 +214,56 @@ void draw_axes(std::string& out, const Plot& plot, const Scale& x, const Scale& 
                      (top + bottom) / 2, escaped(plot.y.label));
 }
 
+// A dot, or a square of the same weight; `number` counts the curves.
+std::string mark(double x, double y, std::size_t number, std::string_view colour, bool hollow) {
+  const std::string paint = fmt::format("stroke='{}' fill='{}'", colour, hollow ? "#fff" : colour);
+  return number < colours.size()
+             ? fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' {}", x, y, paint)
+             : fmt::format("<rect x='{:.2f}' y='{:.2f}' width='6' height='6' {}", x - 3, y - 3, paint);
+}
+
+// An element, begun but not closed, with its tip.
+std::string closed(const std::string& element, std::string_view name, const std::string& tip) {
+  return tip.empty() ? element + "/>\n"
+                     : fmt::format("{}><title>{}</title></{}>\n", element, escaped(tip), name);
+}
+
 void draw_curve(std::string& out, const Curve& curve, std::size_t number, const Scale& x, const Scale& y,
                 double top) {
-  const std::string_view colour = colours[number % colours.size()], dash = dashes[number % dashes.size()];
+  const std::string_view colour = curve.faint   ? "#c4c4c4"
+                                  : curve.broad ? band
+                                                : colours[number % colours.size()],
+                         dash = curve.faint || curve.broad ? "none" : dashes[number % dashes.size()];
+  out += fmt::format("<g data-curve='{}'>\n", escaped(curve.name));
   for (const auto& piece : pieces(curve, x, y, top)) {
-    out += fmt::format("<polyline class='curve' stroke='{}' stroke-dasharray='{}' points='", colour, dash);
+    out += fmt::format("<polyline class='{}' stroke='{}' stroke-dasharray='{}' points='",
+                       curve.faint   ? "faint"
+                       : curve.broad ? "broad"
+                                     : "curve",
+                       colour, dash);
     for (const Point& p : piece) out += fmt::format("{:.2f},{:.2f} ", p.x, p.y);
     out += "'/>\n";
-    if (!curve.marks) continue;
-    for (const Point& p : piece)
-      out += fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' fill='{}'/>\n", p.x, p.y, colour);
+  }
+  for (std::size_t i = 0; curve.marks && i < std::min(curve.x.size(), curve.y.size()); ++i) {
+    const double u = x.at(curve.x[i]), v = y.at(curve.y[i]);
+    if (!std::isfinite(u) || !std::isfinite(v)) continue;
+    const std::size_t shape = curve.faint ? 0 : number;
+    out += closed(mark(left + u * (width - left - right), top + (1 - v) * plot_height, shape, colour,
+                       i < curve.hollow.size() && curve.hollow[i]),
+                  shape < colours.size() ? "circle" : "rect", i < curve.tips.size() ? curve.tips[i] : "");
+  }
+  out += "</g>\n";
+}
+
+void draw_edge(std::string& out, const std::vector<EdgeMark>& edge, const Scale& x, double top) {
+  for (const EdgeMark& m : edge) {
+    const double u = x.at(m.x);
+    if (!std::isfinite(u)) continue;
+    out += fmt::format("<g data-curve='{}'>", escaped(m.curve)) +
+           closed(fmt::format("<path class='cross' d='M{:.2f} {:.2f}l8 8m-8 0l8 -8'",
+                              left + std::clamp(u, 0., 1.) * (width - left - right) - 4, top + 4),
+                  "path", m.tip) +
+           "</g>\n";
   }
 }
 
@@ -232,18 +275,22 @@ std::size_t letters(std::string_view text) {
 // Names beside samples of their lines, in rows above the frame. Returns the height of the rows.
 double draw_legend(std::string& out, const std::vector<Curve>& curves, double top) {
   double u = left, v = top;
-  for (std::size_t i = 0; i < curves.size(); ++i) {
-    const double wide = 34 + character * static_cast<double>(letters(curves[i].name)) + 18;
+  std::size_t number = 0;
+  for (const Curve& curve : curves) {
+    if (curve.faint) continue;
+    const double wide = 34 + character * static_cast<double>(letters(curve.name)) + 18;
     if (u + wide > width - right + 18 && u > left) u = left, v += 19;
-    out += fmt::format("<path class='curve' stroke='{}' stroke-dasharray='{}' d='M{:.2f} {:.2f}h28'/>\n",
-                       colours[i % colours.size()], dashes[i % dashes.size()], u, v - 4);
-    if (curves[i].marks)
-      out += fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' fill='{}'/>\n", u + 14, v - 4,
-                         colours[i % colours.size()]);
-    out += fmt::format("<text x='{:.2f}' y='{:.2f}'>{}</text>\n", u + 34, v, escaped(curves[i].name));
+    const std::string_view colour = curve.broad ? band : colours[number % colours.size()];
+    out += fmt::format(
+        "<g data-names='{}'><path class='{}' stroke='{}' stroke-dasharray='{}' d='M{:.2f} {:.2f}h28'/>\n",
+        escaped(curve.name), curve.broad ? "broad" : "curve", colour,
+        curve.broad ? "none" : dashes[number % dashes.size()], u, v - 4);
+    if (curve.marks) out += mark(u + 14, v - 4, number, colour, false) + "/>\n";
+    out += fmt::format("<text x='{:.2f}' y='{:.2f}'>{}</text></g>\n", u + 34, v, escaped(curve.name));
     u += wide;
+    number += !curve.broad;
   }
-  return curves.empty() ? 0 : v - top + 19;
+  return u == left ? 0 : v - top + 19;
 }
 
 // A sentence broken at blanks into lines of at most `most` letters.
@@ -282,10 +329,18 @@ std::string svg(const Plot& plot) {
   const Scale x = scale_of(plot.x, plot.curves, &Curve::x, 8, 0),
               y = scale_of(plot.y, plot.curves, &Curve::y, 6, 0.03);
   draw_axes(body, plot, x, y, top);
-  body += fmt::format("<clipPath id='frame'><rect x='{}' y='{:.2f}' width='{}' height='{}'/></clipPath>\n",
-                      left, top, width - left - right, plot_height);
-  body += "<g clip-path='url(#frame)'>\n";
-  for (std::size_t i = 0; i < plot.curves.size(); ++i) draw_curve(body, plot.curves[i], i, x, y, top);
+  // a name of its own, since several plots may stand on one page
+  const std::size_t frame = std::hash<std::string>()(plot.title + plot.x.label + plot.y.label);
+  body +=
+      fmt::format("<clipPath id='frame{:x}'><rect x='{}' y='{:.2f}' width='{}' height='{}'/></clipPath>\n",
+                  frame, left, top, width - left - right, plot_height);
+  body += fmt::format("<g clip-path='url(#frame{:x})'>\n", frame);
+  for (const Curve& curve : plot.curves)
+    if (curve.faint || curve.broad) draw_curve(body, curve, 0, x, y, top);
+  std::size_t number = 0;
+  for (const Curve& curve : plot.curves)
+    if (!curve.faint && !curve.broad) draw_curve(body, curve, number++, x, y, top);
+  draw_edge(body, plot.edge, x, top);
   body += "</g>\n";
 
   double below = top + plot_height + 62;
@@ -300,6 +355,9 @@ std::string svg(const Plot& plot) {
              "font-family='Helvetica, Arial, \"DejaVu Sans\", sans-serif' font-size='12'>\n"
              "<style>.grid{{stroke:#ddd;stroke-width:.7;fill:none}} .axis{{stroke:#000;fill:none}} "
              ".frame{{stroke:#000;fill:none}} .curve{{fill:none;stroke-width:1.6;stroke-linejoin:round}} "
+             ".faint{{fill:none;stroke-width:.8}} "
+             ".broad{{fill:none;stroke-width:8;stroke-linejoin:round;stroke-linecap:round}} "
+             ".cross{{fill:none;stroke:#000;stroke-width:1.2}} "
              ".note{{font-size:11px;fill:#333}}</style>\n"
              "<rect width='{0}' height='{1}' fill='#fff'/>\n"
              "<text x='{2}' y='22' font-size='15' font-weight='bold'>{3}</text>\n",

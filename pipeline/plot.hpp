@@ -20,14 +20,25 @@ struct Axis {
 struct Curve {
   std::string name;
   std::vector<double> x = {}, y = {};  ///< of equal length; a value that is not finite breaks the line
-  bool marks = false;                  ///< a dot at every point
+  bool marks = false;                  ///< a dot at every point (of the eighth curve on a square)
+  std::vector<std::string> tips = {};  ///< per point, what a page shows of it under the pointer
+  std::vector<bool> hollow = {};       ///< per point: its dot is an empty one
+  bool faint = false;                  ///< thin and grey, and not in the legend
+  bool broad = false;                  ///< a pale band behind the others
+};
+
+/// What came to no value: a cross at the upper edge.
+struct EdgeMark {
+  double x;
+  std::string curve, tip;
 };
 
 struct Plot {
   std::string title;
   Axis x, y;
   std::vector<Curve> curves;
-  std::vector<std::string> notes;  ///< sentences set small below the plot
+  std::vector<std::string> notes = {};  ///< sentences set small below the plot
+  std::vector<EdgeMark> edge = {};
 };
 
 /// The plot as a self-contained SVG document, 720 wide and as high as its notes need.

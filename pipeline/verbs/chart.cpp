@@ -1,0 +1,192 @@
+// borelli chart SCENE -o DIR: what each method costs on a scene, and how far it is off.
+#include <fmt/core.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <optional>
+
+#include "dynamics/integrator.hpp"
+#include "dynamics/model_file.hpp"
+#include "dynamics/scene_file.hpp"
+#include "pipeline/picture.hpp"
+#include "pipeline/stages.hpp"
+#include "pipeline/verbs/model_options.hpp"
+#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+#include "pipeline/work_precision_page.hpp"
+
+namespace borelli {
+namespace {
+
+struct Options {
+  std::string scene, folder = "chart";
+  ModelOptions model;
+  std::vector<std::string> equations = {"recursive", "lagrange"}, constraints = {"projection", "baumgarte"};
+  std::optional<double> end;
+  WorkPrecisionSettings settings;
+};
+
+// What a run that was broken off leaves, to be taken up by the same command.
+class KeptPoints {
+ public:
+  KeptPoints(std::filesystem::path file, const std::string& asked)
+      : file_(std::move(file)), asked_(digest_of_bytes(asked)) {}
+
+  std::vector<WorkPrecisionPoint> read() const {
+    std::vector<WorkPrecisionPoint> out;
+    const auto text = read_whole(file_);
+    if (!text) return out;
+    const auto kept = nlohmann::json::parse(*text, nullptr, false);
+    if (kept.is_discarded() || kept.value("asked", "") != asked_) return out;  // of another chart
+    const auto number = [](const nlohmann::json& x) {
+      return x.is_null() ? std::numeric_limits<double>::quiet_NaN() : x.get<double>();
+    };
+    for (const auto& p : kept.at("points"))
+      out.push_back({p[0],
+                     p[1],
+                     p[2],
+                     p[3],
+                     p[4],
+                     p[5],
+                     p[6],
+                     {number(p[7]), number(p[8]), number(p[9]), number(p[10]), number(p[11])}});
+    return out;
+  }
+
+  Result<void> write(const std::vector<WorkPrecisionPoint>& points) const {
+    nlohmann::json all = nlohmann::json::array();  // (what is not finite becomes null)
+    for (const WorkPrecisionPoint& p : points)
+      all.push_back({p.variant, p.setting, p.finished, p.trusted, p.reason, p.seconds, p.evaluations,
+                     p.errors.position, p.errors.orientation, p.errors.energy, p.errors.constraint,
+                     p.errors.impacts});
+    return write_whole(file_, nlohmann::json{{"asked", asked_}, {"points", all}}.dump());
+  }
+
+  void remove() const { std::filesystem::remove(file_); }
+
+ private:
+  std::filesystem::path file_;
+  std::string asked_;
+};
+
+nlohmann::json json_of(const WorkPrecision& chart) {
+  nlohmann::json take = nlohmann::json::array();
+  for (const auto& [digits, p] : recommendations(chart))
+    take.push_back({{"error", std::pow(10., -digits)},
+                    {"method", name_of(chart.variants[p->variant])},
+                    {"setting", p->setting},
+                    {"seconds", p->seconds},
+                    {"evaluations", p->evaluations}});
+  return {{"scene", chart.scene},
+          {"reference",
+           {{"found", chart.reference.found},
+            {"runs", chart.reference.runs},
+            {"position", chart.reference.position},
+            {"orientation", chart.reference.orientation},
+            {"horizon", chart.reference.horizon}}},
+          {"runs", chart.points.size()},
+          {"take", take}};
+}
+
+Result<void> write_all(const WorkPrecision& chart, const std::filesystem::path& folder) {
+  if (auto done = write_whole(folder / "chart.csv", work_precision_csv(chart)); !done) return done;
+  for (const auto& [name, plot] : work_precision_plots(chart)) {
+    const std::string drawing = svg(plot);
+    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
+    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
+  }
+  return write_whole(folder / "chart.html", work_precision_page(chart));
+}
+
+Result<nlohmann::json> work(const Options& o, const Command& command) {
+  const std::filesystem::path folder = o.folder;
+  if (auto fine = check_folder_writable(folder); !fine) return tl::unexpected(fine.error());
+  auto model = read_model(o.scene, o.model);
+  if (!model) return tl::unexpected(model.error());
+  if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
+  Scene& scene = model->scene;
+  scene.simulation.end_time = o.end.value_or(scene.simulation.end_time);
+  WorkPrecisionSettings settings = o.settings;
+  const std::vector<std::string>& methods = o.settings.methods;
+  settings.equations.clear();
+  for (const std::string& name : o.equations)
+    settings.equations.push_back(name == "lagrange" ? Equations::lagrange : Equations::recursive);
+  settings.constraints.clear();
+  for (const std::string& name : o.constraints)
+    settings.constraints.push_back(name == "baumgarte" ? ConstraintTreatment::baumgarte
+                                                       : ConstraintTreatment::projection);
+
+  const auto text = write_scene(scene);
+  if (!text) return tl::unexpected(text.error());
+  std::string asked = *text + BORELLI_VERSION;
+  for (const auto* names : {&methods, &o.equations, &o.constraints})
+    for (const std::string& name : *names) asked += ' ' + name;
+  asked += fmt::format(" {} {} {}", settings.outputs, settings.repeats, settings.budget);
+  const KeptPoints kept(folder / "chart.partial.json", asked);
+
+  ProgressBar bar(command.json);
+  bar.begin("chart");
+  WorkPrecisionObserver observer;
+  Result<void> written;
+  observer.known = kept.read();
+  observer.progress = [&](const std::string&, double fraction) { bar.update(fraction); };
+  observer.ladder_ends = [&](const std::vector<WorkPrecisionPoint>& points) {
+    if (written) written = kept.write(points);
+  };
+  const auto chart = work_precision(scene, settings, observer);
+  if (!chart) return tl::unexpected(chart.error());
+  if (!written) return tl::unexpected(written.error());
+  bar.end(fmt::format("{} runs", chart->points.size()));
+  if (auto done = write_all(*chart, folder); !done) return tl::unexpected(done.error());
+  kept.remove();
+
+  if (!command.json) {
+    fmt::print("{}\n", chart->reference.words);
+    for (const auto& [digits, p] : recommendations(*chart))
+      fmt::print("  for 1e-{:02}  {:32} {} {:<9.3g} {:9.3f} ms {:9} evaluations\n", digits,
+                 name_of(chart->variants[p->variant]),
+                 method_is_adaptive(chart->variants[p->variant].method) ? "tolerance" : "step     ",
+                 p->setting, 1e3 * p->seconds, p->evaluations);
+    fmt::print("{}: the drawings on a page; beside it SVG, PNG and CSV\n", (folder / "chart.html").string());
+  }
+  return json_of(*chart);
+}
+
+}  // namespace
+
+void add_chart(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand(
+      "chart", "Run a scene by every method; draw what accuracy costs (work-precision)");
+  auto o = std::make_shared<Options>();
+  verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
+  add_model_options(*verb, o->model);
+  verb->add_option("-o,--output", o->folder, "Folder for page, drawings and table")->capture_default_str();
+  verb->add_option("--methods", o->settings.methods, "Integrators, with commas between; all, where not given")
+      ->delimiter(',')
+      ->check(CLI::IsMember(integrator_names()));
+  verb->add_option("--equations", o->equations, "Equations of motion to run")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"recursive", "lagrange"}))
+      ->capture_default_str();
+  verb->add_option("--constraints", o->constraints, "How constraints are kept")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"projection", "baumgarte"}))
+      ->capture_default_str();
+  verb->add_option("--end", o->end, "End time, s")->check(positive_number());
+  verb->add_option("--outputs", o->settings.outputs, "Times at which runs are compared")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  verb->add_option("--repeats", o->settings.repeats, "Runs that a time is the median of")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  verb->add_option("--budget", o->settings.budget,
+                   "Processor time of a run, s; a method's ladder ends with the first that takes longer")
+      ->check(positive_number())
+      ->capture_default_str();
+  verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
+}
+
+}  // namespace borelli

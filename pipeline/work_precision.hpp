@@ -1,0 +1,95 @@
+// Work-precision of a scene: what each method's runs cost, over a ladder of steps or tolerances, and how far
+// they are off.
+//
+// Error of a run: over output times that all runs share, the largest distance of any solid's gravity centre
+// from the reference's, over the scene's length (System::length), and the largest angle between their
+// orientations. The reference is made by two unlike methods at extreme tolerances; what they differ by is its
+// error. Where the motion is chaotic rounding alone parts the two: then only the times before that count.
+//
+// Errors and evaluations are the same, bit for bit, from one call to the next on one machine; only the
+// seconds differ.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "dynamics/scene.hpp"
+
+namespace borelli {
+
+struct Variant {
+  std::string method;
+  Equations equations = Equations::recursive;
+  ConstraintTreatment constraints = ConstraintTreatment::projection;
+};
+
+struct WorkPrecisionSettings {
+  std::vector<std::string> methods = {};  ///< of integrator_names(); empty: all
+  std::vector<Equations> equations = {Equations::recursive, Equations::lagrange};
+  /// Where the scene has no constraints the first alone counts.
+  std::vector<ConstraintTreatment> constraints = {ConstraintTreatment::projection,
+                                                  ConstraintTreatment::baumgarte};
+  int outputs = 20;     ///< times that runs are compared at, evenly spread over the scene's
+  int repeats = 3;      ///< of each run; the median of their times counts
+  double budget = 0.5;  ///< s of processor time; a ladder ends with the first run that takes longer
+};
+
+/// Sizes without a unit but where one is said. NaN: there is nothing to compare.
+struct RunErrors {
+  double position, orientation;  ///< over the scene's length; rad
+  double energy;                 ///< largest drift over what was turned over
+  double constraint;             ///< largest residual of a row, in the row's unit (m or rad)
+  double impacts;                ///< s: of the times of impacts, the two lists compared in order
+};
+
+struct WorkPrecisionPoint {
+  std::size_t variant;      ///< in WorkPrecision::variants
+  double setting;           ///< step (s), or tolerance of an adaptive method
+  bool finished = false;    ///< the run came to its end
+  bool trusted = false;     ///< its certificate says so
+  std::string reason = {};  ///< why it did not finish or is not trusted
+  double seconds = 0;       ///< of processor time, median
+  long evaluations = 0;     ///< 0 where it did not finish
+  RunErrors errors = {};    ///< where it finished
+};
+
+struct Reference {
+  bool found = false;
+  std::vector<std::string> runs;         ///< method and tolerance of both
+  double position = 0, orientation = 0;  ///< what they differ by up to the horizon: the reference's own error
+  double horizon = 0;                    ///< s, that runs are compared up to
+  std::string words;                     ///< all this in a sentence
+};
+
+struct WorkPrecision {
+  std::string scene;
+  bool has_constraints = false, has_impacts = false;
+  Reference reference;
+  std::vector<Variant> variants;
+  std::vector<WorkPrecisionPoint> points;  ///< by variant, from coarse to fine
+};
+
+/// "dop853", and what is not the default: "dop853, lagrange, baumgarte".
+std::string name_of(const Variant& variant);
+
+/// What a run that was broken off has found already, and who is told of each ladder that ends.
+struct WorkPrecisionObserver {
+  std::function<void(const std::string& what, double fraction)> progress = [](const std::string&, double) {};
+  std::vector<WorkPrecisionPoint> known = {};  ///< of whole ladders
+  std::function<void(const std::vector<WorkPrecisionPoint>&)> ladder_ends =
+      [](const std::vector<WorkPrecisionPoint>&) {};
+};
+
+/// Runs the scene through all variants. Fails where the scene does not compile, or a setting makes no sense;
+/// a run that fails is a point with its reason.
+Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSettings& settings,
+                                     const WorkPrecisionObserver& observer = {});
+
+/// The points that no other beats in both cost and error (each on what `cost` and `error` give): trusted
+/// ones, no better than three times the reference's own error. By falling error.
+std::vector<const WorkPrecisionPoint*> pareto_front(
+    const WorkPrecision& chart, const std::function<double(const WorkPrecisionPoint&)>& cost,
+    const std::function<double(const WorkPrecisionPoint&)>& error);
+
+}  // namespace borelli

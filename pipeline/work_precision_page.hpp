@@ -1,0 +1,34 @@
+// What a work-precision run has to show: drawings for papers, a page to look at, a table for other programs.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/plot.hpp"
+#include "pipeline/work_precision.hpp"
+
+namespace borelli {
+
+/// Which method to take for an error of 10^-digits at most: the trusted run that takes the least time.
+struct Recommendation {
+  int digits;
+  const WorkPrecisionPoint* point;
+};
+
+/// One entry per power of ten that any trusted run comes to, from 1 on; errors are of position (over the
+/// scene's length) and orientation (rad), whichever is larger.
+std::vector<Recommendation> recommendations(const WorkPrecision& chart);
+
+/// Each error that the scene has against processor time and against evaluations: file name (without ending)
+/// and drawing.
+std::vector<std::pair<std::string, Plot>> work_precision_plots(const WorkPrecision& chart);
+
+/// All of it on one page that needs no network: the drawings with tips and curves to be taken out, the table
+/// of recommendations, the runs that failed and why.
+std::string work_precision_page(const WorkPrecision& chart);
+
+/// A line per run; numbers with 17 significant digits.
+std::string work_precision_csv(const WorkPrecision& chart);
+
+}  // namespace borelli

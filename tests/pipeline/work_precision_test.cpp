@@ -1,0 +1,194 @@
+// The chart of cost against error: its errors against closed forms, its front against its definition.
+#include "pipeline/work_precision_page.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/scene_file.hpp"
+#include "dynamics/simulate.hpp"
+#include "tests/paths.hpp"
+
+namespace borelli {
+namespace {
+
+// A mass of 1 kg on a spring of 4 N/m, let go 1 m from its rest, without weight: x = cos 2t.
+Scene oscillator() {
+  Scene scene;
+  scene.name = "oscillator";
+  scene.gravity.setZero();
+  Solid mass;
+  mass.name = "mass";
+  mass.switches = {{.kind = Translation{Eigen::Vector3d::UnitX()},
+                    .coordinate = "x",
+                    .motion = {},
+                    .q = {1},
+                    .v = {0},
+                    .ranges = {}}};
+  mass.inertials = {{1, {0.5, 0, 0}, Eigen::Matrix3d::Identity()}};
+  scene.solids = {mass};
+  scene.efforts = {{"spring", CoordinateSpring{{"x"}, 4, 0, 0}}};
+  scene.simulation.end_time = 5;
+  return scene;
+}
+
+double largest_error(const Scene& scene, const WorkPrecisionPoint& p, const std::string& method,
+                     int outputs) {
+  const System system = compile(scene).value();
+  SimulationSettings how = scene.simulation;
+  how.method = method;
+  how.step = p.setting;
+  how.output_interval = how.end_time / outputs;
+  const Trajectory t = simulate(system, system.initial, how).value();
+  double largest = 0;
+  for (std::size_t i = 0; i < t.times.size(); ++i)
+    largest = std::max(largest, std::abs(t.q(i, 0) - std::cos(2 * t.times[i])));
+  return largest / system.length;
+}
+
+TEST(WorkPrecision, ErrorsAreThoseOfTheClosedForm) {
+  const Scene scene = oscillator();
+  WorkPrecisionSettings settings;
+  settings.methods = {"rk4", "verlet"};
+  settings.equations = {Equations::recursive};
+  settings.repeats = 1;
+  settings.budget = 0.02;
+  const WorkPrecision chart = work_precision(scene, settings).value();
+  ASSERT_TRUE(chart.reference.found);
+  EXPECT_LT(chart.reference.position, 1e-11);
+  EXPECT_DOUBLE_EQ(chart.reference.horizon, 5);
+  ASSERT_EQ(chart.variants.size(), 2u);  // no constraints: one way to keep them
+  std::vector<double> of_rk4;
+  for (const WorkPrecisionPoint& p : chart.points) {
+    ASSERT_TRUE(p.finished) << p.reason;
+    EXPECT_NEAR(p.errors.position,
+                largest_error(scene, p, chart.variants[p.variant].method, settings.outputs),
+                10 * chart.reference.position + 1e-14);
+    EXPECT_EQ(p.errors.orientation, 0);  // it only slides
+    if (p.variant == 0) of_rk4.push_back(p.errors.position);
+  }
+  ASSERT_GE(of_rk4.size(), 4u);
+  EXPECT_NEAR(std::log2(of_rk4[2] / of_rk4[3]), 4, 0.2);
+}
+
+TEST(WorkPrecision, ErrorsAndEvaluationsAreTheSameEachTime) {
+  const Scene scene = read_scene(test::source_folder() + "/samples/double_pendulum.toml").value();
+  WorkPrecisionSettings settings;
+  settings.methods = {"dop853", "gbs"};
+  settings.repeats = 1;
+  settings.budget = 10;  // no ladder ends for want of time
+  const WorkPrecision a = work_precision(scene, settings).value(),
+                      b = work_precision(scene, settings).value();
+  ASSERT_EQ(a.points.size(), b.points.size());
+  EXPECT_GT(a.points.size(), 40u);
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    EXPECT_EQ(a.points[i].evaluations, b.points[i].evaluations);
+    EXPECT_EQ(a.points[i].errors.position, b.points[i].errors.position);
+    EXPECT_EQ(a.points[i].errors.orientation, b.points[i].errors.orientation);
+    EXPECT_EQ(a.points[i].errors.energy, b.points[i].errors.energy);
+  }
+}
+
+WorkPrecisionPoint made(double seconds, double error, bool trusted = true) {
+  WorkPrecisionPoint p{.variant = 0, .setting = 1e-3, .finished = true, .trusted = trusted};
+  p.seconds = seconds;
+  p.evaluations = long(1e6 * seconds);
+  p.errors = {error, 0.5 * error, error, 0, 0};
+  return p;
+}
+
+TEST(WorkPrecision, TheFrontHoldsWhatNoOtherBeats) {
+  WorkPrecision chart;
+  chart.variants = {{"dop853"}};
+  chart.reference.found = true;
+  chart.reference.position = 1e-10;
+  chart.points = {made(1, 1e-2), made(2, 1e-4),  made(3, 1e-3),
+                  made(4, 1e-6), made(5, 1e-12), made(0.5, 1e-5, false)};
+  chart.points.push_back({.variant = 0, .setting = 1, .reason = "it fell"});
+  const auto front = pareto_front(
+      chart, [](const auto& p) { return p.seconds; }, [](const auto& p) { return p.errors.position; });
+  // the third is beaten by the second; the fifth is finer than its reference, the sixth not trusted
+  ASSERT_EQ(front.size(), 3u);
+  EXPECT_EQ(front[0], &chart.points[0]);
+  EXPECT_EQ(front[1], &chart.points[1]);
+  EXPECT_EQ(front[2], &chart.points[3]);
+  const auto take = recommendations(chart);
+  ASSERT_EQ(take.size(), 6u);
+  EXPECT_EQ(take[0].point, &chart.points[0]);  // 1e-1, 1e-2
+  EXPECT_EQ(take[1].point, &chart.points[0]);
+  EXPECT_EQ(take[2].point, &chart.points[1]);  // 1e-3, 1e-4
+  EXPECT_EQ(take[5].point, &chart.points[3]);  // 1e-6
+}
+
+TEST(WorkPrecision, BeyondChaosNothingIsCompared) {
+  Scene scene = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
+  scene.simulation.end_time = 40;
+  WorkPrecisionSettings settings;
+  settings.methods = {"dop853"};
+  settings.equations = {Equations::recursive};
+  settings.repeats = 1;
+  const WorkPrecision chart = work_precision(scene, settings).value();
+  ASSERT_TRUE(chart.reference.found);
+  EXPECT_LT(chart.reference.horizon, 40);
+  EXPECT_NE(chart.reference.words.find("chaotic"), std::string::npos);
+  // up to there the fine runs agree with the reference
+  double best = 1;
+  for (const WorkPrecisionPoint& p : chart.points) best = std::min(best, p.errors.position);
+  EXPECT_LT(best, 1e-6);
+}
+
+TEST(WorkPrecision, RunsThatFailStandThereWithTheirReason) {
+  const Scene scene = read_scene(test::source_folder() + "/samples/painleve_rod.toml").value();
+  WorkPrecisionSettings settings;
+  settings.methods = {"dop853", "rk4"};
+  settings.equations = {Equations::recursive};
+  settings.constraints = {ConstraintTreatment::projection};
+  settings.repeats = 1;
+  settings.budget = 0.1;
+  const WorkPrecision chart = work_precision(scene, settings).value();
+  ASSERT_FALSE(chart.points.empty());
+  for (const WorkPrecisionPoint& p : chart.points) {
+    EXPECT_FALSE(p.trusted);
+    EXPECT_FALSE(p.reason.empty());
+  }
+  EXPECT_TRUE(recommendations(chart).empty());
+  const std::string page = work_precision_page(chart);
+  EXPECT_NE(page.find("Runs that did not finish"), std::string::npos);
+  EXPECT_NE(page.find("Painlev"), std::string::npos);
+}
+
+TEST(WorkPrecision, WhatIsKnownIsNotRunAgain) {
+  WorkPrecisionSettings settings;
+  settings.methods = {"rk4", "dop853"};
+  settings.equations = {Equations::recursive};
+  settings.repeats = 1;
+  settings.budget = 0.02;
+  WorkPrecisionObserver observer;
+  observer.known = {made(7, 1e-3)};
+  std::size_t ends = 0;
+  observer.ladder_ends = [&](const auto& points) {
+    ++ends;
+    EXPECT_EQ(points[0].seconds, 7);
+  };
+  const WorkPrecision chart = work_precision(oscillator(), settings, observer).value();
+  EXPECT_EQ(ends, 2u);
+  EXPECT_EQ(
+      std::count_if(chart.points.begin(), chart.points.end(), [](const auto& p) { return p.variant == 0; }),
+      1);
+  EXPECT_GT(chart.points.size(), 5u);
+}
+
+TEST(WorkPrecision, AFileOfItsNumbersHasALinePerRun) {
+  WorkPrecision chart;
+  chart.scene = "x";
+  chart.variants = {{"dop853"}};
+  chart.points = {made(1, 1e-2), {.variant = 0, .setting = 1, .reason = "it \"fell\", so"}};
+  const std::string text = work_precision_csv(chart);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 4);
+  EXPECT_NE(text.find("\"it \"\"fell\"\", so\""), std::string::npos);
+  EXPECT_NE(text.find("dop853,recursive,none,0.001"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace borelli
