@@ -36,8 +36,9 @@ Result<void> read_state(const std::string& file, SceneAtState& given) {
   if (!bytes) return tl::unexpected(bytes.error());
   const json state = json::parse(*bytes, nullptr, false);
   if (!state.is_object())
-    return bad_use(file,
-                   R"(is not a JSON object of numbers in range, expected {"t": 0, "q": [...], "v": [...], "efforts": [...]})");
+    return bad_use(
+        file,
+        R"(is not a JSON object of numbers in range, expected {"t": 0, "q": [...], "v": [...], "efforts": [...]})");
   for (const auto& [key, value] : state.items())
     if (key != "t" && key != "q" && key != "v" && key != "efforts")
       return bad_use(file, fmt::format("unknown key '{}'; known: t, q, v, efforts", key));
