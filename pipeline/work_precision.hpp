@@ -87,7 +87,7 @@ Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSett
                                      const WorkPrecisionObserver& observer = {});
 
 /// The points that no other beats in both cost and error (each on what `cost` and `error` give): trusted
-/// ones, no better than three times the reference's own error. By falling error.
+/// ones, no better than ten times the reference's own error. By falling error.
 std::vector<const WorkPrecisionPoint*> pareto_front(
     const WorkPrecision& chart, const std::function<double(const WorkPrecisionPoint&)>& cost,
     const std::function<double(const WorkPrecisionPoint&)>& error);
