@@ -150,9 +150,12 @@ double EmbeddedRungeKutta::dense_departure(const Flow& flow) {
     interpolate(tableau_.dense_nodes[i] - apart, before_);
     interpolate(tableau_.dense_nodes[i] + apart, after_);
     const Eigen::VectorXd& slope = k_[tableau_.step.stages + 1 + i];
-    for (Eigen::Index c = 0; c < slope.size(); ++c)
-      largest = std::max(largest, std::abs(dense_step_ * slope[c] - (after_[c] - before_[c]) / (2 * apart)) /
-                                      flow.error_scale()[c]);
+    for (Eigen::Index c = 0; c < slope.size(); ++c) {
+      const double rounding =
+          4 * std::numeric_limits<double>::epsilon() * (std::abs(before_[c]) + std::abs(after_[c])) / apart;
+      const double off = std::abs(dense_step_ * slope[c] - (after_[c] - before_[c]) / (2 * apart));
+      largest = std::max(largest, (off - rounding) / flow.error_scale()[c]);
+    }
   }
   return largest / tolerance_;
 }

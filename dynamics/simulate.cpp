@@ -245,7 +245,8 @@ class Run {
         step_ = LeapWatch::shorter * made;
         continue;
       }
-      if (!passes_over_function().empty() || (has_stops_ && path_.doubtful())) {
+      // (the shortest steps there are stand, or this would never end)
+      if (made > 2 * resolution && (!passes_over_function().empty() || (has_stops_ && path_.doubtful()))) {
         certifier_->count_rejection();
         integrator_.reset();
         step_ = follow_function_ = 0.5 * made;

@@ -102,7 +102,8 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
       curve.tips.push_back(tip(chart, p));
       curve.hollow.push_back(!p.trusted);
     }
-    if (!curve.x.empty()) plot.curves.push_back(std::move(curve));
+    if (std::any_of(curve.y.begin(), curve.y.end(), [](double y) { return std::isfinite(y); }))
+      plot.curves.push_back(std::move(curve));
   }
   const auto front = pareto_front(chart, cost.of, [&](const auto& p) { return p.errors.*quantity.error; });
   Curve line{.name = "front of trusted runs", .broad = true};
