@@ -65,6 +65,20 @@ double round_step(double range, int pieces) {
   return power * (factor < 1.5 ? 1 : factor < 3.5 ? 2 : factor < 7.5 ? 5 : 10);
 }
 
+// Fills of tiles, from pale to dark, and what they are hatched with, so that grey print tells them apart.
+struct Fill {
+  std::string_view colour, hatch;
+};
+constexpr std::array<Fill, 9> fills{{{"#E6F3EC", ""},
+                                     {"#F5EDA0", ""},
+                                     {"#56B4E9", ""},
+                                     {"#E69F00", ""},
+                                     {"#CC79A7", "M-2 6L6 -2M4 12L12 4"},
+                                     {"#1A1A1A", ""},
+                                     {"#D55E00", "M-2 4L4 10M4 -2L10 4M-2 -2L10 10"},
+                                     {"#FFFFFF", "M0 0L8 8M0 8L8 0"},
+                                     {"#D9D9D9", "M4 3v2"}}};
+
 struct Scale {
   double low = 0, high = 1;
   bool logarithmic = false;
@@ -272,14 +286,63 @@ std::size_t letters(std::string_view text) {
   return std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; });
 }
 
-// Names beside samples of their lines, in rows above the frame. Returns the height of the rows.
-double draw_legend(std::string& out, const std::vector<Curve>& curves, double top) {
+// The patterns of kinds, hatched ones; `frame` keeps the names of several plots on one page apart.
+std::string patterns(std::size_t frame) {
+  std::string out;
+  for (std::size_t kind = 0; kind < fills.size(); ++kind)
+    if (!fills[kind].hatch.empty())
+      out += fmt::format(
+          "<pattern id='hatch{}_{:x}' width='8' height='8' patternUnits='userSpaceOnUse'><rect width='8' "
+          "height='8' fill='{}'/><path class='hatch' d='{}'/></pattern>\n",
+          kind, frame, fills[kind].colour, fills[kind].hatch);
+  return out;
+}
+
+std::string paint_of(std::size_t kind, std::size_t frame) {
+  return fills.at(kind).hatch.empty() ? std::string(fills[kind].colour)
+                                      : fmt::format("url(#hatch{}_{:x})", kind, frame);
+}
+
+void draw_tiles(std::string& out, const Plot& plot, const Scale& x, const Scale& y, double top,
+                std::size_t frame) {
+  for (std::size_t kind = 0; kind < plot.kinds.size(); ++kind) {
+    out += fmt::format("<g data-curve='{}' fill='{}'>\n", escaped(plot.kinds[kind]), paint_of(kind, frame));
+    for (const Tile& tile : plot.tiles) {
+      if (tile.kind != kind) continue;
+      const double from = left + x.at(tile.x_low) * (width - left - right),
+                   to = left + x.at(tile.x_high) * (width - left - right),
+                   high = top + (1 - y.at(tile.y_high)) * plot_height,
+                   low = top + (1 - y.at(tile.y_low)) * plot_height;
+      out += closed(fmt::format("<rect class='tile' x='{:.2f}' y='{:.2f}' width='{:.2f}' height='{:.2f}'",
+                                from, high, to - from, low - high),
+                    "rect", tile.tip);
+    }
+    out += "</g>\n";
+  }
+}
+
+// Names beside samples of their lines or fills, in rows above the frame. Returns the height of the rows.
+double draw_legend(std::string& out, const Plot& plot, double top, std::size_t frame) {
   double u = left, v = top;
-  std::size_t number = 0;
-  for (const Curve& curve : curves) {
-    if (curve.faint) continue;
-    const double wide = 34 + character * static_cast<double>(letters(curve.name)) + 18;
+  const auto place = [&](const std::string& name, double sample) {
+    const double wide = sample + character * static_cast<double>(letters(name)) + 18;
     if (u + wide > width - right + 18 && u > left) u = left, v += 19;
+    return wide;
+  };
+  for (std::size_t kind = 0; kind < plot.kinds.size(); ++kind) {
+    if (std::none_of(plot.tiles.begin(), plot.tiles.end(), [&](const Tile& t) { return t.kind == kind; }))
+      continue;
+    const double wide = place(plot.kinds[kind], 24);
+    out += fmt::format(
+        "<g data-names='{0}'><rect class='sample' x='{1:.2f}' y='{2:.2f}' width='18' height='11' fill='{3}'/>"
+        "<text x='{4:.2f}' y='{5:.2f}'>{0}</text></g>\n",
+        escaped(plot.kinds[kind]), u, v - 10, paint_of(kind, frame), u + 24, v);
+    u += wide;
+  }
+  std::size_t number = 0;
+  for (const Curve& curve : plot.curves) {
+    if (curve.faint) continue;
+    const double wide = place(curve.name, 34);
     const std::string_view colour = curve.broad ? band : colours[number % colours.size()];
     out += fmt::format(
         "<g data-names='{}'><path class='{}' stroke='{}' stroke-dasharray='{}' d='M{:.2f} {:.2f}h28'/>\n",
@@ -325,12 +388,14 @@ std::string quoted(std::string_view name) {
 
 std::string svg(const Plot& plot) {
   std::string body, legend;
-  const double top = 36 + draw_legend(legend, plot.curves, 48) + 4;
-  const Scale x = scale_of(plot.x, plot.curves, &Curve::x, 8, 0),
-              y = scale_of(plot.y, plot.curves, &Curve::y, 6, 0.03);
-  draw_axes(body, plot, x, y, top);
   // a name of its own, since several plots may stand on one page
   const std::size_t frame = std::hash<std::string>()(plot.title + plot.x.label + plot.y.label);
+  const double top = 36 + draw_legend(legend, plot, 48, frame) + 4;
+  const Scale x = scale_of(plot.x, plot.curves, &Curve::x, 8, 0),
+              y = scale_of(plot.y, plot.curves, &Curve::y, 6, 0.03);
+  if (!plot.tiles.empty()) body += patterns(frame);
+  draw_tiles(body, plot, x, y, top, frame);
+  draw_axes(body, plot, x, y, top);
   body +=
       fmt::format("<clipPath id='frame{:x}'><rect x='{}' y='{:.2f}' width='{}' height='{}'/></clipPath>\n",
                   frame, left, top, width - left - right, plot_height);
@@ -358,6 +423,8 @@ std::string svg(const Plot& plot) {
              ".faint{{fill:none;stroke-width:.8}} "
              ".broad{{fill:none;stroke-width:8;stroke-linejoin:round;stroke-linecap:round}} "
              ".cross{{fill:none;stroke:#000;stroke-width:1.2}} "
+             ".hatch{{stroke:#333;stroke-width:.8;fill:none}} "
+             ".tile{{shape-rendering:crispEdges}} .sample{{stroke:#888;stroke-width:.6}} "
              ".note{{font-size:11px;fill:#333}}</style>\n"
              "<rect width='{0}' height='{1}' fill='#fff'/>\n"
              "<text x='{2}' y='22' font-size='15' font-weight='bold'>{3}</text>\n",

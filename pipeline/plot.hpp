@@ -33,12 +33,23 @@ struct EdgeMark {
   std::string curve, tip;
 };
 
+/// A rectangle of a map, filled by its kind.
+struct Tile {
+  double x_low, x_high, y_low, y_high;
+  std::size_t kind;  ///< in Plot::kinds
+  std::string tip = {};
+};
+
 struct Plot {
   std::string title;
   Axis x, y;
   std::vector<Curve> curves;
   std::vector<std::string> notes = {};  ///< sentences set small below the plot
   std::vector<EdgeMark> edge = {};
+  std::vector<Tile> tiles = {};  ///< behind the curves; the axes' ranges must be given
+  /// What tiles are of: at most nine, each with a colour and hatching of its own by its place here, so that
+  /// one list serves several maps. The legend names those that occur.
+  std::vector<std::string> kinds = {};
 };
 
 /// The plot as a self-contained SVG document, 720 wide and as high as its notes need.

@@ -10,6 +10,7 @@
 
 #include "dynamics/integrator.hpp"
 #include "dynamics/simulate.hpp"
+#include "pipeline/motion_difference.hpp"
 
 namespace borelli {
 namespace {
@@ -31,27 +32,17 @@ double processor_time() {
   return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
 }
 
-struct Difference {
-  double position = 0, orientation = 0;
-};
-
 class Chart {
  public:
   Chart(const Scene& scene, const System& system, const WorkPrecisionSettings& settings,
         const WorkPrecisionObserver& observer)
-      : system_(system), settings_(settings), observer_(observer), how_(scene.simulation) {
+      : system_(system),
+        settings_(settings),
+        observer_(observer),
+        how_(scene.simulation),
+        centres_(gravity_centres(scene)) {
     how_.accuracy = 0;
     how_.output_interval = (how_.end_time - system.initial.t) / settings.outputs;
-    for (const Solid& solid : scene.solids) {
-      Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-      double mass = 0;
-      const auto parts = inertials_of(solid).value();  // (compile has seen to them)
-      for (const Inertial& part : parts) {
-        moment += part.mass * part.centre;
-        mass += part.mass;
-      }
-      centres_.push_back(mass > 0 ? Eigen::Vector3d(moment / mass) : Eigen::Vector3d::Zero());
-    }
   }
 
   WorkPrecision run() {
@@ -74,14 +65,10 @@ class Chart {
   }
 
  private:
-  Difference difference_at(const Trajectory& a, const Trajectory& b, std::size_t row) const {
-    Difference worst;
-    for (std::size_t s = 0; s < centres_.size(); ++s) {
-      const Pose &x = a.pose(row, s), &y = b.pose(row, s);
-      worst.position = std::max(worst.position, (x * centres_[s] - y * centres_[s]).norm() / system_.length);
-      const double chord = (x.R - y.R).norm() / std::sqrt(8.);  // the sine of half the angle between them
-      worst.orientation = std::max(worst.orientation, 2 * std::asin(std::min(1., chord)));
-    }
+  /// Of two trajectories at a row: over the scene's length, and rad.
+  MotionDifference difference_at(const Trajectory& a, const Trajectory& b, std::size_t row) const {
+    MotionDifference worst = motion_difference(a, b, row, centres_);
+    worst.position /= system_.length;
     return worst;
   }
 
@@ -106,14 +93,13 @@ class Chart {
   }
 
   /// Up to which row two runs agree, and by how much they differ up to there.
-  std::pair<std::size_t, Difference> agreement(const Trajectory& a, const Trajectory& b) const {
-    Difference worst;
+  std::pair<std::size_t, MotionDifference> agreement(const Trajectory& a, const Trajectory& b) const {
+    MotionDifference worst;
     std::size_t row = 1;
     for (; row < std::min(a.times.size(), b.times.size()); ++row) {
-      const Difference here = difference_at(a, b, row);
+      const MotionDifference here = difference_at(a, b, row);
       if (!(std::max(here.position, here.orientation) < reference_limit)) break;
-      worst.position = std::max(worst.position, here.position);
-      worst.orientation = std::max(worst.orientation, here.orientation);
+      worst.widen(here);
     }
     return {row - 1, worst};
   }
@@ -175,7 +161,7 @@ class Chart {
     if (!chart_.reference.found || t.times.size() <= last_row_) return e;
     e.position = e.orientation = 0;
     for (std::size_t row = 1; row <= last_row_; ++row) {
-      const Difference here = difference_at(t, *trajectory_, row);
+      const MotionDifference here = difference_at(t, *trajectory_, row);
       e.position = std::max(e.position, here.position);
       e.orientation = std::max(e.orientation, here.orientation);
     }

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "dynamics/integrator.hpp"
+#include "pipeline/chart_page.hpp"
 
 namespace borelli {
 namespace {
@@ -132,45 +133,6 @@ bool has(const WorkPrecision& chart, double RunErrors::*error) {
   });
 }
 
-std::string escaped(std::string_view text) {
-  std::string out;
-  for (const char c : text)
-    out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
-  return out;
-}
-
-std::string quoted(std::string_view text) {
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + '"';
-}
-
-constexpr const char* style = R"(
-body{font:15px/1.45 Helvetica,Arial,'DejaVu Sans',sans-serif;color:#111;max-width:780px;margin:2em auto;padding:0 1em}
-h1{font-size:1.5em} h2{font-size:1.15em;margin-top:2em} svg{max-width:100%;height:auto;display:block}
-nav{display:flex;flex-wrap:wrap;gap:.4em;margin:.6em 0} button{font:inherit;padding:.25em .7em;border:1px solid #888;
-background:#fff;border-radius:4px;cursor:pointer} button[aria-pressed=true]{background:#0072B2;border-color:#0072B2;color:#fff}
-table{border-collapse:collapse;margin:.5em 0} td,th{padding:.2em .8em .2em 0;text-align:left;vertical-align:top}
-th{border-bottom:1px solid #888} td.n,th.n{text-align:right} .plot[hidden]{display:none}
-[data-names]{cursor:pointer} .off{opacity:.3} #tip{position:fixed;background:#fff;border:1px solid #888;padding:.35em .6em;
-font-size:13px;white-space:pre-line;pointer-events:none;max-width:28em;border-radius:4px;box-shadow:0 1px 5px #0003}
-@media print{nav{display:none} .plot[hidden]{display:block}})";
-
-constexpr const char* script = R"(
-const plots=[...document.querySelectorAll('.plot')],tip=document.getElementById('tip');
-const chosen={};
-function show(){for(const p of plots)p.hidden=p.dataset.error!==chosen.error||p.dataset.cost!==chosen.cost;
-for(const b of document.querySelectorAll('nav button'))b.setAttribute('aria-pressed',chosen[b.dataset.kind]===b.dataset.value)}
-for(const b of document.querySelectorAll('nav button')){chosen[b.dataset.kind]??=b.dataset.value;
-b.onclick=()=>{chosen[b.dataset.kind]=b.dataset.value;show()}}
-show();
-for(const e of document.querySelectorAll('[data-curve] title')){const m=e.parentNode,text=e.textContent;e.remove();
-m.onmousemove=v=>{tip.textContent=text;tip.hidden=false;tip.style.left=Math.min(v.clientX+14,innerWidth-tip.offsetWidth-8)+'px';
-tip.style.top=Math.min(v.clientY+14,innerHeight-tip.offsetHeight-8)+'px'};m.onmouseleave=()=>{tip.hidden=true}}
-for(const l of document.querySelectorAll('[data-names]'))l.onclick=()=>{const off=l.classList.toggle('off');
-for(const c of l.closest('svg').querySelectorAll('[data-curve]'))if(c.dataset.curve===l.dataset.names)c.style.display=off?'none':''};
-)";
-
 }  // namespace
 
 std::vector<Recommendation> recommendations(const WorkPrecision& chart) {
@@ -211,25 +173,17 @@ std::string work_precision_csv(const WorkPrecision& chart) {
       out += p.finished && std::isfinite(p.errors.*quantity.error)
                  ? fmt::format(",{:.17g}", p.errors.*quantity.error)
                  : ",";
-    out += "," + quoted(p.reason) + "\n";
+    out += "," + csv_text(p.reason) + "\n";
   }
   return out;
 }
 
 std::string work_precision_page(const WorkPrecision& chart) {
-  std::string out = fmt::format(
-      "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><meta name='viewport' "
-      "content='width=device-width'><title>{0}: work and precision</title><style>{1}</style></head><body>\n"
-      "<h1>{0}: what accuracy costs</h1>\n<p>{2}</p>\n",
-      escaped(chart.scene), style, escaped(chart.reference.words));
-  out += "<nav>";
+  PageButtons errors{"error", {}}, spent{"cost", {}};
   for (const Quantity& q : quantities)
-    if (has(chart, q.error))
-      out += fmt::format("<button data-kind='error' data-value='{}'>{}</button>", q.file, q.title);
-  out += "</nav><nav>";
-  for (const Cost& c : costs)
-    out += fmt::format("<button data-kind='cost' data-value='{}'>{}</button>", c.file, c.title);
-  out += "</nav>\n";
+    if (has(chart, q.error)) errors.values.emplace_back(q.file, q.title);
+  for (const Cost& c : costs) spent.values.emplace_back(c.file, c.title);
+  std::string out;
   for (const Quantity& q : quantities)
     for (const Cost& c : costs)
       if (has(chart, q.error))
@@ -253,11 +207,12 @@ std::string work_precision_page(const WorkPrecision& chart) {
   for (const WorkPrecisionPoint& p : chart.points)
     if (!p.finished)
       failed += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td></tr>\n",
-                            name_of(chart.variants[p.variant]), setting_words(chart, p), escaped(p.reason));
+                            name_of(chart.variants[p.variant]), setting_words(chart, p), html_text(p.reason));
   if (!failed.empty())
     out += "<h2>Runs that did not finish</h2>\n<table><tr><th>method</th><th>at</th><th>why</th></tr>\n" +
            failed + "</table>\n";
-  return out + fmt::format("<div id='tip' hidden></div><script>{}</script></body></html>\n", script);
+  return chart_page(chart.scene + ": work and precision", chart.scene + ": what accuracy costs",
+                    {chart.reference.words}, {errors, spent}, out);
 }
 
 }  // namespace borelli
