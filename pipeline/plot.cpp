@@ -10,6 +10,8 @@
 #include <string_view>
 #include <utility>
 
+#include "pipeline/plot_scale.hpp"
+
 namespace borelli {
 namespace {
 
@@ -58,11 +60,9 @@ std::string tick_text(double value, bool logarithmic) {
   return fmt::format("{:.3g}×10{}", factor, superscript(exponent));
 }
 
-// A round step (1, 2 or 5 times a power of ten) that parts a range into about `pieces`.
-double round_step(double range, int pieces) {
-  const double rough = range / pieces, power = std::pow(10, std::floor(std::log10(rough)));
-  const double factor = rough / power;
-  return power * (factor < 1.5 ? 1 : factor < 3.5 ? 2 : factor < 7.5 ? 5 : 10);
+// Of the curves of one colour each has a dash of its own.
+std::string_view dash_of(std::size_t number) {
+  return dashes[(number + number / colours.size()) % dashes.size()];
 }
 
 // Fills of tiles, from pale to dark, and what they are hatched with, so that grey print tells them apart.
@@ -73,95 +73,11 @@ constexpr std::array<Fill, 9> fills{{{"#E6F3EC", ""},
                                      {"#F5EDA0", ""},
                                      {"#56B4E9", ""},
                                      {"#E69F00", ""},
-                                     {"#CC79A7", "M-2 6L6 -2M4 12L12 4"},
+                                     {"#CC79A7", "M-2 10L10 -2"},
                                      {"#1A1A1A", ""},
-                                     {"#D55E00", "M-2 4L4 10M4 -2L10 4M-2 -2L10 10"},
+                                     {"#D55E00", "M-2 -2L10 10"},
                                      {"#FFFFFF", "M0 0L8 8M0 8L8 0"},
                                      {"#D9D9D9", "M4 3v2"}}};
-
-struct Scale {
-  double low = 0, high = 1;
-  bool logarithmic = false;
-  std::vector<double> ticks;
-
-  // position in [0, 1] along the axis; not finite where the value has none
-  double at(double v) const {
-    if (!logarithmic) return (v - low) / (high - low);
-    if (!(v > 0)) return std::numeric_limits<double>::quiet_NaN();
-    return std::log(v / low) / std::log(high / low);
-  }
-};
-
-void set_linear(Scale& scale, const Axis& axis, int pieces) {
-  if (scale.high == scale.low) {
-    const double half = scale.low == 0 ? 1 : 0.1 * std::abs(scale.low);
-    scale.low -= half, scale.high += half;
-  }
-  double step = round_step(scale.high - scale.low, pieces);
-  if (axis.whole_numbers) {  // a margin, so that the first and last marks stand free of the frame
-    step = std::max(1., std::round(step));
-    if (!axis.low) scale.low -= 0.3 * step;
-    if (!axis.high) scale.high += 0.3 * step;
-  } else {
-    if (!axis.low) scale.low = step * std::floor(scale.low / step + 1e-9);
-    if (!axis.high) scale.high = step * std::ceil(scale.high / step - 1e-9);
-  }
-  for (double t = std::ceil(scale.low / step - 1e-9); t * step <= scale.high + 1e-9 * step; ++t)
-    scale.ticks.push_back(t * step);
-}
-
-// 1, 2 or 5 times a power of ten: the nearest such number at or below (above) a value.
-double round_below(double value) {
-  const double power = std::pow(10, std::floor(std::log10(value) + 1e-9)), factor = value / power;
-  return power * (factor < 2 - 1e-9 ? 1 : factor < 5 - 1e-9 ? 2 : 5);
-}
-
-double round_above(double value) {
-  const double below = round_below(value);
-  return below >= value * (1 - 1e-9) ? below : round_below(below * 2.6);  // 1 -> 2, 2 -> 5, 5 -> 10
-}
-
-void set_logarithmic(Scale& scale, const Axis& axis) {
-  if (!axis.low) scale.low = round_below(scale.low);
-  if (!axis.high) scale.high = round_above(scale.high);
-  if (scale.low == scale.high) scale.low /= 10, scale.high *= 10;
-  const int first = static_cast<int>(std::floor(std::log10(scale.low) + 1e-9));
-  const int last = static_cast<int>(std::ceil(std::log10(scale.high) - 1e-9));
-  const int every = std::max(1, (last - first + 7) / 8);
-  const bool few = std::log10(scale.high / scale.low) < 2.5;
-  for (int e = first; e <= last; ++e) {
-    if ((e - first) % every != 0) continue;
-    for (const double factor : few ? std::vector<double>{1, 2, 5} : std::vector<double>{1}) {
-      const double tick = factor * std::pow(10, e);
-      if (tick >= scale.low * (1 - 1e-9) && tick <= scale.high * (1 + 1e-9)) scale.ticks.push_back(tick);
-    }
-  }
-}
-
-// The range of an axis: the data's, a share `margin` of it added at either end, widened to round numbers.
-Scale scale_of(const Axis& axis, const std::vector<Curve>& curves, std::vector<double> Curve::*values,
-               int pieces, double margin) {
-  Scale scale;
-  scale.logarithmic = axis.logarithmic;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const Curve& curve : curves)
-    for (const double v : curve.*values)
-      if (std::isfinite(v) && (!axis.logarithmic || v > 0)) low = std::min(low, v), high = std::max(high, v);
-  if (!(low <= high)) low = axis.logarithmic ? 0.1 : 0, high = 1;
-  if (margin > 0 && axis.logarithmic) {
-    const double factor = std::pow(high / low, margin);
-    low /= factor, high *= factor;
-  } else if (margin > 0) {
-    const double more = margin * (high - low);
-    low -= more, high += more;
-  }
-  scale.low = axis.low.value_or(low), scale.high = axis.high.value_or(high);
-  if (axis.logarithmic)
-    set_logarithmic(scale, axis);
-  else
-    set_linear(scale, axis, pieces);
-  return scale;
-}
 
 struct Point {
   double x, y;
@@ -187,7 +103,8 @@ std::vector<Point> thinned(const std::vector<Point>& line) {
 }
 
 // The pieces of a curve between values that cannot be drawn, in the drawing's pixels.
-std::vector<std::vector<Point>> pieces(const Curve& curve, const Scale& x, const Scale& y, double top) {
+std::vector<std::vector<Point>> pieces(const Curve& curve, const PlotScale& x, const PlotScale& y,
+                                       double top) {
   std::vector<std::vector<Point>> out(1);
   for (std::size_t i = 0; i < std::min(curve.x.size(), curve.y.size()); ++i) {
     const double u = x.at(curve.x[i]), v = y.at(curve.y[i]);
@@ -204,7 +121,7 @@ std::vector<std::vector<Point>> pieces(const Curve& curve, const Scale& x, const
   return out;
 }
 
-void draw_axes(std::string& out, const Plot& plot, const Scale& x, const Scale& y, double top) {
+void draw_axes(std::string& out, const Plot& plot, const PlotScale& x, const PlotScale& y, double top) {
   const double bottom = top + plot_height, far = width - right;
   for (const double tick : x.ticks) {
     const double u = left + x.at(tick) * (far - left);
@@ -242,12 +159,12 @@ std::string closed(const std::string& element, std::string_view name, const std:
                      : fmt::format("{}><title>{}</title></{}>\n", element, escaped(tip), name);
 }
 
-void draw_curve(std::string& out, const Curve& curve, std::size_t number, const Scale& x, const Scale& y,
-                double top) {
+void draw_curve(std::string& out, const Curve& curve, std::size_t number, const PlotScale& x,
+                const PlotScale& y, double top) {
   const std::string_view colour = curve.faint   ? "#c4c4c4"
                                   : curve.broad ? band
                                                 : colours[number % colours.size()],
-                         dash = curve.faint || curve.broad ? "none" : dashes[number % dashes.size()];
+                         dash = curve.faint || curve.broad ? "none" : dash_of(number);
   out += fmt::format("<g data-curve='{}'>\n", escaped(curve.name));
   for (const auto& piece : pieces(curve, x, y, top)) {
     out += fmt::format("<polyline class='{}' stroke='{}' stroke-dasharray='{}' points='",
@@ -269,7 +186,7 @@ void draw_curve(std::string& out, const Curve& curve, std::size_t number, const 
   out += "</g>\n";
 }
 
-void draw_edge(std::string& out, const std::vector<EdgeMark>& edge, const Scale& x, double top) {
+void draw_edge(std::string& out, const std::vector<EdgeMark>& edge, const PlotScale& x, double top) {
   for (const EdgeMark& m : edge) {
     const double u = x.at(m.x);
     if (!std::isfinite(u)) continue;
@@ -303,7 +220,7 @@ std::string paint_of(std::size_t kind, std::size_t frame) {
                                       : fmt::format("url(#hatch{}_{:x})", kind, frame);
 }
 
-void draw_tiles(std::string& out, const Plot& plot, const Scale& x, const Scale& y, double top,
+void draw_tiles(std::string& out, const Plot& plot, const PlotScale& x, const PlotScale& y, double top,
                 std::size_t frame) {
   for (std::size_t kind = 0; kind < plot.kinds.size(); ++kind) {
     out += fmt::format("<g data-curve='{}' fill='{}'>\n", escaped(plot.kinds[kind]), paint_of(kind, frame));
@@ -346,8 +263,8 @@ double draw_legend(std::string& out, const Plot& plot, double top, std::size_t f
     const std::string_view colour = curve.broad ? band : colours[number % colours.size()];
     out += fmt::format(
         "<g data-names='{}'><path class='{}' stroke='{}' stroke-dasharray='{}' d='M{:.2f} {:.2f}h28'/>\n",
-        escaped(curve.name), curve.broad ? "broad" : "curve", colour,
-        curve.broad ? "none" : dashes[number % dashes.size()], u, v - 4);
+        escaped(curve.name), curve.broad ? "broad" : "curve", colour, curve.broad ? "none" : dash_of(number),
+        u, v - 4);
     if (curve.marks) out += mark(u + 14, v - 4, number, colour, false) + "/>\n";
     out += fmt::format("<text x='{:.2f}' y='{:.2f}'>{}</text></g>\n", u + 34, v, escaped(curve.name));
     u += wide;
@@ -391,8 +308,8 @@ std::string svg(const Plot& plot) {
   // a name of its own, since several plots may stand on one page
   const std::size_t frame = std::hash<std::string>()(plot.title + plot.x.label + plot.y.label);
   const double top = 36 + draw_legend(legend, plot, 48, frame) + 4;
-  const Scale x = scale_of(plot.x, plot.curves, &Curve::x, 8, 0),
-              y = scale_of(plot.y, plot.curves, &Curve::y, 6, 0.03);
+  const PlotScale x = scale_of(plot.x, plot.curves, &Curve::x, 8, 0),
+                  y = scale_of(plot.y, plot.curves, &Curve::y, 6, 0.03);
   if (!plot.tiles.empty()) body += patterns(frame);
   draw_tiles(body, plot, x, y, top, frame);
   draw_axes(body, plot, x, y, top);

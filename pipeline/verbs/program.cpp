@@ -49,6 +49,7 @@ int run(int argc, char** argv) {
   borelli::add_report(program, command);
   borelli::add_figures(program, command);
   borelli::add_chart(program, command);
+  borelli::add_stability(program, command);
   borelli::add_info(program, command);
 
   for (auto* verb : program.get_subcommands({})) verb->allow_config_extras(CLI::config_extras_mode::error);

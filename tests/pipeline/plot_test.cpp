@@ -131,5 +131,34 @@ TEST(Plot, CsvOfCurvesWithUnlikeTimesIsLong) {
   EXPECT_EQ(csv(plot), "# t\ncurve,x,y\na,0,2\na,1,3\nb,0,4\n");
 }
 
+TEST(Plot, TilesFillTheirRangeInTheColourOfTheirKind) {
+  Plot plot{.title = "map",
+            .x = {.label = "k", .logarithmic = true, .low = 1, .high = 100},
+            .y = {.label = "step (s)", .logarithmic = true, .low = 0.01, .high = 1},
+            .curves = {}};
+  plot.kinds = {"good", "unseen", "bad"};
+  plot.tiles = {{1, 10, 0.01, 0.1, 0, "a tip"}, {10, 100, 0.1, 1, 2, ""}};
+  tinyxml2::XMLDocument document;
+  ASSERT_EQ(document.Parse(svg(plot).c_str()), tinyxml2::XML_SUCCESS);
+  const Drawn d = drawn(plot);
+  std::map<std::string, const tinyxml2::XMLElement*> tiles;
+  for (const auto* g = document.RootElement()->FirstChildElement("g"); g; g = g->NextSiblingElement("g"))
+    if (const auto* rect = g->FirstChildElement("rect"); rect && rect->Attribute("class", "tile"))
+      tiles[g->Attribute("data-curve")] = rect;
+  ASSERT_EQ(tiles.size(), 2u);
+  const auto* good = tiles["good"];
+  EXPECT_NEAR(good->DoubleAttribute("x"), d.x_ticks.at("1"), pixel);
+  EXPECT_NEAR(good->DoubleAttribute("x") + good->DoubleAttribute("width"), d.x_ticks.at("10"), 2 * pixel);
+  EXPECT_NEAR(good->DoubleAttribute("y"), d.y_ticks.at("0.1"), pixel);
+  EXPECT_NEAR(good->DoubleAttribute("y") + good->DoubleAttribute("height"), d.y_ticks.at("10⁻²"), 2 * pixel);
+  EXPECT_STREQ(good->FirstChildElement("title")->GetText(), "a tip");
+  const auto* bad = tiles["bad"];
+  EXPECT_NEAR(bad->DoubleAttribute("x"), d.x_ticks.at("10"), pixel);
+  EXPECT_NEAR(bad->DoubleAttribute("y"), d.y_ticks.at("1"), pixel);
+  // the legend names what is there
+  EXPECT_EQ(std::count(d.texts.begin(), d.texts.end(), "good"), 1);
+  EXPECT_EQ(std::count(d.texts.begin(), d.texts.end(), "unseen"), 0);
+}
+
 }  // namespace
 }  // namespace borelli

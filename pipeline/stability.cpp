@@ -1,0 +1,150 @@
+#include "pipeline/stability.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/integrator.hpp"
+#include "dynamics/scene_file.hpp"
+#include "pipeline/linear_limit.hpp"
+#include "pipeline/scene_number.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double all = std::numeric_limits<double>::infinity();
+
+class Mapping {
+ public:
+  Mapping(StabilityMap& map, const StabilitySettings& settings, const std::function<void(double)>& progress)
+      : map_(map), settings_(settings), progress_(progress) {}
+
+  void run() {
+    const std::size_t columns = map_.sweep.scenes.size(), methods = map_.methods.size();
+    std::vector<Result<System>> systems;
+    std::vector<std::optional<SmallDeviations>> deviations;
+    for (const Result<Scene>& scene : map_.sweep.scenes) {
+      systems.push_back(scene ? compile(*scene) : tl::unexpected(scene.error()));
+      deviations.push_back(systems.back() ? deviations_from_start(*systems.back()) : std::nullopt);
+    }
+    for (std::size_t m = 0; m < methods; ++m)
+      for (std::size_t c = 0; c < columns; ++c) {
+        climb(m, c, systems[c]);
+        if (deviations[c] && settings_constraints(systems[c]) == ConstraintTreatment::projection)
+          map_.limits.back().linear = linear_limit(map_.methods[m], *deviations[c]);
+        progress_(double(m * columns + c + 1) / double(methods * columns));
+      }
+  }
+
+ private:
+  ConstraintTreatment settings_constraints(const Result<System>& system) const {
+    return settings_.constraints.value_or(system->settings.constraints);
+  }
+
+  Tried tried(std::size_t method, const Result<System>& system, double setting) const {
+    if (!system) return {.outcome = Outcome::refused, .reason = system.error().message()};
+    SimulationSettings how = system->settings;
+    how.method = map_.methods[method];
+    how.equations = settings_.equations;
+    how.constraints = settings_constraints(system);
+    return try_run(*system, how, setting, map_.lengths);
+  }
+
+  /// All settings of the ladder, from small to large, and the limits between them.
+  void climb(std::size_t method, std::size_t column, const Result<System>& system) {
+    StabilityLimit limit{method, column, none, none};
+    bool stable = true, trusted = true;
+    double unstable_from = none;
+    for (const double setting : map_.ladder_of(method).values) {
+      const Tried now = tried(method, system, setting);
+      map_.cells.push_back({method, column, setting, now});
+      // (neither a run that is refused nor one that was not let come to its end shows a limit)
+      if (stable && is_unstable(now.outcome)) unstable_from = setting;
+      stable = stable && !is_unstable(now.outcome) && now.outcome != Outcome::refused;
+      trusted = trusted && now.outcome == Outcome::stable;
+      if (stable) limit.stable = setting;
+      if (trusted) limit.trusted = setting;
+    }
+    if (stable) limit.stable = all;
+    if (trusted) limit.trusted = all;
+    if (std::isfinite(limit.stable) && std::isfinite(unstable_from))
+      while (unstable_from / limit.stable > settings_.refinement) {
+        const double middle = std::sqrt(limit.stable * unstable_from);
+        (is_unstable(tried(method, system, middle).outcome) ? unstable_from : limit.stable) = middle;
+      }
+    map_.limits.push_back(limit);
+  }
+
+  StabilityMap& map_;
+  const StabilitySettings& settings_;
+  const std::function<void(double)>& progress_;
+};
+
+}  // namespace
+
+const Ladder& StabilityMap::ladder_of(std::size_t method) const {
+  return method_is_adaptive(methods[method]) ? tolerances : steps;
+}
+
+Result<StabilityMap> stability_map(Sweep sweep, const StabilitySettings& settings,
+                                   const std::function<void(double)>& progress) {
+  const auto first = std::find_if(sweep.scenes.begin(), sweep.scenes.end(), [](const auto& s) { return s; });
+  if (sweep.scenes.empty()) return bad_use("stability", "needs a scene");
+  if (first == sweep.scenes.end()) return tl::unexpected(sweep.scenes.front().error());
+  const auto system = compile(**first);
+  const double span = (*first)->simulation.end_time - (system ? system->initial.t : 0);
+  if (!(span > 0)) return bad_use((*first)->name, "ends when it begins: there is no motion to map");
+  StabilityMap map{
+      std::move(sweep), settings.methods, settings.steps, settings.tolerances, settings.lengths, {}, {}};
+  if (map.methods.empty()) map.methods = integrator_names();
+  if (map.steps.values.empty()) {
+    map.steps.logarithmic = true;
+    for (int i = 0; i < 13; ++i) map.steps.values.push_back(span * std::pow(10, -4 + 0.25 * i));
+  }
+  if (map.tolerances.values.empty())
+    map.tolerances = {{1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2}, true};
+  for (const Ladder* ladder : {&map.steps, &map.tolerances})
+    if (!(ladder->values.front() > 0))
+      return bad_use("stability", fmt::format("a step or tolerance is {:g}; expected positive numbers",
+                                              ladder->values.front()));
+  if (settings.lengths.least < 8 || settings.lengths.most < settings.lengths.least ||
+      !(settings.refinement > 1))
+    return bad_use("stability", fmt::format("runs have {} to {} steps; expected 8 at least, and no fewer at "
+                                            "most than at least",
+                                            settings.lengths.least, settings.lengths.most));
+  Mapping(map, settings, progress).run();
+  return map;
+}
+
+Result<Sweep> sweep_of_number(const std::string& text, const std::string& file,
+                              const std::vector<std::string>& paths, const Ladder& values) {
+  Sweep sweep{.scene = file, .parameter = fmt::format("{}", fmt::join(paths, ", ")), .values = values};
+  for (const double value : values.values) {
+    std::string changed = text;
+    for (const std::string& path : paths) {
+      auto next = with_number(changed, file, path, value);
+      if (!next) return tl::unexpected(next.error());
+      changed = std::move(*next);
+    }
+    sweep.scenes.push_back(parse_scene(changed, file));
+    if (sweep.scenes.back()) sweep.scene = sweep.scenes.back()->name;
+    sweep.names.push_back(fmt::format("{} = {:.6g}", sweep.parameter, value));
+  }
+  return sweep;
+}
+
+Sweep sweep_of_scenes(std::vector<Scene> scenes) {
+  Sweep sweep{.scene = scenes.size() == 1 ? scenes[0].name : fmt::format("{} scenes", scenes.size())};
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    sweep.values.values.push_back(double(i + 1));
+    sweep.names.push_back(scenes[i].name);
+    sweep.scenes.push_back(std::move(scenes[i]));
+  }
+  return sweep;
+}
+
+}  // namespace borelli

@@ -1,0 +1,74 @@
+// Where methods fail: every method on a scene, over steps (tolerances) and over a number of the scene, or
+// over several scenes, and the limit up to which each is stable.
+//
+// Outcomes, evaluations and limits are the same, bit for bit, from one call to the next on one machine.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "pipeline/ladder.hpp"
+#include "pipeline/outcome.hpp"
+
+namespace borelli {
+
+/// The scenes of a map, one a column. Where several scenes are swept rather than a number of one, `values`
+/// count them from 1.
+struct Sweep {
+  std::string scene;           ///< what is swept, for a title
+  std::string parameter = {};  ///< path of the number; empty: scenes
+  Ladder values = {};
+  std::vector<std::string> names = {};     ///< of the scenes
+  std::vector<Result<Scene>> scenes = {};  ///< one that cannot be read is refused at every step
+};
+
+struct StabilitySettings {
+  std::vector<std::string> methods = {};  ///< of integrator_names(); empty: all
+  Equations equations = Equations::recursive;
+  std::optional<ConstraintTreatment> constraints = {};  ///< the scenes' own where it is absent
+  Ladder steps = {};       ///< s; empty: from a ten thousandth of the first scene's run to a tenth
+  Ladder tolerances = {};  ///< empty: 1e-10 to 1e-2
+  RunLengths lengths = {};
+  double refinement = 1.005;  ///< limits are bisected until they lie between two runs no more apart than that
+};
+
+struct StabilityCell {
+  std::size_t method, column;
+  double setting;  ///< step (s) or tolerance
+  Tried tried;
+};
+
+/// Of one method in one column: the largest setting that it is stable at with all smaller ones, too
+/// (is_unstable tells); infinite: at all that were tried; NaN: at none, or it refuses the scene.
+struct StabilityLimit {
+  std::size_t method, column;
+  double stable, trusted;             ///< the latter by certificate, from the ladder's own settings
+  std::optional<double> linear = {};  ///< linear_limit, for stable
+};
+
+struct StabilityMap {
+  Sweep sweep;
+  std::vector<std::string> methods;
+  Ladder steps, tolerances;
+  RunLengths lengths;
+  std::vector<StabilityCell> cells;    ///< by method, column, rising setting: the ladders' own, no others
+  std::vector<StabilityLimit> limits;  ///< by method, column
+  const Ladder& ladder_of(std::size_t method) const;
+};
+
+/// Runs all of it. `progress` is told the share that is done. Fails where a setting makes no sense, or no
+/// scene of the sweep can be read.
+Result<StabilityMap> stability_map(
+    Sweep sweep, const StabilitySettings& settings,
+    const std::function<void(double)>& progress = [](double) {});
+
+/// Of a scene's text (`file` names it): a column for each value of the numbers at `paths`, all set alike.
+Result<Sweep> sweep_of_number(const std::string& text, const std::string& file,
+                              const std::vector<std::string>& paths, const Ladder& values);
+
+/// A column for each scene.
+Sweep sweep_of_scenes(std::vector<Scene> scenes);
+
+}  // namespace borelli

@@ -1,0 +1,37 @@
+// What a stability map has to show: a map a method, the limits of all, a page, tables for other programs.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "pipeline/plot.hpp"
+#include "pipeline/stability.hpp"
+
+namespace borelli {
+
+/// File name (without ending) and drawing: `limits` of all methods of fixed steps where any has one, likewise
+/// `limits_tolerance` of adaptive ones, then a map a method.
+std::vector<std::pair<std::string, Plot>> stability_plots(const StabilityMap& map);
+
+/// All of it on one page that needs no network: drawings with tips, the table of limits, and how each method
+/// failed first.
+std::string stability_page(const StabilityMap& map);
+
+/// A line per run.
+std::string stability_csv(const StabilityMap& map);
+
+/// A line per method and column: the limits.
+std::string stability_limits_csv(const StabilityMap& map);
+
+/// "0.0141", "all" or "none".
+std::string limit_words(double limit);
+
+/// Scenes that made a method fail, nearest to its limit: for each method and unstable outcome one, with the
+/// method and step that it fails by in its [simulation], and how in its first line:
+///     # fails: METHOD at SETTING by OUTCOME: REASON
+/// File name and text.
+std::vector<std::pair<std::string, std::string>> failing_scenes(const StabilityMap& map,
+                                                                const StabilitySettings& settings);
+
+}  // namespace borelli

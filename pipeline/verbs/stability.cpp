@@ -1,0 +1,266 @@
+// borelli stability SCENE... -o DIR: where methods fail on a scene, over steps and a number of the scene.
+#include <fmt/core.h>
+
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "dynamics/integrator.hpp"
+#include "dynamics/model_file.hpp"
+#include "dynamics/scene_file.hpp"
+#include "pipeline/long_runs.hpp"
+#include "pipeline/picture.hpp"
+#include "pipeline/stability_page.hpp"
+#include "pipeline/verbs/model_options.hpp"
+#include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/verb.hpp"
+#include "pipeline/whole_file.hpp"
+
+namespace borelli {
+namespace {
+
+struct Options {
+  std::vector<std::string> scenes, methods;
+  std::string folder = "stability", vary, step, tolerance, equations = "recursive";
+  ModelOptions model;
+  std::optional<std::string> constraints;
+  std::optional<double> end;
+  std::optional<long> long_steps;
+  RunLengths lengths;
+  bool failing = false;
+};
+
+Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
+                         const std::filesystem::path& folder) {
+  for (const auto& [name, plot] : plots) {
+    const std::string drawing = svg(plot);
+    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
+    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
+  }
+  return {};
+}
+
+Result<Scene> read(const Options& o, const std::string& file, const Command& command) {
+  auto model = read_model(file, o.model);
+  if (!model) return tl::unexpected(model.error());
+  if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
+  model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
+  return std::move(model->scene);
+}
+
+/// "a,b=1:10" as the paths a and b and what stands behind the sign.
+Result<std::pair<std::vector<std::string>, std::string>> parse_vary(const std::string& text) {
+  const std::size_t sign = text.rfind('=');
+  if (sign == std::string::npos || sign == 0)
+    return bad_use("--vary",
+                   fmt::format("is '{}', expected PATH=LOW:HIGH, such as spring.stiffness=1:1e8", text));
+  std::vector<std::string> paths(1);
+  for (const char c : text.substr(0, sign))
+    if (c == ',')
+      paths.emplace_back();
+    else
+      paths.back() += c;
+  return std::pair(paths, text.substr(sign + 1));
+}
+
+Result<Sweep> sweep_of(const Options& o, const Command& command) {
+  if (o.vary.empty()) {
+    std::vector<Scene> scenes;
+    for (const std::string& file : o.scenes) {
+      auto scene = read(o, file, command);
+      if (!scene) return tl::unexpected(scene.error());
+      scenes.push_back(std::move(*scene));
+    }
+    return sweep_of_scenes(std::move(scenes));
+  }
+  if (o.scenes.size() > 1) return bad_use("--vary", "goes through one scene; name one, or leave --vary out");
+  const auto vary = parse_vary(o.vary);
+  if (!vary) return tl::unexpected(vary.error());
+  const auto values = parse_ladder(vary->second, "--vary");
+  if (!values) return tl::unexpected(values.error());
+  auto scene = read(o, o.scenes[0], command);
+  if (!scene) return tl::unexpected(scene.error());
+  // paths are those of the file; a model of others goes by what it is as a scene
+  auto text = read_whole(o.scenes[0]);
+  if (text && !parse_scene(*text, o.scenes[0])) text = write_scene(*scene);
+  if (!text) return tl::unexpected(text.error());
+  auto sweep = sweep_of_number(*text, o.scenes[0], vary->first, *values);
+  if (sweep)
+    for (Result<Scene>& one : sweep->scenes)
+      if (one && o.end) one->simulation.end_time = *o.end;
+  return sweep;
+}
+
+nlohmann::json number(double x) {
+  return std::isnan(x) ? nlohmann::json() : std::isinf(x) ? nlohmann::json("all") : nlohmann::json(x);
+}
+
+nlohmann::json json_of(const StabilityMap& map) {
+  nlohmann::json limits = nlohmann::json::array();
+  for (const StabilityLimit& limit : map.limits)
+    limits.push_back({{"method", map.methods[limit.method]},
+                      {"parameter", map.sweep.values.values[limit.column]},
+                      {"name", map.sweep.names[limit.column]},
+                      {"stable", number(limit.stable)},
+                      {"linear", limit.linear ? number(*limit.linear) : nlohmann::json()},
+                      {"trusted", number(limit.trusted)}});
+  return {{"scene", map.sweep.scene},
+          {"parameter", map.sweep.parameter},
+          {"runs", map.cells.size()},
+          {"limits", limits}};
+}
+
+void print(const StabilityMap& map) {
+  fmt::print("  {:20} {:28} {:>12} {:>12} {:>12}\n", "method",
+             map.sweep.parameter.empty() ? "scene" : map.sweep.parameter, "stable up to", "linear",
+             "trusted up to");
+  for (const StabilityLimit& limit : map.limits)
+    fmt::print("  {:20} {:28} {:>12} {:>12} {:>12}\n", map.methods[limit.method],
+               map.sweep.parameter.empty() ? map.sweep.names[limit.column]
+                                           : fmt::format("{:.6g}", map.sweep.values.values[limit.column]),
+               limit_words(limit.stable), limit.linear ? limit_words(*limit.linear) : "-",
+               limit_words(limit.trusted));
+}
+
+Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
+  const std::filesystem::path folder = o.folder;
+  StabilitySettings settings;
+  settings.methods = o.methods;
+  settings.equations = o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
+  if (o.constraints)
+    settings.constraints =
+        *o.constraints == "baumgarte" ? ConstraintTreatment::baumgarte : ConstraintTreatment::projection;
+  settings.lengths = o.lengths;
+  for (const auto& [text, what, ladder] : {std::tuple(&o.step, "--step", &settings.steps),
+                                           std::tuple(&o.tolerance, "--tolerance", &settings.tolerances)}) {
+    if (text->empty()) continue;
+    auto parsed = parse_ladder(*text, what);
+    if (!parsed) return tl::unexpected(parsed.error());
+    *ladder = std::move(*parsed);
+  }
+  auto sweep = sweep_of(o, command);
+  if (!sweep) return tl::unexpected(sweep.error());
+  ProgressBar bar(command.json);
+  bar.begin("stability");
+  const auto map = stability_map(std::move(*sweep), settings, [&](double fraction) { bar.update(fraction); });
+  if (!map) return tl::unexpected(map.error());
+  bar.end(fmt::format("{} runs", map->cells.size()));
+  if (auto done = write_plots(stability_plots(*map), folder); !done) return tl::unexpected(done.error());
+  for (const auto& [name, text] :
+       {std::pair("stability.csv", stability_csv(*map)), std::pair("limits.csv", stability_limits_csv(*map)),
+        std::pair("stability.html", stability_page(*map))})
+    if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
+  if (o.failing)
+    for (const auto& [name, text] : failing_scenes(*map, settings))
+      if (auto done = write_whole(folder / "failing" / name, text); !done)
+        return tl::unexpected(done.error());
+  if (!command.json) {
+    print(*map);
+    fmt::print("{}: the maps on a page; beside it SVG, PNG and CSV\n", (folder / "stability.html").string());
+  }
+  return json_of(*map);
+}
+
+Result<nlohmann::json> work_on_long_runs(const Options& o, const Command& command) {
+  const std::filesystem::path folder = o.folder;
+  if (o.scenes.size() > 1 || !o.vary.empty())
+    return bad_use("--long", "runs one scene as it is; name one, and leave --vary out");
+  LongRunSettings settings;
+  settings.methods = o.methods;
+  settings.equations = o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
+  settings.steps = *o.long_steps;
+  for (const auto& [text, what, value] : {std::tuple(&o.step, "--step", &settings.step),
+                                          std::tuple(&o.tolerance, "--tolerance", &settings.tolerance)}) {
+    if (text->empty()) continue;
+    const auto parsed = parse_ladder(*text, what);
+    if (!parsed) return tl::unexpected(parsed.error());
+    if (parsed->values.size() > 1 || !(parsed->values[0] > 0))
+      return bad_use(what, fmt::format("is '{}'; long runs take one positive number", *text));
+    *value = parsed->values[0];
+  }
+  auto scene = read(o, o.scenes[0], command);
+  if (!scene) return tl::unexpected(scene.error());
+  if (o.constraints)
+    scene->simulation.constraints =
+        *o.constraints == "baumgarte" ? ConstraintTreatment::baumgarte : ConstraintTreatment::projection;
+  ProgressBar bar(command.json);
+  bar.begin("long runs");
+  const auto runs = long_runs(*scene, settings, [&](double fraction) { bar.update(fraction); });
+  if (!runs) return tl::unexpected(runs.error());
+  bar.end(fmt::format("{} methods", runs->runs.size()));
+  const auto plots = long_run_plots(*runs);
+  if (auto done = write_plots(plots, folder); !done) return tl::unexpected(done.error());
+  for (const auto& [name, plot] : plots)
+    if (auto done = write_whole(folder / (name + ".csv"), csv(plot)); !done)
+      return tl::unexpected(done.error());
+  for (const auto& [name, text] :
+       {std::pair("long.csv", long_runs_csv(*runs)), std::pair("long.html", long_runs_page(*runs))})
+    if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
+  nlohmann::json all = nlohmann::json::array();
+  for (const LongRun& run : runs->runs) {
+    all.push_back({{"method", run.method},
+                   {"finished", run.reason.empty()},
+                   {"reason", run.reason},
+                   {"secular", run.secular},
+                   {"drift_per_s", run.drift},
+                   {"swing", run.swing},
+                   {"evaluations", run.evaluations}});
+    if (!command.json)
+      fmt::print("  {:20} {}\n", run.method,
+                 run.energy.empty() ? run.reason
+                                    : fmt::format("{} {:10.2g} 1/s, swing {:10.2g}{}{}",
+                                                  run.secular ? "adds up by   " : "bounded, drift", run.drift,
+                                                  run.swing, run.reason.empty() ? "" : "; ", run.reason));
+  }
+  if (!command.json)
+    fmt::print("{}: the runs on a page; beside it SVG, PNG and CSV\n", (folder / "long.html").string());
+  return nlohmann::json{{"scene", runs->scene}, {"step", runs->step}, {"end", runs->end}, {"runs", all}};
+}
+
+}  // namespace
+
+void add_stability(CLI::App& program, Command& command) {
+  auto* verb = program.add_subcommand(
+      "stability", "Map where methods fail on a scene, over steps and a number of the scene");
+  auto o = std::make_shared<Options>();
+  verb->add_option("scenes", o->scenes, "The scene: TOML, MJCF or URDF; several: a column of the map each")
+      ->required();
+  add_model_options(*verb, o->model);
+  verb->add_option("-o,--output", o->folder, "Folder for page, drawings and tables")->capture_default_str();
+  verb->add_option("--vary", o->vary,
+                   "PATH=LOW:HIGH[:COUNT]: a number of the scene's file to go through, such as "
+                   "spring.stiffness=1:1e8; several paths, with commas between, are set alike");
+  verb->add_option("--step", o->step,
+                   "LOW:HIGH[:COUNT] of methods with steps of one length, s; with --long one of them");
+  verb->add_option("--tolerance", o->tolerance,
+                   "LOW:HIGH[:COUNT] of adaptive methods; with --long one of them");
+  verb->add_option("--methods", o->methods, "Integrators, with commas between; all, where not given")
+      ->delimiter(',')
+      ->check(CLI::IsMember(integrator_names()));
+  verb->add_option("--equations", o->equations, "Equations of motion to solve")
+      ->check(CLI::IsMember({"recursive", "lagrange"}))
+      ->capture_default_str();
+  verb->add_option("--constraints", o->constraints, "How constraints are kept; the scene's own, if not given")
+      ->check(CLI::IsMember({"projection", "baumgarte"}));
+  verb->add_option("--end", o->end, "End time, s")->check(positive_number());
+  verb->add_option("--least-steps", o->lengths.least, "Steps that a run makes at least, beyond its end")
+      ->check(CLI::Range(8L, 1000000000L))
+      ->capture_default_str();
+  verb->add_option("--most-steps", o->lengths.most, "Steps that a run makes at most, short of its end")
+      ->check(CLI::Range(8L, 1000000000L))
+      ->capture_default_str();
+  verb->add_flag("--failing", o->failing, "Write the scenes that made a method fail, nearest to its limit");
+  verb->add_option("--long", o->long_steps,
+                   "Instead of a map: runs of so many steps, and what becomes of energy and momentum")
+      ->check(CLI::Range(8L, 10000000L))
+      ->excludes("--failing");
+  verb->callback([&command, o] {
+    command.work = [o](const Command& c) -> Result<nlohmann::json> {
+      if (auto fine = check_folder_writable(o->folder); !fine) return tl::unexpected(fine.error());
+      return o->long_steps ? work_on_long_runs(*o, c) : work_on_map(*o, c);
+    };
+  });
+}
+
+}  // namespace borelli

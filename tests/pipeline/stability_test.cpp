@@ -1,0 +1,187 @@
+// Limits of stability against closed forms, outcomes against what is known of the methods.
+#include "pipeline/stability_page.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "dynamics/scene_file.hpp"
+#include "pipeline/scene_number.hpp"
+#include "tests/paths.hpp"
+
+namespace borelli {
+namespace {
+
+// 1 kg on a spring, without weight: by stiffness k it swings at sqrt(k) rad/s.
+const std::string oscillator = R"(name = "oscillator"
+gravity = [0, 0, 0]
+[simulation]
+end_time = 5
+[[solid]]
+name = "mass"
+joint = {translation = "x", name = "x", value = 1, velocity = 0}
+mass = 1
+centre = [0, 0, 0]
+tensor = [1, 1, 1]
+[[effort]]
+name = "spring"
+kind = "coordinate_spring"
+on = "x"
+stiffness = 4
+damping = 0
+)";
+
+Sweep sweep(const std::string& text, const std::string& path, const std::string& values) {
+  return sweep_of_number(text, "oscillator.toml", {path}, parse_ladder(values, "values").value()).value();
+}
+
+StabilityMap mapped(Sweep columns, const std::vector<std::string>& methods, const std::string& steps) {
+  StabilitySettings settings;
+  settings.methods = methods;
+  settings.steps = parse_ladder(steps, "steps").value();
+  settings.lengths.most = 2000;
+  return stability_map(std::move(columns), settings).value();
+}
+
+TEST(Stability, LimitsOfAnUndampedSpringAreThoseOfTheory) {
+  const StabilityMap map =
+      mapped(sweep(oscillator, "spring.stiffness", "4,1e4,1e8"),
+             {"rk4", "verlet", "semi_implicit_euler", "implicit_midpoint", "gauss4"}, "1e-5:10");
+  const double reach[] = {std::sqrt(8.), 2, 2};  // of h omega
+  ASSERT_EQ(map.limits.size(), 15u);
+  for (const StabilityLimit& limit : map.limits) {
+    const double omega = std::sqrt(map.sweep.values.values[limit.column]);
+    ASSERT_TRUE(limit.linear);
+    if (limit.method < 3) {
+      // 200 steps tell growth by a part in a hundred from none
+      EXPECT_NEAR(limit.stable * omega / reach[limit.method], 1, 0.01) << map.methods[limit.method];
+      EXPECT_NEAR(*limit.linear * omega / reach[limit.method], 1, 1e-6);
+    } else {
+      EXPECT_TRUE(std::isinf(limit.stable)) << map.methods[limit.method];
+      EXPECT_TRUE(std::isinf(*limit.linear));
+    }
+    EXPECT_FALSE(limit.trusted >= limit.stable);  // what is stable is not yet right
+  }
+}
+
+TEST(Stability, AHeavilyDampedSpringBoundsTheStepByItsDamping) {
+  std::string text = oscillator;
+  text.replace(text.find("velocity = 0"), 12, "velocity = 1");
+  const StabilityMap map =
+      mapped(sweep(text, "spring.damping", "100,1e4"), {"rk4", "euler", "gauss4"}, "1e-5:10");
+  // where |R(z)| = 1 on the negative axis: 1 + z + z^2/2 + z^3/6 + z^4/24, and 1 + z
+  const double reach[] = {2.785293563405282, 2};
+  for (const StabilityLimit& limit : map.limits) {
+    const double c = map.sweep.values.values[limit.column];
+    const double fast = (c + std::sqrt(c * c - 16)) / 2;
+    if (limit.method == 2) {
+      EXPECT_TRUE(std::isinf(limit.stable));
+      continue;
+    }
+    EXPECT_NEAR(limit.stable * fast / reach[limit.method], 1, 0.02) << map.methods[limit.method];
+    EXPECT_NEAR(*limit.linear * fast / reach[limit.method], 1, 1e-6);
+  }
+}
+
+TEST(Stability, EulerGrowsAtAnyStepAndItsMidpointRuleSlowly) {
+  const StabilityMap map = mapped(sweep(oscillator, "spring.stiffness", "4"), {"euler", "rk2"}, "1e-3:1");
+  EXPECT_TRUE(std::isnan(map.limits[0].stable));
+  EXPECT_EQ(map.limits[0].linear, 0);
+  EXPECT_EQ(map.cells[0].tried.outcome, Outcome::energy_growth);
+  // its energy grows by (h omega)^4 / 4 a step: a thousandth in 2000 steps of 1e-2 s is more than it does
+  EXPECT_EQ(map.limits[1].linear, 0);
+  EXPECT_GT(map.limits[1].stable, 5e-3);
+  EXPECT_LT(map.limits[1].stable, 5e-2);
+}
+
+TEST(Stability, EveryOutcomeHasItsScene) {
+  const auto outcome = [](const std::string& text, const char* method, double setting,
+                          ConstraintTreatment constraints = ConstraintTreatment::projection,
+                          RunLengths lengths = {}) {
+    const System system = compile(parse_scene(text, "a.toml").value()).value();
+    SimulationSettings how = system.settings;
+    how.method = method;
+    how.constraints = constraints;
+    const Tried tried = try_run(system, how, setting, lengths);
+    EXPECT_EQ(tried.reason.empty(), tried.outcome == Outcome::stable) << tried.reason;
+    return tried.outcome;
+  };
+  const auto sample = [](const char* name) {
+    return write_scene(read_scene(test::source_folder() + "/samples/" + name).value()).value();
+  };
+  EXPECT_EQ(outcome(oscillator, "rk4", 0.01), Outcome::stable);
+  EXPECT_EQ(outcome(oscillator, "rk4", 2), Outcome::blow_up);
+  EXPECT_EQ(outcome(oscillator, "rk4", 1.2), Outcome::energy_loss);  // all of it, before long
+  EXPECT_EQ(outcome(oscillator, "rk4", 0.2), Outcome::energy_loss);  // a part
+  EXPECT_EQ(outcome(oscillator, "rk4", 1.42), Outcome::energy_growth);
+  EXPECT_EQ(outcome(oscillator, "semi_implicit_euler", 0.5), Outcome::inaccurate);  // to and fro
+  EXPECT_EQ(outcome(oscillator, "dopri5", 1e-8, {}, {200, 20}), Outcome::unfinished);
+  EXPECT_EQ(outcome(sample("a01.toml"), "cvode", 1e-6), Outcome::refused);
+  const std::string held =
+      with_number(with_number(sample("a01.toml"), "a", "simulation.baumgarte_alpha", 0).value(), "a",
+                  "simulation.baumgarte_beta", 0)
+          .value();
+  EXPECT_EQ(outcome(held, "rk4", 0.05, ConstraintTreatment::baumgarte), Outcome::constraint_drift);
+  EXPECT_EQ(outcome(sample("painleve_rod.toml"), "dop853", 1e-8), Outcome::not_solved);
+}
+
+TEST(Stability, BaumgartesGainsBoundTheStep) {
+  // h'' + 2 a h' + a^2 h = 0 has the double eigenvalue -a, which RK4 bears up to a step of 2.785 / a
+  const std::string text =
+      write_scene(read_scene(test::source_folder() + "/samples/a01.toml").value()).value();
+  for (const double gain : {100., 300., 1000.}) {
+    const Sweep gains =
+        sweep_of_number(text, "a01.toml", {"simulation.baumgarte_alpha", "simulation.baumgarte_beta"},
+                        {{gain}, false})
+            .value();
+    StabilitySettings settings;
+    settings.methods = {"rk4"};
+    settings.constraints = ConstraintTreatment::baumgarte;
+    settings.steps = {{0.2 / gain, 2.6 / gain, 2.95 / gain}, true};
+    const StabilityMap map = stability_map(gains, settings).value();
+    EXPECT_EQ(map.cells[0].tried.outcome, Outcome::stable) << map.cells[0].tried.reason;
+    EXPECT_NE(map.cells[1].tried.outcome, Outcome::blow_up) << map.cells[1].tried.reason;
+    EXPECT_EQ(map.cells[2].tried.outcome, Outcome::blow_up) << map.cells[2].tried.reason;
+    EXPECT_FALSE(map.limits[0].linear);  // of the constraints' own dynamics it knows nothing
+  }
+}
+
+TEST(Stability, IsTheSameEachTime) {
+  const auto once = [] {
+    return mapped(sweep(oscillator, "spring.stiffness", "1:100:3"), {"rk4", "gbs", "moreau"}, "1e-2:3:5");
+  };
+  const StabilityMap a = once(), b = once();
+  EXPECT_EQ(stability_csv(a), stability_csv(b));
+  EXPECT_EQ(stability_limits_csv(a), stability_limits_csv(b));
+  EXPECT_EQ(stability_page(a), stability_page(b));
+}
+
+TEST(Stability, AColumnThatIsNoSceneIsRefusedAndTheOthersRun) {
+  const StabilityMap map = mapped(sweep(oscillator, "mass.mass", "-1,1"), {"rk4"}, "1e-2,1e-1");
+  ASSERT_EQ(map.cells.size(), 4u);
+  EXPECT_EQ(map.cells[0].tried.outcome, Outcome::refused);
+  EXPECT_NE(map.cells[0].tried.reason.find("mass"), std::string::npos) << map.cells[0].tried.reason;
+  EXPECT_EQ(map.cells[2].tried.outcome, Outcome::stable);
+  EXPECT_TRUE(std::isnan(map.limits[0].stable));
+  EXPECT_FALSE(stability_map(sweep(oscillator, "mass.mass", "-2,-1"), {}));
+}
+
+TEST(Stability, ScenesThatFailAreWrittenWithHowTheyFail) {
+  StabilitySettings settings;
+  settings.methods = {"rk4"};
+  settings.steps = parse_ladder("1e-2:3:8", "steps").value();
+  const StabilityMap map = stability_map(sweep(oscillator, "spring.stiffness", "4,100"), settings).value();
+  const auto failing = failing_scenes(map, settings);
+  ASSERT_FALSE(failing.empty());
+  for (const auto& [name, text] : failing) {
+    EXPECT_TRUE(text.starts_with("# fails: rk4 at ")) << name;
+    const Scene scene = parse_scene(text, name).value();
+    const System system = compile(scene).value();
+    const Tried again = try_run(system, scene.simulation, scene.simulation.step);
+    EXPECT_NE(text.find(std::string("by ") + name_of(again.outcome) + ": " + again.reason), std::string::npos)
+        << name;
+  }
+}
+
+}  // namespace
+}  // namespace borelli

@@ -1,0 +1,147 @@
+// `borelli stability` as a person uses it, and the scenes that make methods fail, which must go on failing.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <tuple>
+
+#include "dynamics/integrator.hpp"
+#include "dynamics/scene_file.hpp"
+#include "pipeline/outcome.hpp"
+#include "tests/paths.hpp"
+#include "tests/pipeline/program_run.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+const std::string samples = test::source_folder() + "/samples/";
+
+TEST(StabilityVerb, MapsANumberOfASceneAgainstTheStep) {
+  const TestFolder folder;
+  const ProgramRun run = run_program("stability " + samples +
+                                     "heavy_top.toml --vary top.mass=1:10:2 --step 1e-3:0.1:5 --methods "
+                                     "rk4,dop853 --tolerance 1e-6,1e-4 --failing --json -o " +
+                                     folder.path().string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json answer = json::parse(run.out, nullptr, false);
+  EXPECT_EQ(answer["runs"], 14);
+  ASSERT_EQ(answer["limits"].size(), 4u);
+  // the top's fast nods, of which the exact derivatives at the start know
+  for (int i = 0; i < 2; ++i) {
+    const double stable = answer["limits"][i]["stable"], linear = answer["limits"][i]["linear"];
+    EXPECT_NEAR(stable / linear, 1, 0.02);
+  }
+  for (const char* file :
+       {"stability.html", "stability.csv", "limits.csv", "rk4.svg", "rk4.png", "dop853.svg", "limits.svg"})
+    EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
+  int failing = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "failing"))
+    failing += read_scene(entry.path()).has_value();
+  EXPECT_GT(failing, 0);
+}
+
+TEST(StabilityVerb, TakesSeveralScenesAndModelsOfOthers) {
+  const TestFolder folder;
+  const ProgramRun run =
+      run_program("stability " + samples + "pendulum_3.toml " + samples +
+                  "pendulum_4.toml --end 1 --step 1e-2,1e-1 --methods rk4 -o " + folder.path().string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("pendulum of 4 bars"), std::string::npos);
+  const std::string model = folder.write("m.xml", R"(<mujoco><worldbody><body name="b">
+      <joint name="j" type="hinge" axis="0 1 0" stiffness="5"/><geom type="sphere" size=".1" pos="0 0 -1" mass="1"/>
+      </body></worldbody></mujoco>)");
+  const ProgramRun mjcf =
+      run_program("stability " + model + " --vary \"effort[0].stiffness=1,100\" --step 0.01 " +
+                  "--methods rk4 --json -o " + folder.path().string());
+  ASSERT_EQ(mjcf.code, 0) << mjcf.err;
+  EXPECT_EQ(json::parse(mjcf.out, nullptr, false)["runs"], 2);
+}
+
+TEST(StabilityVerb, RunsLong) {
+  const TestFolder folder;
+  const ProgramRun run = run_program("stability " + samples +
+                                     "pendulum.toml --long 2000 --step 0.01 --methods "
+                                     "rk4,verlet,euler --json -o " +
+                                     folder.path().string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json answer = json::parse(run.out, nullptr, false);
+  EXPECT_EQ(answer["end"], 20);
+  EXPECT_EQ(answer["runs"][1]["secular"], false);
+  EXPECT_EQ(answer["runs"][2]["secular"], true);
+  EXPECT_TRUE(std::filesystem::exists(folder / "long.html"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "energy_bounded.csv"));
+}
+
+TEST(StabilityVerb, SaysInASentenceWhatIsWrong) {
+  const TestFolder folder;
+  const std::string base = "stability " + samples + "shock.toml -o " + folder.path().string() + " ";
+  const auto refused = [&](const std::string& arguments, const std::string& words) {
+    const ProgramRun run = run_program(base + arguments);
+    EXPECT_EQ(run.code, 2) << arguments;
+    EXPECT_NE(run.err.find(words), std::string::npos) << run.err;
+  };
+  refused("--vary 'solid[cub].shape.mass=1:2'", "nearest to that are solid[cube].shape.mass,");
+  refused("--vary 'solid[cube].shape.mass'", "expected PATH=LOW:HIGH");
+  refused("--vary 'solid[cube].shape.mass=2:1'", "--vary: is '2:1', expected LOW:HIGH");
+  refused("--step=-1,1", "a step or tolerance is -1");
+  refused("--long 100 --step 1:2", "long runs take one positive number");
+  refused("--most-steps 100", "runs have 200 to 100 steps");
+  refused(samples + "pendulum.toml --vary gravity[2]=1:2", "goes through one scene");
+}
+
+// ---- scenes that fail ----
+
+struct Failing {
+  std::filesystem::path file;
+  std::string method, outcome, words;
+  double setting = 0;
+};
+
+void PrintTo(const Failing& kept, std::ostream* out) { *out << kept.method << " at " << kept.setting; }
+
+// tests/pipeline/failing/*.toml begin with how they fail: "# fails: METHOD at SETTING by OUTCOME: WORDS"
+std::vector<Failing> failing_scenes_kept() {
+  std::vector<Failing> out;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(test::source_folder() + "/tests/pipeline/failing")) {
+    std::ifstream file(entry.path());
+    for (std::string line; std::getline(file, line) && line.starts_with("#");) {
+      static const std::regex form("# fails: (\\S+) at (\\S+) by ([a-z -]+): (.+)");
+      std::smatch found;
+      if (std::regex_match(line, found, form))
+        out.push_back({entry.path(), found[1], found[3], found[4], std::stod(found[2])});
+    }
+  }
+  std::sort(out.begin(), out.end(), [](const Failing& a, const Failing& b) {
+    return std::tie(a.file, a.method) < std::tie(b.file, b.method);
+  });
+  return out;
+}
+
+class FailingScene : public testing::TestWithParam<Failing> {};
+
+TEST_P(FailingScene, GoesOnFailingByName) {
+  const Failing& kept = GetParam();
+  const auto scene = read_scene(kept.file);
+  ASSERT_TRUE(scene) << scene.error().message();
+  const System system = compile(*scene).value();
+  SimulationSettings how = scene->simulation;
+  how.method = kept.method;
+  const Tried tried = try_run(system, how, kept.setting);
+  EXPECT_EQ(name_of(tried.outcome), kept.outcome) << tried.reason;
+  EXPECT_NE(tried.reason.find(kept.words), std::string::npos) << tried.reason;
+}
+
+std::string test_name(const testing::TestParamInfo<Failing>& kept) {
+  const std::string name =
+      kept.param.file.stem().string() + "_" + kept.param.method + "_" + kept.param.outcome;
+  return std::regex_replace(name, std::regex("[ -]"), "_");
+}
+
+INSTANTIATE_TEST_SUITE_P(Kept, FailingScene, testing::ValuesIn(failing_scenes_kept()), test_name);
+
+}  // namespace
+}  // namespace borelli
