@@ -30,11 +30,10 @@ MotionDifference pose_difference(const Pose& a, const Pose& b, const Eigen::Vect
   return {(a * centre - b * centre).norm(), 2 * std::asin(std::min(1., chord))};
 }
 
-MotionDifference motion_difference(const Trajectory& a, const Trajectory& b, std::size_t row,
+MotionDifference motion_difference(const Pose* a, const Pose* b,
                                    const std::vector<Eigen::Vector3d>& centres) {
   MotionDifference worst;
-  for (std::size_t s = 0; s < centres.size(); ++s)
-    worst.widen(pose_difference(a.pose(row, s), b.pose(row, s), centres[s]));
+  for (std::size_t s = 0; s < centres.size(); ++s) worst.widen(pose_difference(a[s], b[s], centres[s]));
   return worst;
 }
 

@@ -22,8 +22,7 @@ std::vector<Eigen::Vector3d> gravity_centres(const Scene& scene);
 /// By how much two poses of one solid differ, whose gravity centre is at `centre` in its frame.
 MotionDifference pose_difference(const Pose& a, const Pose& b, const Eigen::Vector3d& centre);
 
-/// The largest over all solids at a row of two trajectories of the same solids.
-MotionDifference motion_difference(const Trajectory& a, const Trajectory& b, std::size_t row,
-                                   const std::vector<Eigen::Vector3d>& centres);
+/// The largest over all solids, of which a and b hold a pose each.
+MotionDifference motion_difference(const Pose* a, const Pose* b, const std::vector<Eigen::Vector3d>& centres);
 
 }  // namespace borelli

@@ -26,19 +26,14 @@ constexpr double reference_patience = 40;
 // a run that is so near to the reference's own error tells nothing of its own
 constexpr double reference_margin = 10;
 
-double processor_time() {
-  timespec now;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
-}
-
 class Chart {
  public:
   Chart(const Scene& scene, const System& system, const WorkPrecisionSettings& settings,
-        const WorkPrecisionObserver& observer)
+        const WorkPrecisionObserver& observer, const std::vector<OtherMethod>& others)
       : system_(system),
         settings_(settings),
         observer_(observer),
+        others_(others),
         how_(scene.simulation),
         centres_(gravity_centres(scene)) {
     how_.accuracy = 0;
@@ -55,7 +50,10 @@ class Chart {
       for (const Equations equations : settings_.equations)
         for (const ConstraintTreatment constraints : settings_.constraints)
           if (system_.rows > 0 || constraints == settings_.constraints.front())
-            chart_.variants.push_back({method, equations, constraints});
+            chart_.variants.push_back({method, equations, constraints, method_is_adaptive(method)});
+    first_other_ = chart_.variants.size();
+    for (const OtherMethod& other : others_)
+      chart_.variants.push_back({.method = other.name, .adaptive = other.adaptive, .other = true});
     for (std::size_t i = 0; i < chart_.variants.size(); ++i) {
       observer_.progress(name_of(chart_.variants[i]), double(i) / double(chart_.variants.size()));
       climb(i);
@@ -65,9 +63,9 @@ class Chart {
   }
 
  private:
-  /// Of two trajectories at a row: over the scene's length, and rad.
-  MotionDifference difference_at(const Trajectory& a, const Trajectory& b, std::size_t row) const {
-    MotionDifference worst = motion_difference(a, b, row, centres_);
+  /// Of two runs' poses at one time: over the scene's length, and rad.
+  MotionDifference difference(const Pose* a, const Pose* b) const {
+    MotionDifference worst = motion_difference(a, b, centres_);
     worst.position /= system_.length;
     return worst;
   }
@@ -97,7 +95,7 @@ class Chart {
     MotionDifference worst;
     std::size_t row = 1;
     for (; row < std::min(a.times.size(), b.times.size()); ++row) {
-      const MotionDifference here = difference_at(a, b, row);
+      const MotionDifference here = difference(&a.pose(row, 0), &b.pose(row, 0));
       if (!(std::max(here.position, here.orientation) < reference_limit)) break;
       worst.widen(here);
     }
@@ -150,7 +148,20 @@ class Chart {
           best.horizon, end, reference_limit);
   }
 
-  RunErrors errors_of(const Trajectory& t) const {
+  /// Of the poses at every stride-th output, the start's first.
+  void compare(const Pose* poses, std::size_t rows, std::size_t stride, RunErrors& e) const {
+    if (!chart_.reference.found || last_row_ < stride || (rows - 1) * stride < last_row_ / stride * stride)
+      return;
+    e.position = e.orientation = 0;
+    for (std::size_t row = stride; row <= last_row_; row += stride) {
+      const MotionDifference here =
+          difference(poses + row / stride * centres_.size(), &trajectory_->pose(row, 0));
+      e.position = std::max(e.position, here.position);
+      e.orientation = std::max(e.orientation, here.orientation);
+    }
+  }
+
+  RunErrors errors_of(const Trajectory& t, std::size_t stride) const {
     RunErrors e{nothing, nothing, nothing, nothing, nothing};
     const Certificate& c = t.certificate;
     if (c.energy_turnover > 0) e.energy = c.energy_drift / c.energy_turnover;
@@ -158,56 +169,81 @@ class Chart {
       e.constraint = 0;
       for (const ConstraintResidual& r : c.residuals) e.constraint = std::max(e.constraint, r.position);
     }
-    if (!chart_.reference.found || t.times.size() <= last_row_) return e;
-    e.position = e.orientation = 0;
-    for (std::size_t row = 1; row <= last_row_; ++row) {
-      const MotionDifference here = difference_at(t, *trajectory_, row);
-      e.position = std::max(e.position, here.position);
-      e.orientation = std::max(e.orientation, here.orientation);
-    }
-    if (chart_.has_impacts) e.impacts = impact_times(c, trajectory_->certificate);
+    compare(t.poses.data(), t.times.size(), stride, e);
+    if (chart_.has_impacts && std::isfinite(e.position))
+      e.impacts = impact_time_error(impacts_of(c), impacts_of(trajectory_->certificate), system_.initial.t,
+                                    chart_.reference.horizon);
     return e;
   }
 
-  double impact_times(const Certificate& a, const Certificate& b) const {
-    const auto times = [&](const Certificate& c) {
-      std::vector<double> out;
-      for (const LoggedEvent& e : c.events)
-        if (e.kind == "impact" && e.time <= chart_.reference.horizon) out.push_back(e.time);
-      return out;
-    };
-    const std::vector<double> x = times(a), y = times(b);
-    if (x.empty() || y.empty()) return nothing;
-    double worst = 0;
-    for (std::size_t i = 0; i < std::min(x.size(), y.size()); ++i)
-      worst = std::max(worst, std::abs(x[i] - y[i]));
-    return worst;
+  static std::vector<double> impacts_of(const Certificate& c) {
+    std::vector<double> out;
+    for (const LoggedEvent& e : c.events)
+      if (e.kind == "impact") out.push_back(e.time);
+    return out;
   }
 
-  WorkPrecisionPoint measure(std::size_t variant, double setting) {
-    const Variant& v = chart_.variants[variant];
+  /// How many outputs a step passes over.
+  std::size_t stride_of(std::size_t variant, double setting) const {
+    if (chart_.variants[variant].adaptive) return 1;
+    return std::max<long>(1, std::lround(setting / how_.output_interval));
+  }
+
+  /// One run of another program; s, what it took.
+  double run_other(const OtherMethod& other, WorkPrecisionPoint& point) {
+    const std::size_t stride = stride_of(point.variant, point.setting);
+    std::vector<double> times;
+    for (std::size_t row = stride; row <= std::size_t(settings_.outputs); row += stride)
+      times.push_back(system_.initial.t + double(row) * how_.output_interval);
+    const double start = processor_time(), most = 4 * settings_.budget;
+    auto run = other.run(point.setting, times, [&] { return processor_time() - start < most; });
+    const double seconds = run ? run->seconds : processor_time() - start;
+    if (run && run->poses.size() != times.size() * centres_.size())
+      run = failure(other.name, "did not come to its end");
+    point.finished = point.trusted = run.has_value();
+    point.reason = run ? "" : run.error().message();
+    if (!run) return seconds;
+    point.evaluations = run->evaluations;
+    point.errors = {nothing, nothing, run->energy, run->constraint, nothing};
+    std::vector<Pose> poses(centres_.size());  // (of the start: it is not compared)
+    poses.insert(poses.end(), run->poses.begin(), run->poses.end());
+    compare(poses.data(), times.size() + 1, stride, point.errors);
+    if (chart_.has_impacts && !run->impacts.empty() && std::isfinite(point.errors.position))
+      point.errors.impacts = impact_time_error(run->impacts, impacts_of(trajectory_->certificate),
+                                               system_.initial.t, chart_.reference.horizon);
+    return seconds;
+  }
+
+  /// One run of ours; s, what it took.
+  double run_ours(const Variant& v, WorkPrecisionPoint& point) {
     SimulationSettings how = how_;
     how.method = v.method;
     how.equations = v.equations;
     how.constraints = v.constraints;
-    (method_is_adaptive(v.method) ? how.tolerance : how.step) = setting;
+    (v.adaptive ? how.tolerance : how.step) = point.setting;
+    const std::size_t stride = stride_of(point.variant, point.setting);
+    how.output_interval *= double(stride);
+    const double start = processor_time();
+    const auto t = simulate_for(how, 4 * settings_.budget);
+    const double seconds = processor_time() - start;
+    point.finished = t.has_value();
+    if (!t) {
+      point.reason = t.error().message();
+      return seconds;
+    }
+    point.trusted = t->certificate.trusted;
+    point.reason = t->certificate.reason;
+    point.evaluations = t->certificate.evaluations;
+    point.errors = errors_of(*t, stride);
+    return seconds;
+  }
+
+  WorkPrecisionPoint measure(std::size_t variant, double setting) {
     WorkPrecisionPoint point{.variant = variant, .setting = setting};
     std::vector<double> seconds;
-    for (int repeat = 0; repeat < settings_.repeats; ++repeat) {
-      const double start = processor_time();
-      const auto t = simulate_for(how, 4 * settings_.budget);
-      seconds.push_back(processor_time() - start);
-      if (!t) {
-        point.reason = t.error().message();
-        break;
-      }
-      if (repeat > 0) continue;
-      point.finished = true;
-      point.trusted = t->certificate.trusted;
-      point.reason = t->certificate.reason;
-      point.evaluations = t->certificate.evaluations;
-      point.errors = errors_of(*t);
-    }
+    const Variant& v = chart_.variants[variant];
+    for (int repeat = 0; repeat < settings_.repeats && (repeat == 0 || point.finished); ++repeat)
+      seconds.push_back(v.other ? run_other(others_[variant - first_other_], point) : run_ours(v, point));
     std::nth_element(seconds.begin(), seconds.begin() + seconds.size() / 2, seconds.end());
     point.seconds = seconds[seconds.size() / 2];
     return point;
@@ -220,10 +256,13 @@ class Chart {
       std::copy_if(observer_.known.begin(), observer_.known.end(), std::back_inserter(chart_.points), known);
       return;
     }
-    const bool adaptive = method_is_adaptive(chart_.variants[variant].method);
+    const bool adaptive = chart_.variants[variant].adaptive;
     const double factor = adaptive ? 0.1 : 0.5;
-    double setting = adaptive ? 1e-2 : how_.output_interval, best = std::numeric_limits<double>::infinity();
-    for (int rung = 0, without_gain = 0; rung < (adaptive ? 13 : 24) && without_gain < 2;
+    // the longest step goes over two or four outputs, where so many times that makes the whole
+    const int longest = settings_.outputs % 4 == 0 ? 4 : settings_.outputs % 2 == 0 ? 2 : 1;
+    double setting = adaptive ? 1e-1 : longest * how_.output_interval,
+           best = std::numeric_limits<double>::infinity();
+    for (int rung = 0, without_gain = 0; rung < (adaptive ? 14 : 26) && without_gain < 2;
          ++rung, setting *= factor) {
       const WorkPrecisionPoint point = measure(variant, setting);
       chart_.points.push_back(point);
@@ -235,7 +274,8 @@ class Chart {
       const double error = std::isfinite(point.errors.position)
                                ? std::max(point.errors.position, point.errors.orientation)
                                : point.errors.energy;
-      without_gain = error < 0.9 * best || rung < 3 ? 0 : without_gain + 1;
+      // (a run that is all wrong may be so by any amount)
+      without_gain = error < 0.9 * best || best > 0.1 || rung < 3 ? 0 : without_gain + 1;
       best = std::min(best, error);
     }
   }
@@ -243,6 +283,8 @@ class Chart {
   const System& system_;
   const WorkPrecisionSettings& settings_;
   const WorkPrecisionObserver& observer_;
+  const std::vector<OtherMethod>& others_;
+  std::size_t first_other_ = 0;  ///< among the variants
   SimulationSettings how_;
   std::vector<Eigen::Vector3d> centres_;  ///< of gravity, in each solid's frame
   std::optional<Trajectory> trajectory_;  ///< the reference
@@ -252,6 +294,12 @@ class Chart {
 
 }  // namespace
 
+double processor_time() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+
 std::string name_of(const Variant& variant) {
   std::string out = variant.method;
   if (variant.equations == Equations::lagrange) out += ", lagrange";
@@ -260,7 +308,8 @@ std::string name_of(const Variant& variant) {
 }
 
 Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSettings& settings,
-                                     const WorkPrecisionObserver& observer) {
+                                     const WorkPrecisionObserver& observer,
+                                     const std::vector<OtherMethod>& others) {
   const auto system = compile(scene);
   if (!system) return tl::unexpected(system.error());
   if (!(scene.simulation.end_time > system->initial.t))
@@ -268,14 +317,15 @@ Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSett
   if (settings.outputs < 1 || settings.repeats < 1 || !(settings.budget > 0) || settings.equations.empty() ||
       settings.constraints.empty())
     return bad_use("work-precision", "needs at least one output time, one repeat, and time for a run");
-  return Chart(scene, *system, settings, observer).run();
+  return Chart(scene, *system, settings, observer, others).run();
 }
 
 std::vector<const WorkPrecisionPoint*> pareto_front(
     const WorkPrecision& chart, const std::function<double(const WorkPrecisionPoint&)>& cost,
-    const std::function<double(const WorkPrecisionPoint&)>& error) {
+    const std::function<double(const WorkPrecisionPoint&)>& error, Whose whose) {
   std::vector<const WorkPrecisionPoint*> out;
   for (const WorkPrecisionPoint& p : chart.points) {
+    if (chart.variants[p.variant].other != (whose == Whose::others)) continue;
     const bool above_reference =
         !chart.reference.found ||
         std::max(p.errors.position, p.errors.orientation) >=
@@ -292,6 +342,32 @@ std::vector<const WorkPrecisionPoint*> pareto_front(
     return false;
   });
   return out;
+}
+
+const WorkPrecisionPoint* fastest_within(const WorkPrecision& chart, double error, Whose whose) {
+  const Reference& reference = chart.reference;
+  if (!reference.found || error < reference_margin * std::max(reference.position, reference.orientation))
+    return nullptr;
+  const WorkPrecisionPoint* best = nullptr;
+  for (const WorkPrecisionPoint& p : chart.points)
+    if (chart.variants[p.variant].other == (whose == Whose::others) && p.finished && p.trusted &&
+        std::max(p.errors.position, p.errors.orientation) <= error && (!best || p.seconds < best->seconds))
+      best = &p;
+  return best;
+}
+
+double impact_time_error(const std::vector<double>& a, const std::vector<double>& reference, double start,
+                         double end) {
+  double worst = nothing;
+  const auto compare = [&](const std::vector<double>& x, const std::vector<double>& y) {
+    for (std::size_t i = 0; i < x.size() && x[i] <= end; ++i) {
+      const double other = i < y.size() ? y[i] : y.empty() ? start : y.back();
+      worst = std::fmax(worst, std::abs(x[i] - other));
+    }
+  };
+  compare(a, reference);
+  compare(reference, a);
+  return worst;
 }
 
 }  // namespace borelli

@@ -6,6 +6,12 @@
 // orientations. The reference is made by two unlike methods at extreme tolerances; what they differ by is its
 // error. Where the motion is chaotic rounding alone parts the two: then only the times before that count.
 //
+// A run whose steps are longer than the time between outputs is compared at the outputs that its steps end
+// on.
+//
+// Methods of other programs may stand on the same chart: they give poses at the output times, and are
+// measured by the same errors.
+//
 // Errors and evaluations are the same, bit for bit, from one call to the next on one machine; only the
 // seconds differ.
 #pragma once
@@ -14,14 +20,40 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/pose.hpp"
 #include "dynamics/scene.hpp"
 
 namespace borelli {
+
+/// s, of this thread.
+double processor_time();
 
 struct Variant {
   std::string method;
   Equations equations = Equations::recursive;
   ConstraintTreatment constraints = ConstraintTreatment::projection;
+  bool adaptive = false;  ///< its setting is a tolerance, not a step
+  bool other = false;     ///< of another program: `method` names both
+};
+
+/// What another program's run of the scene came to.
+struct OtherRun {
+  std::vector<Pose> poses;  ///< X_WS of each solid, in the scene's order: [time * solids + solid]
+  double seconds = 0;       ///< of processor time, without what came before the first step
+  long evaluations = 0;
+  double energy = 0, constraint = 0;  ///< as in RunErrors; NaN where there is nothing to compare
+  std::vector<double> impacts = {};   ///< s, when; empty: not told
+};
+
+/// A method of another program that can run the scene.
+struct OtherMethod {
+  std::string name;  ///< the program's and the method's
+  bool adaptive = false;
+  /// From the scene's start to each of `times` (s) with a step (s) or tolerance; `go_on` is to be asked now
+  /// and then.
+  std::function<Result<OtherRun>(double setting, const std::vector<double>& times,
+                                 const std::function<bool()>& go_on)>
+      run;
 };
 
 struct WorkPrecisionSettings {
@@ -40,14 +72,14 @@ struct RunErrors {
   double position, orientation;  ///< over the scene's length; rad
   double energy;                 ///< largest drift over what was turned over
   double constraint;             ///< largest residual of a row, in the row's unit (m or rad)
-  double impacts;                ///< s: of the times of impacts, the two lists compared in order
+  double impacts;                ///< s: of the times of impacts (impact_time_error)
 };
 
 struct WorkPrecisionPoint {
   std::size_t variant;      ///< in WorkPrecision::variants
   double setting;           ///< step (s), or tolerance of an adaptive method
   bool finished = false;    ///< the run came to its end
-  bool trusted = false;     ///< its certificate says so
+  bool trusted = false;     ///< its certificate says so; of another program: it came through
   std::string reason = {};  ///< why it did not finish or is not trusted
   double seconds = 0;       ///< of processor time, median
   long evaluations = 0;     ///< 0 where it did not finish
@@ -66,7 +98,7 @@ struct WorkPrecision {
   std::string scene;
   bool has_constraints = false, has_impacts = false;
   Reference reference;
-  std::vector<Variant> variants;
+  std::vector<Variant> variants;           ///< other programs' last
   std::vector<WorkPrecisionPoint> points;  ///< by variant, from coarse to fine
 };
 
@@ -81,15 +113,29 @@ struct WorkPrecisionObserver {
       [](const std::vector<WorkPrecisionPoint>&) {};
 };
 
-/// Runs the scene through all variants. Fails where the scene does not compile, or a setting makes no sense;
-/// a run that fails is a point with its reason.
+/// Runs the scene through all variants, and through `others`. Fails where the scene does not compile, or a
+/// setting makes no sense; a run that fails is a point with its reason.
 Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSettings& settings,
-                                     const WorkPrecisionObserver& observer = {});
+                                     const WorkPrecisionObserver& observer = {},
+                                     const std::vector<OtherMethod>& others = {});
 
-/// The points that no other beats in both cost and error (each on what `cost` and `error` give): trusted
-/// ones, no better than ten times the reference's own error. By falling error.
+/// Whose points count.
+enum class Whose { ours, others };
+
+/// The points that no other of the same makes beats in both cost and error (each on what `cost` and `error`
+/// give): trusted ones, no better than ten times the reference's own error. By falling error.
 std::vector<const WorkPrecisionPoint*> pareto_front(
     const WorkPrecision& chart, const std::function<double(const WorkPrecisionPoint&)>& cost,
-    const std::function<double(const WorkPrecisionPoint&)>& error);
+    const std::function<double(const WorkPrecisionPoint&)>& error, Whose whose = Whose::ours);
+
+/// The trusted run of the least time that is off by `error` at most (position over the scene's length, and
+/// orientation in rad). Null: there is none, or the reference is not ten times as good as that.
+const WorkPrecisionPoint* fastest_within(const WorkPrecision& chart, double error, Whose whose = Whose::ours);
+
+/// s: how far the times of impacts `a` of a run are from those of its reference, up to the time `end`: the
+/// two lists in order; an impact that has no fellow in the other list counts with the time since the other's
+/// last one (with none there, since the start). NaN: neither has any.
+double impact_time_error(const std::vector<double>& a, const std::vector<double>& reference, double start,
+                         double end);
 
 }  // namespace borelli

@@ -5,15 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
 
-#include "dynamics/integrator.hpp"
 #include "pipeline/chart_page.hpp"
+#include "pipeline/picture.hpp"
+#include "pipeline/whole_file.hpp"
 
 namespace borelli {
 namespace {
 
 // curves that a drawing names; the others stand in grey behind them
-constexpr std::size_t most_named = 10;
+constexpr std::size_t most_named = 10, most_named_beside_others = 3;
 
 double error_of(const WorkPrecisionPoint& p) { return std::max(p.errors.position, p.errors.orientation); }
 double milliseconds(const WorkPrecisionPoint& p) { return 1e3 * p.seconds; }
@@ -40,8 +42,8 @@ constexpr Cost costs[] = {{"time", "processor time", "processor time (ms)", mill
                           {"evaluations", "evaluations", "evaluations of the equations", evaluations}};
 
 std::string setting_words(const WorkPrecision& chart, const WorkPrecisionPoint& p) {
-  return method_is_adaptive(chart.variants[p.variant].method) ? fmt::format("tolerance {:.3g}", p.setting)
-                                                              : fmt::format("step {:.4g} s", p.setting);
+  return chart.variants[p.variant].adaptive ? fmt::format("tolerance {:.3g}", p.setting)
+                                            : fmt::format("step {:.4g} s", p.setting);
 }
 
 std::string tip(const WorkPrecision& chart, const WorkPrecisionPoint& p) {
@@ -64,22 +66,46 @@ std::string failed_tip(const WorkPrecision& chart, const WorkPrecisionPoint& p) 
                      setting_words(chart, p), p.reason);
 }
 
-// The variants that come nearest to the front, best first.
+// What is off by more than this is all wrong, and its cost says nothing.
+constexpr double all_wrong = 0.1;
+
+// Our variants, or the others, that come nearest to their front, best first.
 std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const Cost& cost,
-                                          double RunErrors::*error) {
-  const auto front = pareto_front(chart, cost.of, [&](const auto& p) { return p.errors.*error; });
+                                          double RunErrors::*error, Whose whose) {
+  const auto front = pareto_front(
+      chart, cost.of, [&](const auto& p) { return p.errors.*error; }, whose);
   std::vector<double> distance(chart.variants.size(), std::numeric_limits<double>::infinity());
   for (const WorkPrecisionPoint& p : chart.points) {
-    if (!p.finished || !p.trusted || !std::isfinite(p.errors.*error)) continue;
+    if (!p.finished || !p.trusted || !(p.errors.*error <= all_wrong)) continue;
     double best = std::numeric_limits<double>::infinity();
     for (const WorkPrecisionPoint* f : front)
       if (f->errors.*error <= p.errors.*error) best = std::min(best, cost.of(*f));
     if (std::isfinite(best)) distance[p.variant] = std::min(distance[p.variant], cost.of(p) / best);
   }
-  std::vector<std::size_t> order(chart.variants.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < chart.variants.size(); ++i)
+    if (chart.variants[i].other == (whose == Whose::others)) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return distance[a] < distance[b]; });
   return order;
+}
+
+// The variants by nearness to their front: those that a drawing names, and those that it leaves grey. Beside
+// other programs' few of ours are named, and of each program its best.
+std::pair<std::vector<std::size_t>, std::vector<std::size_t>> named_and_grey(const WorkPrecision& chart,
+                                                                             const Cost& cost,
+                                                                             double RunErrors::*error) {
+  const auto others = nearest_to_front(chart, cost, error, Whose::others);
+  std::vector<std::size_t> named, grey;
+  for (const std::size_t v : nearest_to_front(chart, cost, error, Whose::ours))
+    (named.size() < (others.empty() ? most_named : most_named_beside_others) ? named : grey).push_back(v);
+  std::vector<std::size_t> later;
+  std::set<std::string> programs;
+  for (const std::size_t v : others) {
+    const std::string& name = chart.variants[v].method;
+    (programs.insert(name.substr(0, name.find(' '))).second ? named : later).push_back(v);
+  }
+  for (const std::size_t v : later) (named.size() < most_named ? named : grey).push_back(v);
+  return {named, grey};
 }
 
 Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& cost) {
@@ -87,9 +113,11 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
   plot.title = fmt::format("{}: {} against {}", chart.scene, quantity.title, cost.title);
   plot.x = {.label = cost.axis, .logarithmic = true};
   plot.y = {.label = quantity.axis, .logarithmic = true};
-  const auto order = nearest_to_front(chart, cost, quantity.error);
+  auto [order, grey] = named_and_grey(chart, cost, quantity.error);
+  const std::size_t named = order.size();
+  order.insert(order.end(), grey.begin(), grey.end());
   for (std::size_t rank = 0; rank < order.size(); ++rank) {
-    Curve curve{.name = name_of(chart.variants[order[rank]]), .marks = true, .faint = rank >= most_named};
+    Curve curve{.name = name_of(chart.variants[order[rank]]), .marks = true, .faint = rank >= named};
     for (const WorkPrecisionPoint& p : chart.points) {
       if (p.variant != order[rank]) continue;
       if (!p.finished) {
@@ -107,7 +135,8 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
       plot.curves.push_back(std::move(curve));
   }
   const auto front = pareto_front(chart, cost.of, [&](const auto& p) { return p.errors.*quantity.error; });
-  Curve line{.name = "front of trusted runs", .broad = true};
+  const bool beside_others = chart.variants.size() > 0 && chart.variants.back().other;
+  Curve line{.name = beside_others ? "borelli's front" : "front of trusted runs", .broad = true};
   std::vector<std::string> best;  // from coarse to fine, each once
   for (const WorkPrecisionPoint* p : front) {
     line.x.push_back(cost.of(*p));
@@ -124,6 +153,11 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
       "Empty dots: runs whose certificate is not trusted. Crosses above: runs that did not finish. Grey: "
       "farther from the front.",
       chart.reference.words};
+  if (beside_others)
+    plot.notes.push_back(
+        "Curves that begin with a program's name are its runs of the same scene in the same process; the "
+        "rest are "
+        "ours. Ours carry their certificate's cost; energies of others are looked at at the outputs only.");
   return plot;
 }
 
@@ -137,13 +171,40 @@ bool has(const WorkPrecision& chart, double RunErrors::*error) {
 
 std::vector<Recommendation> recommendations(const WorkPrecision& chart) {
   std::vector<Recommendation> out;
-  if (!chart.reference.found) return out;
-  const auto front = pareto_front(chart, milliseconds, error_of);
   for (int digits = 1; digits <= 14; ++digits) {
-    const auto first = std::find_if(front.begin(), front.end(),
-                                    [&](const auto* p) { return error_of(*p) <= std::pow(10., -digits); });
-    if (first == front.end()) break;
-    out.push_back({digits, *first});
+    const WorkPrecisionPoint* p = fastest_within(chart, std::pow(10., -digits));
+    if (!p) break;
+    out.push_back({digits, p});
+  }
+  return out;
+}
+
+std::vector<FrontRow> front_against_front(const WorkPrecision& chart) {
+  std::vector<FrontRow> out;
+  for (int digits = 1; digits <= 10; ++digits) {
+    const double error = std::pow(10., -digits);
+    out.push_back({digits, fastest_within(chart, error), fastest_within(chart, error, Whose::others)});
+  }
+  return out;
+}
+
+std::string front_table(const WorkPrecision& chart) {
+  std::string out =
+      "| error | ours: ms | by | best other: ms | by | other / ours |\n| --- | ---: | --- | ---: | --- | "
+      "---: "
+      "|\n";
+  const bool alone = chart.variants.empty() || !chart.variants.back().other;
+  const auto cells = [&](const WorkPrecisionPoint* p, bool absent) {
+    if (absent) return std::string("none takes part | ");
+    return p ? fmt::format("{:.3g} | {}, {}", milliseconds(*p), name_of(chart.variants[p->variant]),
+                           setting_words(chart, *p))
+             : std::string("not in the time allowed | ");
+  };
+  for (const FrontRow& row : front_against_front(chart)) {
+    if (!row.ours && !row.other) continue;
+    out += fmt::format(
+        "| 1e-{} | {} | {} | {} |\n", row.digits, cells(row.ours, false), cells(row.other, alone),
+        row.ours && row.other ? fmt::format("{:.3g}", row.other->seconds / row.ours->seconds) : "");
   }
   return out;
 }
@@ -164,8 +225,11 @@ std::string work_precision_csv(const WorkPrecision& chart) {
   for (const WorkPrecisionPoint& p : chart.points) {
     const Variant& v = chart.variants[p.variant];
     out += fmt::format("{},{},{},{:.17g},{},{},{:.6g},{}", v.method,
-                       v.equations == Equations::lagrange ? "lagrange" : "recursive",
+                       v.other                              ? "its own"
+                       : v.equations == Equations::lagrange ? "lagrange"
+                                                            : "recursive",
                        !chart.has_constraints                            ? "none"
+                       : v.other                                         ? "its own"
                        : v.constraints == ConstraintTreatment::baumgarte ? "baumgarte"
                                                                          : "projection",
                        p.setting, p.finished ? 1 : 0, p.trusted ? 1 : 0, p.seconds, p.evaluations);
@@ -213,6 +277,16 @@ std::string work_precision_page(const WorkPrecision& chart) {
            failed + "</table>\n";
   return chart_page(chart.scene + ": work and precision", chart.scene + ": what accuracy costs",
                     {chart.reference.words}, {errors, spent}, out);
+}
+
+Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder) {
+  if (auto done = write_whole(folder / "chart.csv", work_precision_csv(chart)); !done) return done;
+  for (const auto& [name, plot] : work_precision_plots(chart)) {
+    const std::string drawing = svg(plot);
+    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
+    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
+  }
+  return write_whole(folder / "chart.html", work_precision_page(chart));
 }
 
 }  // namespace borelli

@@ -1,6 +1,7 @@
 // What a work-precision run has to show: drawings for papers, a page to look at, a table for other programs.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,9 +17,22 @@ struct Recommendation {
   const WorkPrecisionPoint* point;
 };
 
-/// One entry per power of ten that any trusted run comes to, from 1 on; errors are of position (over the
-/// scene's length) and orientation (rad), whichever is larger.
+/// One entry per power of ten that any trusted run of ours comes to, from 1 on; errors are of position (over
+/// the scene's length) and orientation (rad), whichever is larger.
 std::vector<Recommendation> recommendations(const WorkPrecision& chart);
+
+/// The fastest trusted run of ours, and of the other programs, with an error of 10^-digits at most (position
+/// and orientation, as above); null: there is none.
+struct FrontRow {
+  int digits;
+  const WorkPrecisionPoint *ours, *other;
+};
+
+/// From 1 to 10 digits.
+std::vector<FrontRow> front_against_front(const WorkPrecision& chart);
+
+/// The same as a table in Markdown, without the rows that none comes to.
+std::string front_table(const WorkPrecision& chart);
 
 /// Each error that the scene has against processor time and against evaluations: file name (without ending)
 /// and drawing.
@@ -30,5 +44,8 @@ std::string work_precision_page(const WorkPrecision& chart);
 
 /// A line per run; numbers with 17 significant digits.
 std::string work_precision_csv(const WorkPrecision& chart);
+
+/// All of these in a folder: chart.html, chart.csv, and each drawing as SVG and PNG.
+Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder);
 
 }  // namespace borelli

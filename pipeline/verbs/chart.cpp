@@ -9,7 +9,6 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/model_file.hpp"
 #include "dynamics/scene_file.hpp"
-#include "pipeline/picture.hpp"
 #include "pipeline/stages.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
@@ -91,16 +90,6 @@ nlohmann::json json_of(const WorkPrecision& chart) {
           {"take", take}};
 }
 
-Result<void> write_all(const WorkPrecision& chart, const std::filesystem::path& folder) {
-  if (auto done = write_whole(folder / "chart.csv", work_precision_csv(chart)); !done) return done;
-  for (const auto& [name, plot] : work_precision_plots(chart)) {
-    const std::string drawing = svg(plot);
-    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
-    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
-  }
-  return write_whole(folder / "chart.html", work_precision_page(chart));
-}
-
 Result<nlohmann::json> work(const Options& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   if (auto fine = check_folder_writable(folder); !fine) return tl::unexpected(fine.error());
@@ -140,7 +129,7 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
   if (!chart) return tl::unexpected(chart.error());
   if (!written) return tl::unexpected(written.error());
   bar.end(fmt::format("{} runs", chart->points.size()));
-  if (auto done = write_all(*chart, folder); !done) return tl::unexpected(done.error());
+  if (auto done = write_work_precision(*chart, folder); !done) return tl::unexpected(done.error());
   kept.remove();
 
   if (!command.json) {

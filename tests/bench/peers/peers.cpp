@@ -1,0 +1,280 @@
+// Other programs beside ours on the same scenes, in the same process: charts of error against cost with all
+// of them, and of each scene the table of front against front. See README.md.
+#include <dlfcn.h>
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <filesystem>
+
+#include "dynamics/model_file.hpp"
+#include "dynamics/simulate.hpp"
+#include "peer.hpp"
+#include "pipeline/whole_file.hpp"
+#include "pipeline/work_precision_page.hpp"
+
+namespace borelli::peers {
+namespace {
+
+#ifdef BORELLI_SIMBODY
+Result<std::unique_ptr<Peer>> load_simbody(const Tree& tree) {
+  static void* const module = dlopen(BORELLI_SIMBODY, RTLD_NOW | RTLD_LOCAL | RTLD_DEEPBIND);
+  if (!module) return failure("Simbody", dlerror());
+  Result<std::unique_ptr<Peer>> out;
+  reinterpret_cast<decltype(&make_simbody)>(dlsym(module, "make_simbody"))(tree, out);
+  return out;
+}
+#endif
+
+using Maker = Result<std::unique_ptr<Peer>> (*)(const Tree&);
+const std::vector<std::pair<std::string, Maker>> programs = {
+#ifdef BORELLI_MUJOCO
+    {"MuJoCo", make_mujoco},
+#endif
+#ifdef BORELLI_SIMBODY
+    {"Simbody", load_simbody},
+#endif
+#ifdef BORELLI_DART
+    {"DART", make_dart},
+#endif
+#ifdef BORELLI_BULLET
+    {"Bullet", make_bullet},
+#endif
+};
+
+// Of the largest acceleration: an equation that differs by more is another one. Points that are held together
+// give way a little in MuJoCo, and are found by iteration in DART and Bullet.
+constexpr double same_equation = 1e-3, same_held = 2e-2;
+
+/// By how much a program's first change of velocity differs from ours, of the largest one. Turns and
+/// lengths each by themselves.
+Result<double> disagreement(const Tree& tree, Peer& peer, double short_time) {
+  const auto run = peer.run(0, short_time, 1e-8, {short_time}, [] { return true; });
+  if (!run) return tl::unexpected(run.error());
+  const Start start = start_of(tree);
+  double linear = 0, linear_size = tree.gravity.norm(), angular = 0, angular_size = 1e-12;
+  for (std::size_t i = 0; i < tree.links.size(); ++i) {
+    const Moving &now = run->links[i], &then = start.links[i];
+    linear = std::max(linear, ((now.centre - then.centre) / short_time - start.acceleration[i]).norm());
+    angular = std::max(angular, ((now.omega - then.omega) / short_time - start.alpha[i]).norm());
+    linear_size = std::max(linear_size, start.acceleration[i].norm());
+    angular_size = std::max({angular_size, start.alpha[i].norm(), then.omega.squaredNorm()});
+  }
+  return std::max(linear_size > 0 ? linear / linear_size : linear, angular / angular_size);
+}
+
+// m/s: a body at rest on the ground may tremble so in a program that finds its contacts' forces by iteration.
+constexpr double tremor = 1e-4;
+
+/// When balls meet the ground: the middle of the step in which one that falls begins to rise.
+std::vector<double> impacts(const Tree& tree, Peer& peer, std::size_t method, double end, double step,
+                            const std::function<bool()>& go_on) {
+  std::vector<double> out, times;
+  const long steps = steps_in(end, step);
+  for (long i = 1; i <= steps; ++i) times.push_back(end * double(i) / double(steps));
+  const auto run = peer.run(method, step, 0, times, go_on);
+  if (!run) return out;
+  const Start start = start_of(tree);
+  for (const Ground& g : tree.grounds) {
+    if (!(g.radius > 0) || g.centre.point != tree.links[g.centre.link].centre) return {};
+    double before = g.normal.dot(start.links[g.centre.link].centre);
+    for (long i = 0; i < steps; ++i) {
+      const double now = g.normal.dot(run->links[i * tree.links.size() + g.centre.link].centre);
+      if (before < -tremor && now > 0) out.push_back(end * (double(i) + 0.5) / double(steps));
+      before = now;
+    }
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+/// A program's method as the chart takes it; by steps of one length even where it could choose them.
+OtherMethod other_method(const Tree& tree, const std::shared_ptr<Peer>& peer, std::size_t number, bool fixed,
+                         double turnover) {
+  const Method method = peer->methods()[number];
+  const bool adaptive = method.adaptive && !fixed;
+  const auto run = [=](double setting, const std::vector<double>& times,
+                       const std::function<bool()>& go_on) -> Result<OtherRun> {
+    const double start = processor_time();
+    const auto made = peer->run(number, adaptive ? 0 : setting, setting, times, go_on);
+    if (!made) return tl::unexpected(made.error());
+    OtherRun out;
+    out.seconds = processor_time() - start;
+    out.evaluations = made->evaluations;
+    const std::size_t links = tree.links.size();
+    const Start begin = start_of(tree);
+    const double first = energy(tree, begin.links.data());
+    for (std::size_t row = 0; row < times.size(); ++row) {
+      const Moving* moving = made->links.data() + row * links;
+      out.energy = std::max(out.energy, std::abs(energy(tree, moving) - first) / turnover);
+      out.constraint = std::max({out.constraint, residual(tree, moving), penetration(tree, moving)});
+      for (const Tree::Seat& seat : tree.seats) {
+        const Pose own{seat.R, seat.p};
+        out.poses.push_back(seat.link < 0 ? own : Pose{moving[seat.link].R, moving[seat.link].p} * own);
+      }
+    }
+    if (!adaptive && !tree.grounds.empty()) {
+      out.impacts = impacts(tree, *peer, number, times.back(), setting, go_on);
+    }
+    if (!std::isfinite(first) || !(turnover > 0)) out.energy = std::nan("");
+    for (const Pose& X : out.poses)
+      if (!X.p.allFinite() || !X.R.allFinite()) return failure("", "numbers that are not finite");
+    return out;
+  };
+  return {method.name, adaptive, run};
+}
+
+struct Entered {
+  std::vector<OtherMethod> methods;
+  std::vector<std::string> words;  ///< of each program: what it is, or why it is not on the chart
+};
+
+/// The scene without its ground: where that is touched at the start, first accelerations are a law's of
+/// contact.
+Result<Tree> without_ground(Scene scene) {
+  std::erase_if(scene.constraints, [](const Constraint& c) {
+    return std::holds_alternative<SphereOverPlane>(c.kind) || std::holds_alternative<BoxOverPlane>(c.kind);
+  });
+  const auto system = compile(scene);
+  if (!system) return tl::unexpected(system.error());
+  return tree_of(scene, *system);
+}
+
+Entered enter(const Scene& scene, const System& system, bool fixed) {
+  Entered out;
+  const auto tree = tree_of(scene, system), free = without_ground(scene);
+  if (!tree || !free) {
+    out.words.push_back("No other program: " + (tree ? free : tree).error().message() + ".");
+    return out;
+  }
+  SimulationSettings how = scene.simulation;
+  how.accuracy = 0, how.method = "dop853", how.tolerance = 1e-8;
+  const auto ours = simulate(system, system.initial, how);
+  const double turnover = ours ? ours->certificate.energy_turnover : 0;
+  for (const auto& [name, make] : programs) {
+    auto made = make(*tree), made_free = make(*free);
+    if (!made || !made_free) {
+      out.words.push_back(
+          fmt::format("{} is not on the chart: {}.", name, (made ? made_free : made).error().what));
+      continue;
+    }
+    const std::shared_ptr<Peer> peer = std::move(*made);
+    const auto off = disagreement(*free, **made_free, 1e-8 * (how.end_time - system.initial.t));
+    if (!off || !(*off < (tree->held.empty() && tree->in_planes.empty() ? same_equation : same_held))) {
+      out.words.push_back(fmt::format(
+          "{} is not on the chart: {}.", peer->version(),
+          off ? fmt::format("its first accelerations differ by {:.1g}", *off) : off.error().message()));
+      continue;
+    }
+    out.words.push_back(
+        fmt::format("{}: first accelerations agree to {:.1g} of the largest.", peer->version(), *off));
+    for (std::size_t i = 0; i < peer->methods().size(); ++i)
+      out.methods.push_back(other_method(*tree, peer, i, fixed, turnover));
+  }
+  return out;
+}
+
+struct Options {
+  std::vector<std::string> scenes, equations = {"recursive", "lagrange"};
+  std::string folder = "peers";
+  double end = 0;
+  bool orders = false;
+  WorkPrecisionSettings settings;
+};
+
+/// What a method's orientation gains by half the step: between its finest two runs that are above rounding.
+std::string orders_table(const WorkPrecision& chart) {
+  std::string out =
+      "| method | order of orientation | from steps of (s) | error (rad) |\n| --- | ---: | --- | --- |\n";
+  const double floor = std::max(1e-11, 30 * chart.reference.orientation);
+  for (std::size_t v = 0; v < chart.variants.size(); ++v) {
+    const WorkPrecisionPoint *coarse = nullptr, *fine = nullptr;
+    for (const WorkPrecisionPoint& p : chart.points) {
+      if (p.variant != v || !p.finished || !(p.errors.orientation > floor) || p.errors.orientation > 0.3)
+        continue;
+      coarse = fine, fine = &p;
+    }
+    if (!coarse || chart.variants[v].adaptive) continue;
+    out += fmt::format("| {} | {:.2f} | {:.3g}, {:.3g} | {:.1e}, {:.1e} |\n", name_of(chart.variants[v]),
+                       std::log(coarse->errors.orientation / fine->errors.orientation) /
+                           std::log(coarse->setting / fine->setting),
+                       coarse->setting, fine->setting, coarse->errors.orientation, fine->errors.orientation);
+  }
+  return out;
+}
+
+/// The scene's part of the page.
+Result<std::string> chart_of(const std::string& file, const Options& o) {
+  auto model = read_model(file, {});
+  if (!model) return tl::unexpected(model.error());
+  Scene& scene = model->scene;
+  if (o.end > 0) scene.simulation.end_time = o.end;
+  const auto system = compile(scene);
+  if (!system) return tl::unexpected(system.error());
+  const Entered others = enter(scene, *system, o.orders);
+  WorkPrecisionObserver observer;
+  observer.progress = [](const std::string& what, double share) {
+    fmt::print(stderr, "\r{:3.0f} %  {:60}", 100 * share, what);
+  };
+  const auto chart = work_precision(scene, o.settings, observer, others.methods);
+  fmt::print(stderr, "\n");
+  if (!chart) return tl::unexpected(chart.error());
+  const std::string name = std::filesystem::path(file).stem();
+  const std::filesystem::path folder = o.folder;
+  if (auto done = write_work_precision(*chart, folder / name); !done) return tl::unexpected(done.error());
+  std::string out = fmt::format("## {}\n\n{}\n", scene.name, chart->reference.words);
+  for (const std::string& words : others.words) out += words + '\n';
+  out += '\n' + (o.orders ? orders_table(*chart) : front_table(*chart)) + '\n';
+  for (const auto& [drawing, plot] : work_precision_plots(*chart))
+    if (drawing.ends_with("_time")) out += fmt::format("![{}]({}/{}.svg)\n", plot.title, name, drawing);
+  fmt::print("{}\n", out);
+  return out + '\n';
+}
+
+Result<void> work(const Options& o) {
+  std::string page = "# What accuracy costs, here and in other programs\n\n";
+  page += fmt::format("Compiled by g++ {}. Times are processor time, medians of {} runs.\n\n", __VERSION__,
+                      o.settings.repeats);
+  for (const std::string& scene : o.scenes) {
+    const auto part = chart_of(scene, o);
+    if (!part) return tl::unexpected(part.error());
+    page += *part;
+    if (auto done = write_whole(std::filesystem::path(o.folder) / "README.md", page); !done) return done;
+  }
+  return {};
+}
+
+}  // namespace
+}  // namespace borelli::peers
+
+int main(int argc, char** argv) {
+  using namespace borelli;
+  peers::Options o;
+  CLI::App program("Other programs beside ours on the same scenes");
+  program.add_option("scenes", o.scenes, "Scenes: TOML, MJCF or URDF")->required();
+  program.add_option("-o,--output", o.folder, "Folder for charts and page")->capture_default_str();
+  program
+      .add_option("--methods", o.settings.methods,
+                  "Our integrators, with commas between; all, where not given")
+      ->delimiter(',');
+  program.add_option("--equations", o.equations, "Our equations of motion")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"recursive", "lagrange"}))
+      ->capture_default_str();
+  program.add_option("--end", o.end, "End time, s");
+  program.add_option("--outputs", o.settings.outputs, "Times at which runs are compared")
+      ->capture_default_str();
+  program.add_option("--repeats", o.settings.repeats, "Runs that a time is the median of")
+      ->capture_default_str();
+  program.add_option("--budget", o.settings.budget, "Processor time of a run, s")->capture_default_str();
+  program.add_flag("--orders", o.orders,
+                   "All by steps of one length: the order of orientation instead of the fronts");
+  CLI11_PARSE(program, argc, argv);
+  o.settings.equations.clear();
+  for (const std::string& name : o.equations)
+    o.settings.equations.push_back(name == "lagrange" ? Equations::lagrange : Equations::recursive);
+  const auto done = peers::work(o);
+  if (done) return 0;
+  fmt::print(stderr, "peers: {}\n", done.error().message());
+  return done.error().kind == Error::Kind::use ? 2 : 1;
+}
