@@ -50,6 +50,7 @@ int run(int argc, char** argv) {
   borelli::add_figures(program, command);
   borelli::add_chart(program, command);
   borelli::add_stability(program, command);
+  borelli::add_economy(program, command);
   borelli::add_info(program, command);
 
   for (auto* verb : program.get_subcommands({})) verb->allow_config_extras(CLI::config_extras_mode::error);

@@ -34,6 +34,7 @@ void add_report(CLI::App& program, Command& command);
 void add_figures(CLI::App& program, Command& command);
 void add_chart(CLI::App& program, Command& command);
 void add_stability(CLI::App& program, Command& command);
+void add_economy(CLI::App& program, Command& command);
 void add_info(CLI::App& program, Command& command);
 
 }  // namespace borelli

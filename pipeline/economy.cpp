@@ -1,0 +1,283 @@
+#include "pipeline/economy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <map>
+#include <set>
+
+#include "dynamics/simulate.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+
+// motions are so much better than what is asked of them
+constexpr double margin = 100;
+
+// a change that is so many times too much off is not tried again
+constexpr double hopeless = 10;
+
+double processor_time() {
+  timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+
+bool moves(const Switch& one) {
+  return !std::holds_alternative<Fixed>(one.kind) && !std::holds_alternative<Locked>(one.motion) &&
+         !std::holds_alternative<Driven>(one.motion);
+}
+
+/// Coordinates that are locked together.
+struct Change {
+  std::string words;
+  std::vector<std::string> coordinates;
+};
+
+std::vector<Change> changes_of(const Scene& scene) {
+  std::vector<Change> out;
+  for (const Solid& solid : scene.solids) {
+    Change joint{fmt::format("joint of '{}'", solid.name), {}};
+    for (std::size_t i = 0; i < solid.switches.size(); ++i)
+      if (moves(solid.switches[i])) joint.coordinates.push_back(coordinate_name(solid, i));
+    for (const std::string& name : joint.coordinates)
+      out.push_back({fmt::format("coordinate '{}'", name), {name}});
+    if (joint.coordinates.size() > 1) out.push_back(std::move(joint));
+  }
+  return out;
+}
+
+/// Looks whether all that an effort or constraint names are coordinates of a set.
+struct OnlyNames {
+  const std::set<std::string>& locked;
+  bool any = false, others = false;
+
+  void look(const std::string& name) {
+    any = true;
+    others = others || !locked.contains(name);
+  }
+  void operator()(std::string_view, const CoordinateName& field) { look(field.coordinate); }
+  void operator()(std::string_view, const AnyCoordinate& field) { look(field.coordinate); }
+  void operator()(std::string_view, const std::vector<CoordinateName>& field) {
+    for (const CoordinateName& one : field) look(one.coordinate);
+  }
+  void operator()(std::string_view, const SolidPoint&) { others = true; }
+  void operator()(std::string_view, const SolidName&) { others = true; }
+  void operator()(std::string_view, const std::optional<SolidPoint>&) { others = true; }
+  void operator()(std::string_view, const std::optional<SolidName>&) { others = true; }
+  template <class T>
+  void operator()(std::string_view, const T&) {}
+};
+
+template <class Action>
+bool acts_on_nothing_else(const Action& action, const std::set<std::string>& locked) {
+  return std::visit(
+      [&]<class Kind>(const Kind& kind) {
+        if constexpr (requires(OnlyNames names) { Kind::fields(kind, names); }) {
+          OnlyNames names{locked};
+          Kind::fields(kind, names);
+          return names.any && !names.others;
+        } else {
+          return false;  // C++, which names nothing
+        }
+      },
+      action.kind);
+}
+
+class Search {
+ public:
+  Search(const Scene& scene, const EconomySettings& settings,
+         const std::function<void(const std::string&, double)>& progress)
+      : scene_(scene), settings_(settings), progress_(progress) {}
+
+  Result<Economy> run() {
+    if (!(settings_.tolerance >= 1e-9 && settings_.tolerance <= 1) || settings_.outputs < 1 ||
+        settings_.repeats < 1)
+      return bad_use("economy", "needs a tolerance from 1e-9 to 1, an output time and a repeat at least");
+    const auto system = compile(scene_);
+    if (!system) return tl::unexpected(system.error());
+    length_ = system->length;
+    out_.scene = scene_.name;
+    out_.tolerance = settings_.tolerance;
+    out_.accuracy = std::clamp(settings_.tolerance / margin, 1e-11, 0.1);
+    if (auto named = name_quantities(); !named) return tl::unexpected(named.error());
+    progress_("the whole model", 0);
+    auto full = motion(*system);
+    if (!full)
+      return failure(scene_.name,
+                     fmt::format("its motion cannot be had to {:g}, a hundredth of the tolerance: {}",
+                                 out_.accuracy, full.error().message()));
+    full_ = std::move(*full);
+    for (const CoordinateInfo& info : full_.coordinates) {
+      const Eigen::VectorXd q = full_.q.row(0).segment(info.q_index, info.q_size);
+      start_[info.name] = {q.begin(), q.end()};
+    }
+    out_.smallest = scene_;
+    add_model("", 0, "", *system);
+    left_ = changes_of(scene_);
+    const double all = double(left_.size());
+    while (!left_.empty() && round(1 - double(left_.size()) / all)) {
+    }
+    return std::move(out_);
+  }
+
+ private:
+  Result<void> name_quantities() {
+    if (settings_.quantities.empty()) {
+      quantities_ = all_gravity_centres(scene_);
+      out_.quantities = {"the gravity centres of all solids"};
+      return {};
+    }
+    for (const std::string& text : settings_.quantities) {
+      auto quantity = parse_motion_quantity(text, scene_);
+      if (!quantity) return tl::unexpected(quantity.error());
+      quantities_.push_back(std::move(*quantity));
+      out_.quantities.push_back(text);
+    }
+    return {};
+  }
+
+  Result<Trajectory> motion(const System& system) const {
+    SimulationSettings how = scene_.simulation;
+    how.accuracy = out_.accuracy;
+    how.output_interval = (how.end_time - system.initial.t) / settings_.outputs;
+    auto t = simulate(system, system.initial, how);
+    if (t && !t->certificate.trusted) return failure("", t->certificate.reason);
+    return t;
+  }
+
+  Scene with(const Scene& scene, const Change& change) const {
+    Scene out = scene;
+    const std::set<std::string> now(change.coordinates.begin(), change.coordinates.end());
+    std::set<std::string> locked;
+    for (Solid& solid : out.solids)
+      for (std::size_t i = 0; i < solid.switches.size(); ++i) {
+        Switch& one = solid.switches[i];
+        const std::string name = coordinate_name(solid, i);
+        if (now.contains(name)) {
+          one.motion = Locked{};
+          one.q = start_.at(name);
+          one.v.clear();
+          one.ranges.clear();
+          one.armature = 0;
+        }
+        if (std::holds_alternative<Locked>(one.motion)) locked.insert(name);
+      }
+    std::erase_if(out.efforts, [&](const auto& e) { return acts_on_nothing_else(e, locked); });
+    std::erase_if(out.constraints, [&](const auto& c) { return acts_on_nothing_else(c, locked); });
+    return out;
+  }
+
+  /// The largest over quantities and times.
+  std::pair<double, std::string> error_of(const Trajectory& t) const {
+    std::pair<double, std::string> worst{0, ""};
+    for (const MotionQuantity& quantity : quantities_)
+      for (std::size_t row = 0; row < std::min(full_.times.size(), t.times.size()); ++row)
+        if (const double e = quantity_difference(quantity, full_, t, row, length_); e > worst.first)
+          worst = {e, quantity.text};
+    return worst;
+  }
+
+  /// Tries all that is left, and takes the best. False: none is within the tolerance.
+  bool round(double done) {
+    out_.refusals.clear();
+    std::size_t best = left_.size();
+    std::pair<double, std::string> least{std::numeric_limits<double>::infinity(), ""};
+    std::vector<std::size_t> dropped;
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      progress_(left_[i].words, done);
+      const Scene scene = with(out_.smallest, left_[i]);
+      const auto system = compile(scene);
+      const auto t = system ? motion(*system) : tl::unexpected(system.error());
+      if (!t) {
+        out_.refusals.push_back({left_[i].words, nothing, t.error().message()});
+        continue;
+      }
+      const auto error = error_of(*t);
+      out_.refusals.push_back({left_[i].words, error.first});
+      if (error.first < least.first) least = error, best = i;
+    }
+    for (const EconomyRefusal& gone : gone_) out_.refusals.push_back(gone);
+    if (best == left_.size() || least.first > settings_.tolerance) return false;
+    const Change taken = left_[best];
+    out_.smallest = with(out_.smallest, taken);
+    add_model(taken.words, least.first, least.second, compile(out_.smallest).value());
+    forget(taken);
+    return true;
+  }
+
+  /// Leaves out of later rounds what is locked now, and what is far too much off.
+  void forget(const Change& taken) {
+    std::vector<Change> left;
+    for (std::size_t i = 0; i < left_.size(); ++i) {
+      Change& one = left_[i];
+      const EconomyRefusal& tried = out_.refusals[i];
+      std::erase_if(one.coordinates, [&](const std::string& name) {
+        return std::find(taken.coordinates.begin(), taken.coordinates.end(), name) != taken.coordinates.end();
+      });
+      // a joint of which one coordinate is left is that coordinate
+      const bool same = std::any_of(left_.begin(), left_.begin() + long(i), [&](const Change& other) {
+        return other.coordinates == one.coordinates;
+      });
+      if (one.coordinates.empty() || same) continue;
+      if (tried.error > hopeless * settings_.tolerance)
+        gone_.push_back(tried);
+      else
+        left.push_back(std::move(one));
+    }
+    left_ = std::move(left);
+    out_.refusals = gone_;
+  }
+
+  void add_model(const std::string& change, double error, const std::string& worst, const System& system) {
+    EconomyModel model{.change = change, .error = error, .worst = worst};
+    model.coordinates = system.nv;
+    model.bodies = int(system.bodies.size()) - 1;
+    model.rows = system.rows;
+    SimulationSettings how = scene_.simulation;
+    how.accuracy = 0;
+    how.tolerance = out_.accuracy / 10;
+    how.output_interval = how.end_time - system.initial.t;
+    for (const char* method : {"dop853", "arkode"}) {
+      how.method = method;
+      std::vector<double> seconds;
+      for (int repeat = 0; repeat < settings_.repeats; ++repeat) {
+        const double start = processor_time();
+        const auto t = simulate(system, system.initial, how);
+        if (!t) break;
+        seconds.push_back(processor_time() - start);
+        model.evaluations = t->certificate.evaluations;
+      }
+      if (seconds.empty()) continue;
+      std::nth_element(seconds.begin(), seconds.begin() + long(seconds.size() / 2), seconds.end());
+      model.seconds = seconds[seconds.size() / 2];
+      break;
+    }
+    out_.models.push_back(std::move(model));
+  }
+
+  const Scene& scene_;
+  const EconomySettings& settings_;
+  const std::function<void(const std::string&, double)>& progress_;
+  double length_ = 1;
+  Trajectory full_;
+  std::map<std::string, std::vector<double>> start_;  ///< positions of the assembled start, by coordinate
+  std::vector<MotionQuantity> quantities_;
+  std::vector<Change> left_;
+  std::vector<EconomyRefusal> gone_;  ///< not tried again
+  Economy out_;
+};
+
+}  // namespace
+
+Result<Economy> scene_economy(const Scene& scene, const EconomySettings& settings,
+                              const std::function<void(const std::string&, double)>& progress) {
+  return Search(scene, settings, progress).run();
+}
+
+}  // namespace borelli

@@ -1,0 +1,174 @@
+// The smallest model that does: scenes of which the answer is known, and its errors by simulating what it
+// wrote.
+#include "pipeline/economy_page.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "dynamics/scene_file.hpp"
+#include "dynamics/simulate.hpp"
+#include "pipeline/motion_difference.hpp"
+#include "tests/paths.hpp"
+#include "tests/pipeline/program_run.hpp"
+
+namespace borelli {
+namespace {
+
+// An arm that swings and carries a hand, whose wrist a spring of so many N m/rad holds straight, on which
+// sits a ring that nothing turns.
+Scene arm(double stiffness, double hand_mass = 0.5) {
+  const std::string text = R"(name = "arm"
+[simulation]
+end_time = 2
+[[solid]]
+name = "arm"
+joint = {rotation = "y", name = "shoulder", value = 1}
+mass = 2
+centre = [0, 0, -0.3]
+tensor = [0.06, 0.06, 0.001]
+[[solid]]
+name = "hand"
+parent = "arm"
+joint = [{fixed = [0, 0, -0.6]}, {rotation = "y", name = "wrist"}]
+mass = HAND_M
+centre = [0, 0, -0.1]
+tensor = [HAND_I, HAND_I, HAND_I]
+[[solid]]
+name = "ring"
+parent = "hand"
+joint = [{fixed = [0, 0, -0.1]}, {rotation = "z", name = "turn"}]
+mass = RING_M
+tensor = [RING_I, RING_I, RING_I]
+[[effort]]
+name = "tendon"
+kind = "coordinate_spring"
+on = "wrist"
+stiffness = STIFFNESS
+)";
+  std::string filled = text;
+  const auto fill = [&](const std::string& word, double value) {
+    for (std::size_t at; (at = filled.find(word)) != std::string::npos;)
+      filled.replace(at, word.size(), fmt::format("{}", value));
+  };
+  fill("STIFFNESS", stiffness);
+  fill("HAND_M", hand_mass);
+  fill("HAND_I", 2e-3 * hand_mass);
+  fill("RING_M", 0.02 * hand_mass);
+  fill("RING_I", 2e-6 * hand_mass);
+  return parse_scene(filled, "arm.toml").value();
+}
+
+std::vector<std::string> changes(const Economy& economy) {
+  std::vector<std::string> out;
+  for (const EconomyModel& model : economy.models) out.push_back(model.change);
+  return out;
+}
+
+TEST(Economy, AStiffWristIsRigidAndARingThatNothingTurnsIsPartOfTheHand) {
+  const Economy e = scene_economy(arm(2000), {.tolerance = 1e-3}).value();
+  EXPECT_EQ(changes(e), (std::vector<std::string>{"", "coordinate 'turn'", "coordinate 'wrist'"}));
+  EXPECT_EQ(e.models[0].coordinates, 3);
+  EXPECT_EQ(e.models[2].coordinates, 1);
+  EXPECT_EQ(e.models[2].bodies, 1);
+  EXPECT_LT(e.models[1].error, 2 * e.accuracy);  // it does not turn at all
+  // the spring bends by about the hand's moment over its stiffness: m g c / k, over the scene's length
+  EXPECT_GT(e.models[2].error, 1e-5);
+  EXPECT_LT(e.models[2].error, 1e-3);
+  EXPECT_TRUE(e.smallest.efforts.empty());  // a spring on what is locked
+  ASSERT_EQ(e.refusals.size(), 1u);
+  EXPECT_EQ(e.refusals[0].change, "coordinate 'shoulder'");
+  EXPECT_GT(e.refusals[0].error, 0.1);
+}
+
+TEST(Economy, AWeakWristStays) {
+  const Economy e = scene_economy(arm(1), {.tolerance = 1e-3}).value();
+  EXPECT_EQ(changes(e), (std::vector<std::string>{"", "coordinate 'turn'"}));
+  EXPECT_EQ(e.smallest.efforts.size(), 1u);
+}
+
+TEST(Economy, WhatIsAskedForDecides) {
+  // the hand flaps, but it weighs little beside the arm, of which alone the motion is asked for
+  EXPECT_EQ(scene_economy(arm(0, 1e-3), {.tolerance = 1e-2}).value().models.back().coordinates, 2);
+  const auto of_arm = [](double hand_mass) {
+    return scene_economy(arm(0, hand_mass),
+                         {.quantities = {"solid:arm", "coordinate:shoulder", "turn:arm"}, .tolerance = 1e-3})
+        .value()
+        .models.back();
+  };
+  const EconomyModel light = of_arm(1e-4), heavier = of_arm(1e-3);
+  EXPECT_EQ(light.coordinates, 1);
+  EXPECT_EQ(heavier.coordinates, 1);
+  // a small mass that is held wrongly disturbs the arm in proportion to it
+  EXPECT_NEAR(heavier.error / light.error, 10, 1);  // (and the next order by its square)
+}
+
+TEST(Economy, ErrorsAreThoseOfTheSceneThatItWrites) {
+  const TestFolder folder;
+  const std::string whole = folder.write("arm.toml", write_scene(arm(500)).value());
+  const ProgramRun run =
+      run_program("economy " + whole + " --tolerance 5e-3 --json -o " + folder.path().string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto answer = nlohmann::json::parse(run.out, nullptr, false);
+  ASSERT_EQ(answer["models"].size(), 3u);
+  for (const char* file : {"economy.html", "economy.csv", "error.svg", "time.png"})
+    EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
+  // both by another method, much better
+  const auto motion = [](const Scene& scene) {
+    const System system = compile(scene).value();
+    SimulationSettings how = scene.simulation;
+    how.method = "gbs";
+    how.tolerance = 1e-12;
+    how.output_interval = 0.01;
+    return simulate(system, system.initial, how).value();
+  };
+  const Scene full = read_scene(whole).value(), small = read_scene(folder / "scene.toml").value();
+  const Trajectory a = motion(full), b = motion(small);
+  EXPECT_EQ(b.coordinates.size(), 1u);
+  const double length = compile(full).value().length;
+  double error = 0;
+  for (std::size_t row = 0; row < a.times.size(); ++row)
+    error = std::max(
+        error, motion_difference(&a.pose(row, 0), &b.pose(row, 0), gravity_centres(full)).position / length);
+  EXPECT_NEAR(answer["models"][2]["error"].get<double>(), error, 2 * answer["accuracy"].get<double>());
+}
+
+TEST(Economy, ALoopThatIsHeldAnywhereIsWholeOrNot) {
+  // of a four-bar every coordinate follows from any other: to lock one is to lock all
+  const Scene scene = read_scene(test::source_folder() + "/samples/four_bar_2.toml").value();
+  Scene shorter = scene;
+  shorter.simulation.end_time = 0.3;
+  const Economy e = scene_economy(shorter, {.tolerance = 1e-2}).value();
+  EXPECT_EQ(e.models.size(), 1u);
+  EXPECT_FALSE(e.refusals.empty());
+}
+
+TEST(Economy, IsTheSameEachTimeButForTime) {
+  const Economy a = scene_economy(arm(500), {}).value(), b = scene_economy(arm(500), {}).value();
+  ASSERT_EQ(a.models.size(), b.models.size());
+  for (std::size_t i = 0; i < a.models.size(); ++i) {
+    EXPECT_EQ(a.models[i].change, b.models[i].change);
+    EXPECT_EQ(a.models[i].error, b.models[i].error);
+    EXPECT_EQ(a.models[i].evaluations, b.models[i].evaluations);
+  }
+}
+
+TEST(Economy, RefusesWhatItCannotTell) {
+  EXPECT_NE(
+      scene_economy(arm(1), {.quantities = {"solid:foot"}}).error().message().find("no solid of that name"),
+      std::string::npos);
+  EXPECT_NE(
+      scene_economy(arm(1), {.quantities = {"hand"}}).error().message().find("expected centre, solid:NAME"),
+      std::string::npos);
+  Scene chaotic = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
+  chaotic.simulation.end_time = 60;
+  const auto refused = scene_economy(chaotic, {});
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("cannot be had to 0.0001"), std::string::npos)
+      << refused.error().message();
+}
+
+}  // namespace
+}  // namespace borelli
