@@ -49,6 +49,7 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
 void solve_transposed(const System& system, const Rows& F, double* x) {
   for (int k = system.nv - 1; k >= 0; --k) {
     const Branch branch = branch_of(system, k);
+    if (x[k] == 0) continue;  // a row of constraints has entries on few branches
     const double* row = F.row(k).data();
     x[k] /= row[k];
     for (int a = 0; a < branch.count; ++a) x[branch.ancestors[a]] -= row[branch.ancestors[a]] * x[k];

@@ -7,42 +7,59 @@
 
 namespace borelli {
 
+namespace {
+
+// of the square of what is left of a row: it has changed, and is found when asked for
+constexpr double unknown = -1;
+
+double known_left(const BlockRows& W, int row, double& left) {
+  if (left == unknown) left = W.squared_norm(row);
+  return left;
+}
+
+}  // namespace
+
 ConstraintSolver::ConstraintSolver(const System& system)
     : system_(system),
       order_(system.rows),
       scale_(Eigen::VectorXd::Zero(system.rows)),
       length_(scale_),
       longest_(scale_),
-      W_(Rows::Zero(system.rows, system.nv)),
-      basis_(Rows::Zero(std::min(system.rows, system.nv), system.nv)),
-      R_(Rows::Zero(std::min(system.rows, system.nv), system.rows)),
-      pivot_(Eigen::VectorXd::Zero(std::min(system.rows, system.nv))),
+      W_(system.rows, system.nv),
+      basis_(std::min(system.rows, system.nv), system.nv),
+      R_(Rows::Zero(system.rows, basis_.rows())),
+      left_(scale_),
+      pivot_(Eigen::VectorXd::Zero(basis_.rows())),
       largest_(pivot_),
       z_(pivot_),
       G_(Rows::Zero(z_.size(), z_.size())),
       s_(z_),
-      y_(Eigen::VectorXd::Zero(system.nv)) {
+      y_(Eigen::VectorXd::Zero(W_.padded_columns())) {
   std::iota(order_.begin(), order_.end(), 0);
 }
 
 void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide, RowSet set) {
+  const int n = system_.nv;
+  const Eigen::Map<const Eigen::RowVectorXd> scale(system_.velocity_scale.data(), n);
   for (int r = 0; r < system_.rows; ++r) {
-    W_.row(r) = L.row(r).head(system_.nv);
-    length_[r] = 0;
-    for (int i = 0; i < system_.nv; ++i) length_[r] += std::abs(W_(r, i)) * system_.velocity_scale[i];
+    const auto row = L.row(r).head(n);
+    length_[r] = row.cwiseAbs().dot(scale);
+    const double largest = n > 0 ? row.cwiseAbs().maxCoeff() : 0;
     // entries are lengths or pure numbers; one of rounding's size is none
     const bool left_out = set == RowSet::positions && system_.kinematic_rows[r];
-    if (left_out || system_.nv == 0 ||
-        W_.row(r).cwiseAbs().maxCoeff() <= 1e-13 * std::max(1.0, system_.length)) {
-      W_.row(r).setZero();
-      scale_[r] = 0;
+    if (left_out || largest <= 1e-13 * std::max(1.0, system_.length)) {
+      W_.clear(r);
+      scale_[r] = left_[r] = 0;
       continue;
     }
-    solve_transposed(system_, F, W_.row(r).data());
-    scale_[r] = 1 / W_.row(r).norm();
+    std::copy(row.begin(), row.end(), W_.row(r));
+    solve_transposed(system_, F, W_.row(r));
+    W_.find_blocks(r);
+    scale_[r] = 1 / std::sqrt(W_.squared_norm(r));
     // one that has all but vanished (a slide at its crank's dead point) points where rounding will
     if (remembered_ >= 0 && length_[r] < longest_[r]) scale_[r] *= length_[r] / longest_[r];
-    W_.row(r) *= scale_[r];
+    W_.scale(r, scale_[r]);
+    left_[r] = W_.squared_norm(r);
   }
   R_.setZero();
   if (decide) {
@@ -53,7 +70,7 @@ void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide, RowSet
   for (int k = 0; k < rank_; ++k) {
     if (decide) {
       choose_pivot(k);
-      pivot_[k] = W_.row(order_[k]).norm();
+      pivot_[k] = std::sqrt(left_[order_[k]]);
       if (!counts(k, pivot_[k])) {
         rank_ = k;
         break;
@@ -92,12 +109,12 @@ void ConstraintSolver::forget() {
 
 void ConstraintSolver::choose_pivot(int k) {
   int best = k;
-  double largest = W_.row(order_[k]).squaredNorm();
+  double largest = known_left(W_, order_[k], left_[order_[k]]);
   for (int i = k + 1; i < system_.rows; ++i) {
     // of rows equally far the earlier written one is taken, whatever the rounding
-    const double length = W_.row(order_[i]).squaredNorm();
-    if (length > largest * (1 + 1e-6)) {
-      largest = length;
+    const int row = order_[i];
+    if (const double left = known_left(W_, row, left_[row]); left > largest * (1 + 1e-6)) {
+      largest = left;
       best = i;
     }
   }
@@ -106,24 +123,24 @@ void ConstraintSolver::choose_pivot(int k) {
 
 void ConstraintSolver::make_orthonormal(int k) {
   const int pivot = order_[k];
-  auto row = W_.row(pivot);
-  for (int j = 0; j < k; ++j) {  // once more, against what cancellation left
-    const double c = basis_.row(j).dot(row);
-    R_(j, pivot) += c;
-    row -= c * basis_.row(j);
-  }
-  const double length = row.norm();
-  R_(k, pivot) = length;
-  if (length >= rank_tolerance)
-    basis_.row(k) = row / length;
-  else  // a stage of a step fell on a singular position: the row takes no part at this instant
-    basis_.row(k).setZero();
-  for (std::size_t i = k + 1; i < order_.size(); ++i) {
-    auto other = W_.row(order_[i]);
-    const double c = basis_.row(k).dot(other);
-    R_(k, order_[i]) = c;
-    other -= c * basis_.row(k);
-  }
+  for (int j = 0; j < k; ++j)  // once more, against what cancellation left
+    if (basis_.shares(j, W_, pivot)) take_out(j, pivot);
+  const double length = std::sqrt(known_left(W_, pivot, left_[pivot]));
+  R_(pivot, k) = length;
+  basis_.clear(k);
+  // else a stage of a step fell on a singular position: the row takes no part at this instant
+  if (length >= rank_tolerance) basis_.add(k, 1 / length, W_, pivot);
+  for (std::size_t i = k + 1; i < order_.size(); ++i)
+    if (basis_.shares(k, W_, order_[i])) take_out(k, order_[i]);
+}
+
+/// Takes out of a row of W what it has of the k-th of the basis.
+void ConstraintSolver::take_out(int k, int row) {
+  const double c = basis_.dot(k, W_, row);
+  if (c == 0) return;
+  R_(row, k) += c;
+  W_.add(row, -c, basis_, k);
+  left_[row] = unknown;
 }
 
 std::vector<std::string> ConstraintSolver::rows_behind(int row) const {
@@ -132,9 +149,9 @@ std::vector<std::string> ConstraintSolver::rows_behind(int row) const {
   // its parts c along the independent rows: sum_i R(k, i) c_i = R(k, row), triangular in the rows' order
   Eigen::VectorXd part(rank_);
   for (int k = rank_ - 1; k >= 0; --k) {
-    double sum = R_(k, row);
-    for (int j = k + 1; j < rank_; ++j) sum -= R_(k, order_[j]) * part[j];
-    part[k] = sum / R_(k, order_[k]);
+    double sum = R_(row, k);
+    for (int j = k + 1; j < rank_; ++j) sum -= R_(order_[j], k) * part[j];
+    part[k] = sum / R_(order_[k], k);
   }
   for (int k = 0; k < rank_; ++k)
     if (std::abs(part[k]) > 1e-6) names.push_back(system_.row_names[order_[k]]);
@@ -142,37 +159,42 @@ std::vector<std::string> ConstraintSolver::rows_behind(int row) const {
 }
 
 void ConstraintSolver::correct(const Rows& F, const Eigen::VectorXd& b, Eigen::VectorXd& x) {
-  y_.setZero();
   for (int k = 0; k < rank_; ++k) {
     const int row = order_[k];
-    double sum = scale_[row] * b[row];
-    for (int j = 0; j < k; ++j) sum -= R_(j, row) * z_[j];
-    z_[k] = R_(k, row) >= rank_tolerance ? sum / R_(k, row) : 0;
-    y_ += z_[k] * basis_.row(k).transpose();
+    const double sum = scale_[row] * b[row] - R_.row(row).head(k).dot(z_.head(k));
+    z_[k] = R_(row, k) >= rank_tolerance ? sum / R_(row, k) : 0;
   }
-  x = y_;
+  combine(x);
   solve_lower(system_, F, x.data());
 }
 
 void ConstraintSolver::compromise(const Rows& F, const Eigen::VectorXd& b, double damping,
                                   Eigen::VectorXd& x) {
-  for (int k = 0; k < rank_; ++k) {
-    z_[k] = 0;
-    for (int row = 0; row < system_.rows; ++row) z_[k] += R_(k, row) * scale_[row] * b[row];
-  }
+  z_.head(rank_).setZero();
+  for (int row = 0; row < system_.rows; ++row)
+    z_.head(rank_) += scale_[row] * b[row] * R_.row(row).head(rank_).transpose();
   solve_gram(damping, z_);
-  y_.setZero();
-  for (int k = 0; k < rank_; ++k) y_ += z_[k] * basis_.row(k).transpose();
-  x = y_;
+  combine(x);
   solve_lower(system_, F, x.data());
 }
 
-/// x <- (R R^T + damping^2)^-1 x over the rank, by Cholesky.
+/// x <- y, the combination z of the basis.
+void ConstraintSolver::combine(Eigen::VectorXd& x) {
+  y_.setZero();
+  for (int k = 0; k < rank_; ++k) basis_.add_to(y_.data(), z_[k], k);
+  x = y_.head(system_.nv);
+}
+
+/// x <- (R^T R + damping^2)^-1 x over the rank, by Cholesky.
 void ConstraintSolver::solve_gram(double damping, Eigen::VectorXd& x) {
+  for (int i = 0; i < rank_; ++i) G_.row(i).head(i + 1).setZero();
+  for (int row = 0; row < system_.rows; ++row)
+    for (int i = 0; i < rank_; ++i)
+      if (const double c = R_(row, i); c != 0) G_.row(i).head(i + 1) += c * R_.row(row).head(i + 1);
   for (int i = 0; i < rank_; ++i)
     for (int j = 0; j <= i; ++j) {
-      double sum = R_.row(i).dot(R_.row(j)) + (i == j ? damping * damping : 0);
-      for (int l = 0; l < j; ++l) sum -= G_(i, l) * G_(j, l);
+      const double sum =
+          G_(i, j) + (i == j ? damping * damping : 0) - G_.row(i).head(j).dot(G_.row(j).head(j));
       G_(i, j) = i == j ? std::sqrt(std::max(sum, rank_tolerance * rank_tolerance)) : sum / G_(j, j);
     }
   for (int i = 0; i < rank_; ++i) {
@@ -187,16 +209,18 @@ void ConstraintSolver::solve_gram(double damping, Eigen::VectorXd& x) {
 
 void ConstraintSolver::multipliers(Eigen::VectorXd& lambda) {
   lambda.setZero();
-  if (rank_ == system_.rows) {  // R is triangular in the rows' order
+  s_ = z_;
+  const bool independent =
+      std::all_of(order_.begin() + rank_, order_.end(), [&](int row) { return is_empty(row); });
+  if (independent) {  // R is triangular in the rows' order
     for (int k = rank_ - 1; k >= 0; --k) {
-      double sum = z_[k];
-      for (int j = k + 1; j < rank_; ++j) sum -= R_(k, order_[j]) * lambda[order_[j]];
-      lambda[order_[k]] = R_(k, order_[k]) >= rank_tolerance ? sum / R_(k, order_[k]) : 0;
+      const int row = order_[k];
+      lambda[row] = R_(row, k) >= rank_tolerance ? s_[k] / R_(row, k) : 0;
+      s_.head(k) -= lambda[row] * R_.row(row).head(k).transpose();
     }
-  } else {  // the least of many: lambda = R^T s with R R^T s = z
-    s_ = z_;
+  } else {  // the least of many: lambda = R s with R^T R s = z
     solve_gram(0, s_);
-    for (int k = 0; k < rank_; ++k) lambda += s_[k] * R_.row(k).transpose();
+    for (int row = 0; row < system_.rows; ++row) lambda[row] = R_.row(row).head(rank_).dot(s_.head(rank_));
   }
   lambda.array() *= scale_.array();
 }

@@ -7,6 +7,11 @@
 // Gram-Schmidt orthogonalization, 1994). Rows that lie in the span depend on the others: they take no part in
 // y, and the multipliers are the least that give the same y.
 //
+// A row has entries on the branches that its constraint ties only. Rows are kept in blocks of columns, with a
+// mask of those that are not empty, and what has no block in common is orthogonal as it is. Rows that share
+// nothing with those taken before are still whole, so they are the farthest and come first: many loops tied
+// to their neighbours are taken like the odd and even rows of a tridiagonal system, and little fills in.
+//
 // At a singular position (a four-bar flattened) rows that are independent elsewhere become dependent. Close
 // to it the direction in which such a row holds is known to rounding over the distance only, and steps that
 // follow it there come out on any branch. So within a run the solver remembers how far from the others its
@@ -17,6 +22,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "dynamics/block_rows.hpp"
 #include "dynamics/system.hpp"
 
 namespace borelli {
@@ -83,6 +89,8 @@ class ConstraintSolver {
   bool counts(int k, double distance);
   void choose_pivot(int k);
   void make_orthonormal(int k);
+  void take_out(int k, int row);
+  void combine(Eigen::VectorXd& x);
   void solve_gram(double damping, Eigen::VectorXd& x);
 
   const System& system_;
@@ -90,11 +98,12 @@ class ConstraintSolver {
   std::vector<int> order_;
   Eigen::VectorXd scale_;  ///< of each row of W: 1 / its length, less for one that was longer; 0: empty
   Eigen::VectorXd length_,
-      longest_;          ///< of each row of L, by the coordinates' scales; over the states remembered
-  Rows W_;               ///< rows x nv: unit rows, on the way to what is left of them
-  Rows basis_;           ///< rank x nv, orthonormal
-  Rows R_;               ///< rank x rows: unit row r of W is sum_k R(k, r) basis_k
-  int remembered_ = -1;  ///< the largest rank that states of the run had; -1: none seen
+      longest_;           ///< of each row of L, by the coordinates' scales; over the states remembered
+  BlockRows W_;           ///< rows x nv: unit rows, on the way to what is left of them
+  BlockRows basis_;       ///< rank x nv, orthonormal
+  Rows R_;                ///< rows x rank: unit row r of W is sum_k R(r, k) basis_k
+  Eigen::VectorXd left_;  ///< of each row of W: the square of what is left of it
+  int remembered_ = -1;   ///< the largest rank that states of the run had; -1: none seen
   double nearness_ = 1;
   Eigen::VectorXd pivot_;    ///< of each independent row in its order: its distance from those before it
   Eigen::VectorXd largest_;  ///< of these over the states remembered

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 
+#include "dynamics/assembly.hpp"
 #include "dynamics/equations.hpp"
 #include "scenes.hpp"
 
@@ -39,6 +40,32 @@ TEST(ConstraintSolver, AgreesWithTheSaddlePointSystem) {
   // rounding times the condition of the system, some 1e3
   EXPECT_LT((w.a - x.head(n)).norm(), 1e-12 * x.norm());
   EXPECT_LT((w.multipliers - x.tail(m)).norm(), 1e-12 * x.norm());
+}
+
+// Many loops, each tied to the next: their rows share little, and are kept so.
+TEST(ConstraintSolver, AgreesWithTheSaddlePointSystemOverManyLoops) {
+  const System system = compiled(sample("four_bar_40.toml"));
+  State state = system.initial;
+  Workspace w(system);
+  need(assemble(system, system.parameters, state, w));
+  state.v.setLinSpaced(-1, 2);  // any velocities: what they ask of the rows differs from loop to loop
+  ASSERT_FALSE(accelerate(system, system.parameters, 0, state.q.data(), state.v.data(), {}, w));
+  const int n = system.nv, m = w.solver.rank();
+  ASSERT_EQ(m, 80);
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n + m, n + m);
+  Eigen::VectorXd rest(n + m);
+  K.topLeftCorner(n, n) = Eigen::MatrixXd(w.terms.A).selfadjointView<Eigen::Lower>();
+  rest.head(n) = w.terms.Q - w.terms.B;
+  for (int k = 0; k < m; ++k) {
+    const int row = w.solver.order()[k];
+    K.row(n + k).head(n) = w.rows.L.row(row);
+    K.col(n + k).head(n) = -w.rows.L.row(row).transpose();
+    rest[n + k] = -w.rows.E[row];
+  }
+  const Eigen::VectorXd x = K.fullPivLu().solve(rest);
+  EXPECT_LT((w.a - x.head(n)).norm(), 1e-11 * x.norm());
+  for (int k = 0; k < m; ++k) EXPECT_NEAR(w.multipliers[w.solver.order()[k]], x[n + k], 1e-11 * x.norm());
+  for (int k = m; k < system.rows; ++k) EXPECT_EQ(w.multipliers[w.solver.order()[k]], 0);
 }
 
 TEST(ConstraintSolver, SurvivesDependentRowsWithTheLeastMultipliers) {
