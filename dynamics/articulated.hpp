@@ -20,9 +20,13 @@
 
 namespace borelli {
 
+/// Of what is kept per link: lanes begin where a line of the cache does.
+template <class T>
+inline constexpr std::size_t link_alignment = sizeof(T) == 64 ? 64 : alignof(T);
+
 /// How the frame after one step moves. World axes, SI.
 template <class T>
-struct LinkMotion {
+struct alignas(link_alignment<T>) LinkMotion {
   PoseOf<T> X;                   ///< X_W
   Eigen::Vector3<T> r;           ///< from the origin of the frame before the step to this one's
   Eigen::Vector3<T> w;           ///< angular velocity
@@ -33,7 +37,7 @@ struct LinkMotion {
 /// All that a frame carries, free to follow: the wrench that adds an acceleration (angular, linear) is
 /// (I, H; H^T, M) (angular, linear) + bias.
 template <class T>
-struct ArticulatedBody {
+struct alignas(link_alignment<T>) ArticulatedBody {
   Symmetric3<T> I, M;
   Eigen::Matrix3<T> H = Eigen::Matrix3<T>::Zero();
   Wrench<T> bias;
@@ -45,9 +49,10 @@ struct ArticulatedBody {
 };
 
 template <class T>
-struct LinkOf {
+struct alignas(link_alignment<T>) LinkOf {
   LinkMotion<T> motion;
-  ArticulatedBody<T> body;    ///< itself and, in the pass inwards, what its children add
+  bool carries = false;       ///< in the pass inwards: a child has been added to
+  ArticulatedBody<T> body;    ///< what its children let it feel
   Eigen::Vector3<T> turning;  ///< of a ball: wdot, had it no acceleration
 
   bool collapsed = false;     ///< a ball: its angular acceleration is -at_rest - by_push (the linear one)
@@ -58,7 +63,7 @@ struct LinkOf {
 
 /// What the inward pass leaves of a coordinate for the outward one.
 template <class T>
-struct PivotOf {
+struct alignas(link_alignment<T>) PivotOf {
   Eigen::Vector3<T> angular, linear;  ///< its unit twist
   Wrench<T> U;                        ///< (I, H; H^T, M) times its twist
   T inverse;                          ///< of what meets it alone, 1/kg or 1/(kg m^2)
@@ -76,19 +81,19 @@ struct ArticulationOf {
 using Articulation = ArticulationOf<double>;
 
 /// The pass outwards: the poses and velocities of `kinematics` (not its accelerations, nor what it keeps per
-/// coordinate), the energies of `terms` (of springs not), and the bodies' own inertia.
+/// coordinate). Those of bodies only `for_efforts` or over doubles: nobody else asks for them.
 template <class T>
 void move_links(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
-                const T* q, const T* v, KinematicsOf<T>& kinematics, ArticulationOf<T>& articulation,
-                LagrangeTermsOf<T>& terms);
+                const T* q, const T* v, bool for_efforts, KinematicsOf<T>& kinematics,
+                ArticulationOf<T>& articulation);
 
-/// After move_links: the free accelerations a (nv) without constraints, and what the drives exert
-/// (driven_nv). `efforts` may be null for none; `given` (nv, or null) is added to the generalized efforts.
-/// False where a coordinate meets so little inertia beside what it carries that rounding may have made it:
-/// then A must decide (factor_mass_matrix).
+/// After move_links: the free accelerations a (nv) without constraints, what the drives exert (driven_nv),
+/// and the energies of `terms`. `efforts` may be null for none; `given` (nv, or null) is added to the
+/// generalized efforts. False where a coordinate meets so little inertia beside what it carries that rounding
+/// may have made it: then A must decide (factor_mass_matrix).
 template <class T>
-bool find_accelerations(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
-                        const EffortSumsOf<T>* efforts, const T* given, ArticulationOf<T>& articulation, T* a,
-                        T* drive_efforts);
+bool find_accelerations(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                        const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts, const T* given,
+                        ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms, T* a, T* drive_efforts);
 
 }  // namespace borelli

@@ -85,8 +85,8 @@ LinkMotion<T> move(const Kind& kind, const Step& step, const Placement& placemen
     return to;
   }
   for (int i = 0; i < Kind::nv; ++i) {
-    pivots[i].angular = angular[i];
-    pivots[i].linear = linear[i];
+    if (Kind::rotates) pivots[i].angular = angular[i];
+    if (Kind::slides) pivots[i].linear = linear[i];
   }
   if (step.drive < 0) return to;
   const T* acceleration = k.acceleration.data() + step.u;
@@ -110,95 +110,91 @@ Symmetric3<T> in_world(const Matrix3<T>& R, const Tensor& tensor) {
   return turned<T>(R, tensor);
 }
 
-/// A body by itself, with its inertial force less its weight; its gravity centre and its energies. `turning`:
-/// whether wdot is more than zero.
+// ---- inwards: what each joint meets ----
+
+/// A body by itself, with its inertial force less its weight; and its energies. `turning`: whether wdot is
+/// more than zero.
 template <class T, class Inertia>
-void begin_body(const Inertia& inertial, const Eigen::Vector3d& gravity, int group,
-                const LinkMotion<T>& motion, bool turning, BodyMotionOf<T>& m, ArticulatedBody<T>& out,
-                LagrangeTermsOf<T>& terms) {
+ArticulatedBody<T> alone(const Inertia& inertial, const Eigen::Vector3d& gravity, int group,
+                         const LinkMotion<T>& motion, bool turning, LagrangeTermsOf<T>& terms) {
   const T mass = inertial.mass;
-  const Vector3<T> d = motion.X.R * inertial.centre, wd = motion.w.cross(d);
-  const Vector3<T> g = motion.X.p + d, v = motion.v + wd;
+  const Vector3<T> w = motion.w;
+  const Vector3<T> d = motion.X.R * inertial.centre, wd = w.cross(d);
   const Symmetric3<T> I_W = in_world<T>(motion.X.R, inertial.tensor);
-  const Vector3<T> momentum = I_W * motion.w;
-  Vector3<T> f = motion.vdot + motion.w.cross(wd) - gravity, n = motion.w.cross(momentum);
+  const Vector3<T> momentum = I_W * w;
+  Vector3<T> f = motion.vdot + w.cross(wd) - gravity, n = w.cross(momentum);
   if (turning) {
     f += motion.wdot.cross(d);
     n += I_W * motion.wdot;
   }
-  f *= mass;
-  n += d.cross(f);
-  const Vector3<T> h = mass * d;
-  Symmetric3<T> I = point_inertia<T>(mass, d);
-  I += I_W;
-  const T kinetic = 0.5 * (mass * v.squaredNorm() + motion.w.dot(momentum));
-  const T height = mass * gravity.dot(g);
-  out.bias.f = f;
-  out.bias.n = n;
-  out.mass = mass;
-  out.first = h;
-  out.polar = 0.5 * I.trace();
-  out.I = I;
-  out.H << T(0), -h[2], h[1], h[2], T(0), -h[0], -h[1], h[0], T(0);
-  out.M = {mass, T(0), T(0), mass, T(0), mass};
-  out.extended = true;
-  m.g = g;
-  m.v = v;
+  const T kinetic = 0.5 * (mass * (motion.v + wd).squaredNorm() + w.dot(momentum));
+  const T height = mass * (gravity.dot(motion.X.p) + gravity.dot(d));
   terms.kinetic += kinetic;
   terms.potential -= height;
   terms.group_kinetic[group] += kinetic;
   terms.group_potential[group] -= height;
+  ArticulatedBody<T> out;
+  out.bias.f = mass * f;
+  out.bias.n = n + d.cross(out.bias.f);
+  const Vector3<T> h = mass * d;
+  out.I = point_inertia<T>(mass, d);
+  out.I += I_W;
+  out.H << T(0), -h[2], h[1], h[2], T(0), -h[0], -h[1], h[0], T(0);
+  out.M = {mass, T(0), T(0), mass, T(0), mass};
+  out.mass = mass;
+  out.first = h;
+  out.polar = 0.5 * out.I.trace();
+  out.extended = true;
+  return out;
 }
 
-// ---- inwards: what each joint meets ----
-
-/// Adds to a body what one that it carries, r away, lets it feel.
 template <class T>
-void pass_on(const ArticulatedBody<T>& link, const Vector3<T>& r, bool stays, ArticulatedBody<T>& to) {
-  to.M += link.M;
-  to.bias.f += link.bias.f;
-  to.mass += link.mass;
-  to.first += link.first;
-  to.polar += link.polar;
-  if (!stays) {
-    to.polar += 2 * r.dot(link.first) + link.mass * r.squaredNorm();
-    to.first += link.mass * r;
-  }
-  if (stays && !link.extended) return;
+void add(const ArticulatedBody<T>& body, ArticulatedBody<T>& to) {
+  to.M += body.M;
+  to.bias.f += body.bias.f;
+  to.mass += body.mass;
+  to.first += body.first;
+  to.polar += body.polar;
+  if (!body.extended) return;
   to.extended = true;
-  if (stays) {
-    to.I += link.I;
-    to.H += link.H;
-    to.bias.n += link.bias.n;
-    return;
-  }
-  // H' = H + [r]x M, I' = I - H [r]x + [r]x H'^T
+  to.I += body.I;
+  to.H += body.H;
+  to.bias.n += body.bias.n;
+}
+
+/// The same body at an origin that is -r away.
+template <class T>
+ArticulatedBody<T> moved(const ArticulatedBody<T>& link, const Vector3<T>& r) {
+  ArticulatedBody<T> to;
   const Symmetric3<T>& M = link.M;
-  Matrix3<T> G;
+  to.M = M;
+  to.bias.f = link.bias.f;
+  to.bias.n = r.cross(link.bias.f);
+  to.mass = link.mass;
+  to.first = link.first + link.mass * r;
+  to.polar = link.polar + r.dot(link.first + to.first);
+  to.extended = true;
+  // H' = H + [r]x M, I' = I - H [r]x + [r]x H'^T
+  Matrix3<T>& G = to.H;
   G << r[1] * M.xz - r[2] * M.xy, r[1] * M.yz - r[2] * M.yy, r[1] * M.zz - r[2] * M.yz,
       r[2] * M.xx - r[0] * M.xz, r[2] * M.xy - r[0] * M.yz, r[2] * M.xz - r[0] * M.zz,
       r[0] * M.xy - r[1] * M.xx, r[0] * M.yy - r[1] * M.xy, r[0] * M.yz - r[1] * M.xz;
-  to.bias.n += r.cross(link.bias.f);
   if (!link.extended) {
-    to.H += G;
-    to.I.xx += r[1] * G(0, 2) - r[2] * G(0, 1);
-    to.I.yy += r[2] * G(1, 0) - r[0] * G(1, 2);
-    to.I.zz += r[0] * G(2, 1) - r[1] * G(2, 0);
-    to.I.xy += r[1] * G(1, 2) - r[2] * G(1, 1);
-    to.I.xz += r[1] * G(2, 2) - r[2] * G(2, 1);
-    to.I.yz += r[2] * G(2, 0) - r[0] * G(2, 2);
-    return;
+    to.I = {r[1] * G(0, 2) - r[2] * G(0, 1), r[1] * G(1, 2) - r[2] * G(1, 1),
+            r[1] * G(2, 2) - r[2] * G(2, 1), r[2] * G(1, 0) - r[0] * G(1, 2),
+            r[2] * G(2, 0) - r[0] * G(2, 2), r[0] * G(2, 1) - r[1] * G(2, 0)};
+    return to;
   }
   const Matrix3<T>& H = link.H;
   G += H;
-  to.H += G;
   to.bias.n += link.bias.n;
-  to.I.xx += link.I.xx + r[1] * (H(0, 2) + G(0, 2)) - r[2] * (H(0, 1) + G(0, 1));
-  to.I.yy += link.I.yy + r[2] * (H(1, 0) + G(1, 0)) - r[0] * (H(1, 2) + G(1, 2));
-  to.I.zz += link.I.zz + r[0] * (H(2, 1) + G(2, 1)) - r[1] * (H(2, 0) + G(2, 0));
-  to.I.xy += link.I.xy + r[2] * H(0, 0) - r[0] * H(0, 2) + r[1] * G(1, 2) - r[2] * G(1, 1);
-  to.I.xz += link.I.xz + r[0] * H(0, 1) - r[1] * H(0, 0) + r[1] * G(2, 2) - r[2] * G(2, 1);
-  to.I.yz += link.I.yz + r[0] * H(1, 1) - r[1] * H(1, 0) + r[2] * G(2, 0) - r[0] * G(2, 2);
+  to.I = {link.I.xx + r[1] * (H(0, 2) + G(0, 2)) - r[2] * (H(0, 1) + G(0, 1)),
+          link.I.xy + r[2] * H(0, 0) - r[0] * H(0, 2) + r[1] * G(1, 2) - r[2] * G(1, 1),
+          link.I.xz + r[0] * H(0, 1) - r[1] * H(0, 0) + r[1] * G(2, 2) - r[2] * G(2, 1),
+          link.I.yy + r[2] * (H(1, 0) + G(1, 0)) - r[0] * (H(1, 2) + G(1, 2)),
+          link.I.yz + r[0] * H(1, 1) - r[1] * H(1, 0) + r[2] * G(2, 0) - r[0] * G(2, 2),
+          link.I.zz + r[0] * (H(2, 1) + G(2, 1)) - r[1] * (H(2, 0) + G(2, 0))};
+  return to;
 }
 
 /// Lets a ball follow, with `torque` (world axes) on it: what it carries is then a mass to push. False where
@@ -211,7 +207,8 @@ bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBod
   const T determinant = I.xx * inverse.xx + I.xy * inverse.xy + I.xz * inverse.xz;
   // the minors are differences: they lose as many digits as this ratio has
   const T size = I.trace();
-  if (!(determinant > 1e-5 * size * size * size) || !(size > 1e-8 * body.polar)) return false;
+  if (!everywhere(determinant > 1e-5 * size * size * size) || !everywhere(size > 1e-8 * body.polar))
+    return false;
   const T scale = 1 / determinant;
   inverse = {scale * inverse.xx, scale * inverse.xy, scale * inverse.xz,
              scale * inverse.yy, scale * inverse.yz, scale * inverse.zz};
@@ -297,7 +294,7 @@ bool release_step(const Step& step, const T& armature, const T* effort, const T*
     T entry = armature;
     if (Kind::rotates) entry += body.polar * pivot.angular.squaredNorm();
     if (Kind::slides) entry += body.mass * pivot.linear.squaredNorm();
-    if (!(meets > 2e-14 * entry)) return false;
+    if (!everywhere(meets > 2e-14 * entry)) return false;
     pivot.inverse = 1 / meets;
     pivots[i] = pivot;
     if (!at_root || i > 0) release(pivot, body);

@@ -7,6 +7,15 @@
 
 namespace borelli {
 
+double energy_threshold(const SimulationSettings& settings, bool adaptive, bool steps_contacts) {
+  if (settings.energy_threshold > 0) return settings.energy_threshold;
+  // a fixed step promises nothing: a thousandth is what an eye lets pass. A tolerance per step adds up over
+  // steps.
+  // and over impacts the first order a hundredth
+  if (steps_contacts) return 1e-2;
+  return adaptive ? std::clamp(1e3 * settings.tolerance, 1e-9, 1e-3) : 1e-3;
+}
+
 Certifier::Certifier(const System& system, const Parameters& parameters, double threshold,
                      const Assembly& assembly)
     : system_(system),

@@ -50,6 +50,9 @@ struct EnergyBalance {
   double largest_kinetic_ = 0, potential_low_ = 0, potential_high_ = 0, work_low_ = 0, work_high_ = 0;
 };
 
+/// The largest drift relative to what was turned over that is trusted, for lack of the user's own.
+double energy_threshold(const SimulationSettings& settings, bool adaptive, bool steps_contacts = false);
+
 class Certifier {
  public:
   /// `threshold`: the largest drift relative to what was turned over that is trusted.

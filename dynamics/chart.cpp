@@ -1,35 +1,57 @@
 #include "dynamics/chart.hpp"
 
+#include "dynamics/lanes.hpp"
+#include "dynamics/processor.hpp"
 #include "dynamics/rotation_vector.hpp"
 
 namespace borelli {
 
-using Eigen::Vector3d;
+namespace {
 
-void from_chart(const System& system, const double* q0, const double* x, double* q) {
+template <class T>
+void find_positions(const System& system, const T* q0, const T* x, T* q) {
+  using std::sqrt;
   for (const CoordinateInfo& info : system.coordinates) {
-    const double* from = q0 + info.q_index;
-    const double* by = x + info.v_index;
-    double* to = q + info.q_index;
+    const T* from = q0 + info.q_index;
+    const T* by = x + info.v_index;
+    T* to = q + info.q_index;
     if (info.q_size == 1) {
       *to = *from + *by;
       continue;
     }
-    const Quaternion turned =
-        product(Eigen::Map<const Quaternion>(from), exponential(Eigen::Map<const Vector3d>(by)));
-    Eigen::Map<Quaternion>{to} = turned / turned.norm();
+    const QuaternionOf<T> turned = product(Eigen::Map<const QuaternionOf<T>>(from),
+                                           exponential(Eigen::Map<const Eigen::Vector3<T>>(by)));
+    Eigen::Map<QuaternionOf<T>>{to} = turned / T(sqrt(turned.squaredNorm()));
   }
 }
 
-void chart_rate(const System& system, const double* x, const double* v, double* rate) {
+template <class T>
+void find_rate(const System& system, const T* x, const T* v, T* rate) {
+  using Vector = Eigen::Vector3<T>;
   for (const CoordinateInfo& info : system.coordinates) {
     const int i = info.v_index;
     if (info.v_size == 1)
       rate[i] = v[i];
     else
-      Eigen::Map<Vector3d>(rate + i) =
-          rotation_vector_rate(Eigen::Map<const Vector3d>(x + i), Eigen::Map<const Vector3d>(v + i));
+      Eigen::Map<Vector>(rate + i) =
+          rotation_vector_rate(Eigen::Map<const Vector>(x + i), Eigen::Map<const Vector>(v + i));
   }
+}
+
+}  // namespace
+
+void from_chart(const System& system, const double* q0, const double* x, double* q) {
+  find_positions(system, q0, x, q);
+}
+void chart_rate(const System& system, const double* x, const double* v, double* rate) {
+  find_rate(system, x, v, rate);
+}
+BORELLI_LANES_FOR_PROCESSOR void from_chart(const System& system, const Lanes* q0, const Lanes* x, Lanes* q) {
+  find_positions(system, q0, x, q);
+}
+BORELLI_LANES_FOR_PROCESSOR void chart_rate(const System& system, const Lanes* x, const Lanes* v,
+                                            Lanes* rate) {
+  find_rate(system, x, v, rate);
 }
 
 }  // namespace borelli

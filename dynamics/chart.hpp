@@ -8,10 +8,14 @@
 
 namespace borelli {
 
+class Lanes;
+
 /// q <- the positions at chart coordinates x (nv) around q0 (both nq; q may be q0).
 void from_chart(const System& system, const double* q0, const double* x, double* q);
+void from_chart(const System& system, const Lanes* q0, const Lanes* x, Lanes* q);
 
 /// rate <- dx/dt at x for the velocities v (all nv). Breaks down where a ball has turned by 2 pi from q0.
 void chart_rate(const System& system, const double* x, const double* v, double* rate);
+void chart_rate(const System& system, const Lanes* x, const Lanes* v, Lanes* rate);
 
 }  // namespace borelli

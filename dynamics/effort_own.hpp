@@ -76,7 +76,7 @@ struct OwnEffort {
 
   template <class T>
   void apply(EffortScan<T>& scan) const {
-    law->apply(scan);
+    if constexpr (requires { law->apply(scan); }) law->apply(scan);  // (batches refuse it: batch.hpp)
   }
 };
 

@@ -121,14 +121,12 @@ bool articulate(const System& system, const Parameters& parameters, double t, co
                 const double* v, Workspace& w, const double* applied) {
   if (w.kinematics.equations != Equations::recursive || system.rows > 0 || !w.articulation.every_body_moves)
     return false;
-  move_links(system, parameters, parameters.inertials, t, q, v, w.kinematics, w.articulation, w.terms);
-  if (!system.efforts.empty()) {
-    scan_efforts(system, parameters, w.kinematics, w.efforts);
-    w.terms.potential += w.efforts.potential;
-    w.terms.group_potential += w.efforts.group_potential;
-  }
-  return find_accelerations(system, parameters, w.kinematics, system.efforts.empty() ? nullptr : &w.efforts,
-                            applied, w.articulation, w.a.data(), w.drive_efforts.data());
+  const bool acted = !system.efforts.empty();
+  move_links(system, parameters, parameters.inertials, t, q, v, acted, w.kinematics, w.articulation);
+  if (acted) scan_efforts(system, parameters, w.kinematics, w.efforts);
+  return find_accelerations(system, parameters, parameters.inertials, w.kinematics,
+                            acted ? &w.efforts : nullptr, applied, w.articulation, w.terms, w.a.data(),
+                            w.drive_efforts.data());
 }
 
 }  // namespace

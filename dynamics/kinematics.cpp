@@ -1,6 +1,8 @@
 #include "dynamics/kinematics.hpp"
 
 #include "dynamics/dual.hpp"
+#include "dynamics/lanes.hpp"
+#include "dynamics/processor.hpp"
 #include "dynamics/rotation_vector.hpp"
 
 namespace borelli {
@@ -147,9 +149,11 @@ KinematicsOf<T>::KinematicsOf(const System& system, Equations which)
   derivatives.assign(size, 0);
 }
 
+namespace {
+
 template <class T>
-void set_coordinates(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
-                     const T* a, KinematicsOf<T>& k) {
+void set_all(const System& system, const Parameters& parameters, double t, const T* q, const T* v, const T* a,
+             KinematicsOf<T>& k) {
   k.t = t;
   std::copy(q, q + system.nq, k.q.data());
   std::copy(v, v + system.nv, k.u.data());
@@ -160,9 +164,28 @@ void set_coordinates(const System& system, const Parameters& parameters, double 
   if (system.driven_nv > 0) update_drives(system, parameters, k);
 }
 
+BORELLI_LANES_FOR_PROCESSOR
+void set_lanes(const System& system, const Parameters& parameters, double t, const Lanes* q, const Lanes* v,
+               const Lanes* a, KinematicsOf<Lanes>& k) {
+  set_all(system, parameters, t, q, v, a, k);
+}
+
+}  // namespace
+
 template <class T>
-void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
-                       double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
+void set_coordinates(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
+                     const T* a, KinematicsOf<T>& k) {
+  if constexpr (std::is_same_v<T, Lanes>)
+    set_lanes(system, parameters, t, q, v, a, k);
+  else
+    set_all(system, parameters, t, q, v, a, k);
+}
+
+namespace {
+
+template <class T>
+void update_all(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
+                const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
   set_coordinates(system, parameters, t, q, v, a, k);
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
@@ -181,6 +204,23 @@ void update_kinematics(const System& system, const Parameters& parameters, const
     else
       differentiate(system, body, inertials[b], k, m);
   }
+}
+
+BORELLI_LANES_FOR_PROCESSOR
+void update_lanes(const System& system, const Parameters& parameters, const InertialsOf<Lanes>& inertials,
+                  double t, const Lanes* q, const Lanes* v, const Lanes* a, KinematicsOf<Lanes>& k) {
+  update_all(system, parameters, inertials, t, q, v, a, k);
+}
+
+}  // namespace
+
+template <class T>
+void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                       double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
+  if constexpr (std::is_same_v<T, Lanes>)
+    update_lanes(system, parameters, inertials, t, q, v, a, k);
+  else
+    update_all(system, parameters, inertials, t, q, v, a, k);
 }
 
 SecondDerivative second_derivative(const System& system, const Kinematics& kinematics, int k, int i, int j) {
@@ -210,5 +250,6 @@ SecondDerivative second_derivative(const System& system, const Kinematics& kinem
                                   const T*, const T*, KinematicsOf<T>&);
 BORELLI_KINEMATICS_OVER(double)
 BORELLI_KINEMATICS_OVER(DualNumber)
+BORELLI_KINEMATICS_OVER(Lanes)
 
 }  // namespace borelli

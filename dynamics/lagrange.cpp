@@ -3,6 +3,7 @@
 #include "dynamics/armature.hpp"
 
 #include "dynamics/dual.hpp"
+#include "dynamics/lanes.hpp"
 
 namespace borelli {
 
@@ -102,5 +103,6 @@ void scan_solids(const System& system, const Parameters& parameters, const Inert
                             const EffortSumsOf<T>&, LagrangeTermsOf<T>&);
 BORELLI_LAGRANGE_OVER(double)
 BORELLI_LAGRANGE_OVER(DualNumber)
+template struct LagrangeTermsOf<Lanes>;
 
 }  // namespace borelli

@@ -3,6 +3,7 @@
 #include "dynamics/armature.hpp"
 
 #include "dynamics/dual.hpp"
+#include "dynamics/lanes.hpp"
 
 namespace borelli {
 
@@ -195,5 +196,6 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
                                  LagrangeTermsOf<T>&);
 BORELLI_RECURSIVE_OVER(double)
 BORELLI_RECURSIVE_OVER(DualNumber)
+BORELLI_RECURSIVE_OVER(Lanes)
 
 }  // namespace borelli

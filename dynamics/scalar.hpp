@@ -1,5 +1,5 @@
 // What the engine asks of a scalar. The equations are written once, over a type T: double, a dual number
-// (dual.hpp) that carries derivatives along, or several doubles side by side.
+// (dual.hpp) that carries derivatives along, or several doubles side by side (lanes.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -17,6 +17,9 @@ template <class Yes, class No>
 auto either(bool condition, Yes&& yes, No&& no) {
   return condition ? yes() : no();
 }
+
+/// Whether a condition holds; of a type of several numbers, for each of them.
+inline bool everywhere(bool condition) { return condition; }
 
 /// The number itself, without its derivatives.
 inline double value_of(double x) { return x; }

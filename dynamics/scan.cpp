@@ -1,6 +1,8 @@
 #include "dynamics/scan.hpp"
 
 #include "dynamics/dual.hpp"
+#include "dynamics/lanes.hpp"
+#include "dynamics/processor.hpp"
 
 namespace borelli {
 
@@ -86,9 +88,11 @@ void EffortScan<T>::turning(int i, const Vector3<T>& torque) {
     sums_.coordinate.template segment<3>(c.u) += torque;
 }
 
+namespace {
+
 template <class T>
-void scan_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
-                  EffortSumsOf<T>& sums) {
+void scan_all(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+              EffortSumsOf<T>& sums) {
   for (Vector3<T>& f : sums.force) f.setZero();
   for (Vector3<T>& m : sums.moment) m.setZero();
   sums.coordinate.setZero();
@@ -100,6 +104,23 @@ void scan_efforts(const System& system, const Parameters& parameters, const Kine
     scan.turn_to(system.efforts[i]);
     std::visit([&](const auto& effort) { effort.apply(scan); }, parameters.efforts[i].kind);
   }
+}
+
+BORELLI_LANES_FOR_PROCESSOR
+void scan_lanes(const System& system, const Parameters& parameters, const KinematicsOf<Lanes>& kinematics,
+                EffortSumsOf<Lanes>& sums) {
+  scan_all(system, parameters, kinematics, sums);
+}
+
+}  // namespace
+
+template <class T>
+void scan_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+                  EffortSumsOf<T>& sums) {
+  if constexpr (std::is_same_v<T, Lanes>)
+    scan_lanes(system, parameters, kinematics, sums);
+  else
+    scan_all(system, parameters, kinematics, sums);
 }
 
 // ---- constraints ----
@@ -219,16 +240,19 @@ void scan_constraints(const System& system, const Parameters& parameters, const 
     for (std::size_t i = 0; i < system.contacts.size(); ++i) mask_contact(system, int(i), rows);
 }
 
-#define BORELLI_SCAN_OVER(T)                                                                              \
-  template class SiteReader<T>;                                                                           \
-  template class EffortScan<T>;                                                                           \
-  template class ConstraintScan<T>;                                                                       \
-  template struct EffortSumsOf<T>;                                                                        \
-  template struct ConstraintRowsOf<T>;                                                                    \
-  template void scan_efforts(const System&, const Parameters&, const KinematicsOf<T>&, EffortSumsOf<T>&); \
-  template void scan_constraints(const System&, const Parameters&, const KinematicsOf<T>&,                \
+#define BORELLI_EFFORTS_OVER(T)    \
+  template class SiteReader<T>;    \
+  template class EffortScan<T>;    \
+  template struct EffortSumsOf<T>; \
+  template void scan_efforts(const System&, const Parameters&, const KinematicsOf<T>&, EffortSumsOf<T>&);
+#define BORELLI_SCAN_OVER(T)                                                               \
+  BORELLI_EFFORTS_OVER(T)                                                                  \
+  template class ConstraintScan<T>;                                                        \
+  template struct ConstraintRowsOf<T>;                                                     \
+  template void scan_constraints(const System&, const Parameters&, const KinematicsOf<T>&, \
                                  ConstraintRowsOf<T>&);
 BORELLI_SCAN_OVER(double)
 BORELLI_SCAN_OVER(DualNumber)
+BORELLI_EFFORTS_OVER(Lanes)
 
 }  // namespace borelli

@@ -74,7 +74,8 @@ class Run {
     auto assembly = assemble(system_, system_.parameters, state_, workspace_);
     if (!assembly) return tl::unexpected(assembly.error());
     workspace_.evaluations = 0;
-    Certifier certifier(system_, system_.parameters, threshold(), *assembly);
+    const double threshold = energy_threshold(settings_, integrator_.adaptive(), steps_contacts());
+    Certifier certifier(system_, system_.parameters, threshold, *assembly);
     certifier_ = &certifier;
     if (const auto change = fastest_change(system_, system_.parameters, settings_.end_time - state_.t)) {
       change_ = *change;
@@ -539,15 +540,6 @@ class Run {
                       "steps of at most {:.4g} s, an eighth of it",
                       longest_made_, first_overlong_, change_.name, change_.wave, change_.period,
                       longest_step_));
-  }
-
-  double threshold() const {
-    if (settings_.energy_threshold > 0) return settings_.energy_threshold;
-    // a fixed step promises nothing: a thousandth is what an eye lets pass. A tolerance per step adds up over
-    // steps.
-    // and over impacts the first order a hundredth
-    if (steps_contacts()) return 1e-2;
-    return integrator_.adaptive() ? std::clamp(1e3 * settings_.tolerance, 1e-9, 1e-3) : 1e-3;
   }
 
   const System& system_;

@@ -1,6 +1,7 @@
 // Nanoseconds from positions and velocities to accelerations, from these and accelerations to efforts, and to
 // the mass matrix: the recursive equations and MuJoCo's on the same files in one run, MuJoCo with the least
-// of its functions that give the same. In the end the ratios of the medians; so run with
+// of its functions that give the same; and of eight states in a batch, which stand beside eight times
+// MuJoCo's one. In the end the ratios of the medians; so run with
 // --benchmark_repetitions and --benchmark_enable_random_interleaving=true.
 #include <benchmark/benchmark.h>
 #include <mujoco/mujoco.h>
@@ -12,7 +13,7 @@
 #include <memory>
 #include <random>
 
-#include "dynamics/equations.hpp"
+#include "dynamics/batch.hpp"
 #include "dynamics/model_file.hpp"
 #include "tests/paths.hpp"
 
@@ -23,6 +24,8 @@ namespace {
 struct Pair {
   System system;
   std::unique_ptr<Workspace> workspace;
+  std::unique_ptr<BatchState> eight;
+  std::unique_ptr<BatchWorkspace> batch;
   mjModel* model = nullptr;
   mjData* data = nullptr;
   Eigen::VectorXd q, v, a;
@@ -45,6 +48,9 @@ struct Pair {
     }
     for (double& x : v) x = number(random);
     for (double& x : a) x = number(random);
+    eight = std::make_unique<BatchState>(system);
+    batch = std::make_unique<BatchWorkspace>(system);
+    for (int lane = 0; lane < Lanes::count; ++lane) eight->set(lane, {0, q, v});
     char error[1000] = "";
     model = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
     if (!model) {
@@ -77,6 +83,11 @@ void accelerations(Pair& p) {
     throw std::runtime_error("the equations could not be solved");
   benchmark::DoNotOptimize(p.workspace->a.data());
 }
+void accelerations_of_eight(Pair& p) {
+  if (!accelerate(p.system, p.system.parameters, *p.eight, *p.batch))
+    throw std::runtime_error("the equations could not be solved");
+  benchmark::DoNotOptimize(p.batch->a.data());
+}
 void mujoco_accelerations(Pair& p) {
   p.place();
   mj_crb(p.model, p.data);
@@ -86,6 +97,10 @@ void mujoco_accelerations(Pair& p) {
   for (int i = 0; i < p.model->nv; ++i) p.data->qfrc_smooth[i] = -p.data->qfrc_bias[i];
   mj_solveM(p.model, p.data, p.data->qacc_smooth, p.data->qfrc_smooth, 1);
   benchmark::DoNotOptimize(p.data->qacc_smooth);
+}
+
+void mujoco_accelerations_of_eight(Pair& p) {
+  for (int lane = 0; lane < Lanes::count; ++lane) mujoco_accelerations(p);
 }
 
 void efforts(Pair& p) {
@@ -123,6 +138,7 @@ void run(benchmark::State& bench, Pair& pair, Evaluate evaluate) {
   for (auto _ : bench) {
     evaluate(pair);
     pair.v[0] += 1e-9;  // never the same state twice
+    pair.eight->v[0] += 1e-9;
   }
 }
 
@@ -176,6 +192,7 @@ int main(int argc, char** argv) {
       if (pair.model) benchmark::RegisterBenchmark((title + "/mujoco").c_str(), run, std::ref(pair), theirs);
     };
     add("accelerations", accelerations, mujoco_accelerations);
+    add("accelerations_of_eight", accelerations_of_eight, mujoco_accelerations_of_eight);
     add("efforts", efforts, mujoco_efforts);
     add("mass_matrix", mass_matrix, mujoco_mass_matrix);
   }

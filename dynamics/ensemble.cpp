@@ -1,0 +1,446 @@
+#include "dynamics/ensemble.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <atomic>
+#include <span>
+#include <thread>
+
+#include "dynamics/batch.hpp"
+#include "dynamics/certifier.hpp"
+#include "dynamics/chart.hpp"
+#include "dynamics/evaluate.hpp"
+#include "dynamics/fastest_change.hpp"
+#include "dynamics/integrator.hpp"
+#include "dynamics/settings_check.hpp"
+#include "dynamics/simulate.hpp"
+
+namespace borelli {
+
+namespace {
+
+constexpr int count = Lanes::count;
+constexpr const char* methods[] = {"euler",  "rk2", "rk4",  "rk4_adaptive", "dopri5",
+                                   "dop853", "gbs", "gbs4", "gbs6",         "gbs8"};
+
+// The chart breaks down where a ball has turned by 2 pi from its centre.
+constexpr double largest_turn = 5;  // rad
+
+/// Eight motions as one differential equation: y holds, number by number and lane by lane, chart coordinates,
+/// velocities and the work on each independent group.
+class BatchFlow : public Flow {
+ public:
+  BatchFlow(const System& system, BatchWorkspace& workspace)
+      : system_(system),
+        w_(workspace),
+        state_(system),
+        centre_(state_.q),
+        x_(system.nv),
+        rate_(system.nv),
+        scale_(size()) {
+    scale_.setConstant(std::numeric_limits<double>::infinity());
+  }
+
+  Eigen::Index size() const override { return count * (2 * system_.nv + system_.groups); }
+  const Eigen::VectorXd& error_scale() const override { return scale_; }
+
+  /// Centres the chart on `state`, solves the equations there (unless they were solved there last), and fills
+  /// y, but for the works, and dy. False: those of some lane cannot be solved.
+  bool start(const BatchState& state, Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+    centre_ = state.q;
+    for (int i = 0; i < system_.nv; ++i) {
+      Lanes(0).store(y.data() + count * i);
+      state.v[i].store(y.data() + count * (system_.nv + i));
+    }
+    set_scale(state);
+    if (!solved_ || state.t != state_.t || !same(state.q, state_.q) || !same(state.v, state_.v))
+      return derivative(state.t, y, dy);
+    x_.setZero();
+    fill(dy);
+    return true;
+  }
+
+  bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override {
+    const int n = system_.nv;
+    solved_ = false;
+    for (int i = 0; i < n; ++i) {
+      x_[i] = Lanes::load(y.data() + count * i);
+      state_.v[i] = Lanes::load(y.data() + count * (n + i));
+    }
+    if (turned_too_far()) return false;
+    from_chart(system_, centre_.data(), x_.data(), state_.q.data());
+    state_.t = t;
+    if (!accelerate(system_, system_.parameters, state_, w_)) {
+      for (int lane = 0; lane < count; ++lane) failed_[lane] = bool(w_.faults[lane]);
+      return false;
+    }
+    fill(dy);
+    return solved_ = true;
+  }
+
+  /// The state that y stands for.
+  void take(const Eigen::VectorXd& y, BatchState& state) {
+    for (int i = 0; i < system_.nv; ++i) {
+      x_[i] = Lanes::load(y.data() + count * i);
+      state.v[i] = Lanes::load(y.data() + count * (system_.nv + i));
+    }
+    from_chart(system_, centre_.data(), x_.data(), state.q.data());
+  }
+
+  /// The equations are no longer those that were solved: other inertial elements.
+  void forget() { solved_ = false; }
+
+  /// Of which lanes the last derivative could not be had.
+  const std::array<bool, count>& failed() const { return failed_; }
+
+ private:
+  static bool same(const Eigen::VectorX<Lanes>& a, const Eigen::VectorX<Lanes>& b) {
+    for (Eigen::Index i = 0; i < a.size(); ++i)
+      if (!everywhere(a[i] == b[i])) return false;
+    return true;
+  }
+
+  /// dy from the equations as solved last.
+  void fill(Eigen::VectorXd& dy) {
+    const int n = system_.nv;
+    dy.resize(size());
+    chart_rate(system_, x_.data(), state_.v.data(), rate_.data());
+    for (int i = 0; i < n; ++i) {
+      rate_[i].store(dy.data() + count * i);
+      w_.a[i].store(dy.data() + count * (n + i));
+    }
+    for (int g = 0; g < system_.groups; ++g) w_.group_power[g].store(dy.data() + count * (2 * n + g));
+  }
+
+  bool turned_too_far() {
+    failed_.fill(false);
+    bool any = false;
+    for (const CoordinateInfo& info : system_.coordinates) {
+      if (info.q_size != 4) continue;
+      const LaneMask far = x_.segment<3>(info.v_index).squaredNorm() > largest_turn * largest_turn;
+      if (!far.any()) continue;
+      any = true;
+      for (int lane = 0; lane < count; ++lane) failed_[lane] = failed_[lane] || far[lane];
+    }
+    return any;
+  }
+
+  /// As MotionFlow's.
+  void set_scale(const BatchState& state) {
+    const int n = system_.nv;
+    for (const CoordinateInfo& info : system_.coordinates)
+      for (int i = info.v_index; i < info.v_index + info.v_size; ++i) {
+        const double unit = system_.velocity_scale[i];
+        for (int lane = 0; lane < count; ++lane) {
+          scale_[count * i + lane] =
+              info.angle ? unit : std::max(unit, std::abs(state.q[info.q_index][lane]));
+          scale_[count * (n + i) + lane] = unit + std::abs(state.v[i][lane]);
+        }
+      }
+  }
+
+  const System& system_;
+  BatchWorkspace& w_;
+  BatchState state_;
+  Eigen::VectorX<Lanes> centre_, x_, rate_;
+  Eigen::VectorXd scale_;
+  std::array<bool, count> failed_{};
+  bool solved_ = false;  ///< the workspace has the equations at state_
+};
+
+/// On which side of their bounds limit springs are.
+class Stops {
+ public:
+  explicit Stops(const System& system) : system_(system) {
+    for (std::size_t e = 0; e < system.parameters.efforts.size(); ++e)
+      if (std::holds_alternative<LimitSpring>(system.parameters.efforts[e].kind)) springs_.push_back(e);
+  }
+
+  /// Calls leave(lane) for every lane of which a spring's bound was passed since the call before.
+  template <class Leave>
+  void look(const KinematicsOf<Lanes>& kinematics, Leave&& leave) {
+    std::size_t at = 0;
+    for (const std::size_t e : springs_) {
+      const auto& spring = std::get<LimitSpring>(system_.parameters.efforts[e].kind);
+      SiteReader<Lanes> reader(system_, system_.parameters, kinematics);
+      reader.turn_to(system_.efforts[e]);
+      Eigen::Vector3<Lanes> x;
+      if (spring.range.size() == 1)
+        x[0] = reader.position(0);
+      else
+        x = logarithm(reader.turn(0));
+      for (std::size_t c = 0; c < spring.range.size(); ++c, ++at) {
+        if (at == sides_.size()) sides_.emplace_back().fill(unknown);
+        for (int lane = 0; lane < count; ++lane) {
+          const double value = x[Eigen::Index(c)][lane];
+          const int side = value > spring.range[c].upper ? 1 : value < spring.range[c].lower ? -1 : 0;
+          if (sides_[at][lane] != unknown && sides_[at][lane] != side) leave(lane);
+          sides_[at][lane] = side;
+        }
+      }
+    }
+  }
+  void forget() { sides_.clear(); }
+
+ private:
+  static constexpr int unknown = 2;
+  const System& system_;
+  std::vector<std::size_t> springs_;
+  std::vector<std::array<int, count>> sides_;  ///< per bound and lane
+};
+
+/// Makes motions eight at a time; one per thread.
+class BatchRun {
+ public:
+  BatchRun(const System& system, const SimulationSettings& settings, std::unique_ptr<Integrator> integrator,
+           const std::optional<FastestChange>& change)
+      : system_(system),
+        settings_(settings),
+        integrator_(std::move(integrator)),
+        change_(change),
+        w_(system),
+        flow_(system, w_),
+        stops_(system),
+        state_(system),
+        y_(Eigen::VectorXd::Zero(flow_.size())),
+        dy_(y_),
+        out_(y_) {
+    if (change) longest_ = longest_step_in_periods * change->period;
+  }
+
+  /// Up to eight motions. Those that have to be made alone are only marked so.
+  void run(std::span<const Member> members, std::span<Ending> endings) {
+    take_in(members);
+    for (Ending& ending : endings) ending.alone = false;
+    endings_ = endings;
+    double step = settings_.step;
+    const double start = state_.t, end = settings_.end_time;
+    const double resolution =
+        16 * std::numeric_limits<double>::epsilon() * std::max(std::abs(end), std::abs(start));
+    const double steps = std::max(1.0, std::ceil((end - start) / settings_.step - 1e-9));
+    double number = 0;  // of the fixed step made last
+    while (begin() && state_.t < end) {
+      const bool adaptive = integrator_->adaptive();
+      const double left = end - state_.t;
+      const double wanted = std::min(step, longest_);
+      const bool last = adaptive ? wanted >= left * (1 - 1e-12) : number + 1 == steps;
+      double h = left;
+      if (!last)  // land on the end without a sliver of a step before it
+        h = adaptive ? std::min(wanted, left / 2) : start + (end - start) * (number + 1) / steps - state_.t;
+      const Attempt attempt = integrator_->attempt(flow_, state_.t, h, y_, dy_, out_);
+      if (!attempt.evaluated || !attempt.accepted) {
+        step = attempt.next_step;
+        if (adaptive && step > resolution) continue;
+        leave(attempt);
+        step = settings_.step;
+        continue;
+      }
+      // a step cut short says little about the next; do not let it shrink that
+      if (adaptive) step = h < wanted ? std::max(step, attempt.next_step) : attempt.next_step;
+      flow_.take(out_, state_);
+      y_ = out_;
+      number += 1;
+      state_.t = last ? end : state_.t + h;
+      for (std::size_t i = 0; i < endings.size(); ++i) ++endings[i].steps;
+      longest_made_ = std::max(longest_made_, h);
+    }
+    for (std::size_t i = 0; i < endings.size(); ++i)
+      if (active_[i]) judge(int(i));
+  }
+
+ private:
+  void take_in(std::span<const Member> members) {
+    state_.t = members[0].start.t;
+    for (int lane = 0; lane < count; ++lane) {
+      const bool there = lane < int(members.size());
+      const Member& member = members[there ? lane : 0];
+      active_[lane] = there;
+      State begun = member.start;
+      for (const CoordinateInfo& info : system_.coordinates)
+        if (info.q_size == 4) begun.q.segment<4>(info.q_index).normalize();
+      state_.set(lane, begun);
+      const auto& inertials = member.inertials.empty() ? system_.parameters.inertials : member.inertials;
+      for (std::size_t b = 0; b < inertials.size(); ++b) w_.set_inertial(lane, int(b), inertials[b]);
+    }
+    y_.setZero();
+    flow_.forget();
+    balances_.assign(std::size_t(system_.groups), {});
+    stops_.forget();
+    integrator_->reset();
+    longest_made_ = 0;
+  }
+
+  /// Readies the step from the state reached, after a look at it. False: no lane is left.
+  bool begin() {
+    for (;;) {
+      if (std::none_of(active_.begin(), active_.end(), [](bool on) { return on; })) return false;
+      if (!flow_.start(state_, y_, dy_)) {
+        for (int lane = 0; lane < count; ++lane)
+          if (flow_.failed()[lane]) replace(lane);
+        continue;
+      }
+      left_ = false;
+      stops_.look(w_.kinematics, [&](int lane) { replace(lane); });
+      if (!left_) break;
+    }
+    for (int g = 0; g < system_.groups; ++g)
+      for (int lane = 0; lane < count; ++lane)
+        balances_[g][lane].observe(state_.t, w_.terms.group_kinetic[g][lane],
+                                   w_.terms.group_potential[g][lane],
+                                   y_[count * (2 * system_.nv + g) + lane]);
+    return true;
+  }
+
+  /// Takes out the lanes for which the steps come to nothing.
+  void leave(const Attempt& attempt) {
+    left_ = false;
+    for (int lane = 0; lane < count; ++lane)
+      if (!attempt.evaluated && flow_.failed()[lane]) replace(lane);
+    if (!left_ && attempt.worst >= 0) replace(attempt.worst % count);
+    if (!left_) active_.fill(false);
+    for (std::size_t i = 0; i < endings_.size(); ++i) endings_[i].alone = !active_[i];
+    integrator_->reset();
+  }
+
+  /// Takes a lane out: it follows another one from now on.
+  void replace(int lane) {
+    left_ = true;
+    active_[lane] = false;
+    if (lane < int(endings_.size())) endings_[lane].alone = true;
+    const auto other = std::find(active_.begin(), active_.end(), true) - active_.begin();
+    if (other == count) return;
+    const auto copy = [&](Lanes& x) { x.set(lane, x[int(other)]); };
+    std::for_each(state_.q.begin(), state_.q.end(), copy);
+    std::for_each(state_.v.begin(), state_.v.end(), copy);
+    for (VariedInertial<Lanes>& inertial : w_.inertials) {
+      copy(inertial.mass);
+      std::for_each(inertial.centre.begin(), inertial.centre.end(), copy);
+      std::for_each(inertial.tensor.reshaped().begin(), inertial.tensor.reshaped().end(), copy);
+    }
+    for (Eigen::Index i = 0; i < y_.size(); i += count) y_[i + lane] = y_[i + other];
+    stops_.forget();
+    integrator_->reset();
+  }
+
+  void judge(int lane) {
+    Ending& ending = endings_[lane];
+    ending.state = state_.state(lane);
+    const double limit = energy_threshold(settings_, integrator_->adaptive());
+    ending.trusted = true;
+    for (int g = 0; g < system_.groups; ++g) {
+      const EnergyBalance& energy = balances_[g][lane];
+      const double turnover = energy.turnover(), drift = energy.drift.largest();
+      if (turnover > 0) ending.energy_drift = std::max(ending.energy_drift, drift / turnover);
+      if (!ending.trusted || drift <= std::max(limit * turnover, energy.rounding)) continue;
+      ending.trusted = false;
+      ending.reason = fmt::format(
+          "the energy balance of '{}' and what it is tied to is off by {:.3g} J, {:.2g} of the {:.3g} J "
+          "turned "
+          "over (limit {:.2g})",
+          system_.group_name(g), drift, turnover > 0 ? drift / turnover : 0, turnover, limit);
+    }
+    if (longest_made_ <= longest_ * (1 + 1e-9)) return;
+    ending.trusted = false;
+    ending.reason = fmt::format(
+        "steps of {:.4g} s cannot follow {}, whose {} is {:.4g} s; take steps of at most {:.4g} s",
+        longest_made_, change_->name, change_->wave, change_->period, longest_);
+  }
+
+  const System& system_;
+  const SimulationSettings& settings_;
+  std::unique_ptr<Integrator> integrator_;
+  const std::optional<FastestChange>& change_;
+  BatchWorkspace w_;
+  BatchFlow flow_;
+  Stops stops_;
+  BatchState state_;
+  Eigen::VectorXd y_, dy_, out_;
+  std::span<Ending> endings_;
+  std::array<bool, count> active_{};
+  bool left_ = false;
+  double longest_ = std::numeric_limits<double>::infinity();  ///< s, a step that follows the scene in time
+  double longest_made_ = 0;
+  std::vector<std::array<EnergyBalance, count>> balances_;  ///< per group
+};
+
+Ending run_alone(const System& system, const Member& member, const SimulationSettings& settings) {
+  SimulationSettings own = settings;
+  own.output_interval = std::max(settings.end_time - member.start.t, 1e-300);
+  Ending ending;
+  ending.alone = true;
+  const auto motion = [&] {
+    if (member.inertials.empty()) return simulate(system, member.start, own);
+    System varied = system;
+    varied.parameters.inertials = member.inertials;
+    return simulate(varied, member.start, own);
+  }();
+  if (!motion) {
+    ending.reason = fmt::format("{}: {}", motion.error().where, motion.error().what);
+    return ending;
+  }
+  const Eigen::Index last = motion->q.rows() - 1;
+  ending.state = {motion->times.back(), motion->q.row(last), motion->v.row(last)};
+  ending.trusted = motion->certificate.trusted;
+  ending.reason = motion->certificate.reason;
+  ending.energy_drift = motion->certificate.energy_turnover > 0
+                            ? motion->certificate.energy_drift / motion->certificate.energy_turnover
+                            : 0;
+  ending.steps = long(motion->step_times.size());
+  return ending;
+}
+
+Result<void> check(const System& system, const std::vector<Member>& members,
+                   const SimulationSettings& settings) {
+  if (auto ok = check_batch(system); !ok) return ok;
+  if (std::find(std::begin(methods), std::end(methods), settings.method) == std::end(methods))
+    return bad_use(fmt::format("method '{}'", settings.method),
+                   fmt::format("is none that ensembles know; take one of {}", fmt::join(methods, ", ")));
+  if (settings.accuracy != 0)
+    return bad_use("simulation, accuracy", "is not for ensembles; name a method and a tolerance instead");
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    const Member& member = members[i];
+    const std::string name = fmt::format("member {}", i);
+    if (auto ok = check_state(system, member.start); !ok)
+      return bad_use(name + ", " + ok.error().where, ok.error().what);
+    if (member.start.t != members[0].start.t)
+      return bad_use(name, fmt::format("starts at {} s, the first at {} s; expected one time for all",
+                                       member.start.t, members[0].start.t));
+    if (!member.inertials.empty() && member.inertials.size() != system.bodies.size())
+      return bad_use(name, fmt::format("has the inertial elements of {} bodies; the system has {}",
+                                       member.inertials.size(), system.bodies.size()));
+  }
+  return members.empty() ? Result<void>() : check_settings(settings, members[0].start.t);
+}
+
+}  // namespace
+
+Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::vector<Member>& members,
+                                              const SimulationSettings& settings, int threads) {
+  if (auto ok = check(system, members, settings); !ok) return tl::unexpected(ok.error());
+  std::vector<Ending> endings(members.size());
+  if (members.empty()) return endings;
+  const auto change = fastest_change(system, system.parameters, settings.end_time - members[0].start.t);
+  const std::size_t batches = (members.size() + count - 1) / count;
+  std::atomic<std::size_t> next = 0;
+  const auto work = [&] {
+    BatchRun run(system, settings, *make_integrator(settings.method, settings.tolerance), change);
+    for (std::size_t i; (i = next++) < batches;) {
+      const std::size_t first = i * count, size = std::min<std::size_t>(count, members.size() - first);
+      run.run(std::span(members).subspan(first, size), std::span(endings).subspan(first, size));
+      for (std::size_t m = first; m < first + size; ++m)
+        if (endings[m].alone) endings[m] = run_alone(system, members[m], settings);
+    }
+  };
+  const std::size_t wanted =
+      threads > 0 ? std::size_t(threads) : std::max(1u, std::thread::hardware_concurrency());
+  {
+    std::vector<std::jthread> others;
+    for (std::size_t i = 1; i < std::min(wanted, batches); ++i) others.emplace_back(work);
+    work();
+  }
+  return endings;
+}
+
+}  // namespace borelli

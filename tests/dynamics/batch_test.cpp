@@ -1,0 +1,195 @@
+// Each lane of a batch against one state by itself.
+#include "dynamics/batch.hpp"
+
+#include <Eigen/SVD>
+
+#include "dynamics/evaluate.hpp"
+#include "random_scene.hpp"
+
+namespace borelli::test {
+namespace {
+
+constexpr int count = Lanes::count;
+
+Eigen::VectorXd lane_of(const Eigen::VectorX<Lanes>& x, int lane) {
+  Eigen::VectorXd out(x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) out[i] = x[i][lane];
+  return out;
+}
+
+double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  if (b.size() == 0) return 0;
+  return (a - b).cwiseAbs().maxCoeff() / std::max(1e-3, b.cwiseAbs().maxCoeff());
+}
+
+TEST(Lanes, FunctionsAreThoseOfEachNumber) {
+  Random random(1);
+  for (int i = 0; i < 2000; ++i) {
+    Lanes x, y;
+    for (int lane = 0; lane < count; ++lane) {
+      x.set(lane, random.number(-1, 1) * std::pow(10, random.number(-5, 5)));
+      y.set(lane, random.number(-1, 1));
+    }
+    const Lanes s = sin(x), c = cos(x), root = sqrt(abs(x)), angle = atan2(y, x);
+    const Lanes greater = either(
+        x > y, [&] { return x; }, [&] { return y; });
+    for (int lane = 0; lane < count; ++lane) {  // the standard's are within half a unit, these within one
+      EXPECT_NEAR(s[lane], std::sin(x[lane]), 2.3e-16) << x[lane];
+      EXPECT_NEAR(c[lane], std::cos(x[lane]), 2.3e-16) << x[lane];
+      EXPECT_EQ(root[lane], std::sqrt(std::abs(x[lane])));
+      EXPECT_EQ(angle[lane], std::atan2(y[lane], x[lane]));
+      EXPECT_EQ(greater[lane], std::max(x[lane], y[lane]));
+    }
+  }
+  Lanes odd(0.5);
+  odd.set(2, NAN);
+  odd.set(3, INFINITY);
+  odd.set(4, 1e300);
+  EXPECT_TRUE(std::isnan(sin(odd)[2]) && std::isnan(cos(odd)[3]));
+  EXPECT_EQ(sin(odd)[4], std::sin(1e300));
+  EXPECT_EQ(sin(odd)[0], std::sin(0.5));
+}
+
+/// Eight random states of a system in a batch and in single file; everything that they give, compared to
+/// `bound` in parts of its largest number.
+void compare(const System& system, unsigned seed, double bound, const std::string& which) {
+  ASSERT_TRUE(check_batch(system)) << which;
+  const Parameters& p = system.parameters;
+  BatchState batch(system);
+  BatchWorkspace w(system, true);
+  Workspace one(system, Equations::recursive);
+  std::vector<State> states;
+  Eigen::VectorX<Lanes> given(system.nv), efforts(system.nv);
+  batch.t = 0.3;
+  for (int lane = 0; lane < count; ++lane) {
+    State& state = states.emplace_back(Random(seed + lane).state(system));
+    state.t = batch.t;
+    batch.set(lane, state);
+    EXPECT_EQ(batch.state(lane).q, state.q);
+    for (int i = 0; i < system.nv; ++i) given[i].set(lane, std::cos(i + lane));
+  }
+  ASSERT_TRUE(accelerate(system, p, batch, w, given.data())) << which;
+  const Eigen::VectorX<Lanes> a = w.a, drive_efforts = w.drive_efforts, power = w.group_power,
+                              kinetic = w.terms.group_kinetic, potential = w.terms.group_potential;
+  inverse_dynamics(system, p, batch, a, w, efforts);
+  find_mass_matrix(system, p, batch, w);
+  for (int lane = 0; lane < count; ++lane) {
+    const State& s = states[lane];
+    const Eigen::VectorXd applied = lane_of(given, lane);
+    ASSERT_FALSE(accelerate(system, p, s.t, s.q.data(), s.v.data(), {}, one, applied.data())) << which;
+    EXPECT_LT(relative(lane_of(a, lane), one.a), bound) << which;
+    EXPECT_LT(relative(lane_of(drive_efforts, lane), one.drive_efforts), bound) << which;
+    EXPECT_LT(relative(lane_of(power, lane), one.group_power), bound) << which;
+    EXPECT_LT(relative(lane_of(kinetic, lane), one.terms.group_kinetic), 1e-12) << which;
+    EXPECT_LT(relative(lane_of(potential, lane), one.terms.group_potential), 1e-12) << which;
+    // what the accelerations ask for is what was given
+    ASSERT_FALSE(update_terms(system, p, s.t, s.q.data(), s.v.data(), one)) << which;
+    Rows A(system.nv, system.nv);
+    for (int i = 0; i < system.nv; ++i)
+      for (int j = 0; j <= i; ++j) A(i, j) = A(j, i) = w.terms.A(i, j)[lane];
+    const Rows lower = one.terms.A.topLeftCorner(system.nv, system.nv);
+    EXPECT_LT(relative(A, lower.selfadjointView<Eigen::Lower>()), 1e-12) << which;
+    const double part = A.cwiseAbs().maxCoeff() * lane_of(a, lane).cwiseAbs().maxCoeff() +
+                        one.terms.B.cwiseAbs().maxCoeff() + one.terms.Q.cwiseAbs().maxCoeff();
+    EXPECT_LT((lane_of(efforts, lane) - applied).cwiseAbs().maxCoeff(), 1e-12 * part) << which;
+  }
+}
+
+TEST(Batch, LanesAreSingleStatesOfRegularScenes) {
+  compare(compiled(chain(7, true)), 1, 1e-12, "chain");
+  compare(compiled(bars(9)), 2, 1e-12, "bars");
+  compare(compiled(roundabout()), 3, 1e-12, "roundabout");
+  for (unsigned seed = 0; seed < 8; ++seed)
+    compare(compiled(random_tree(seed, {.balls = true, .drives = true})), seed, 1e-11,
+            fmt::format("tree {}", seed));
+}
+
+TEST(Batch, LanesAreSingleStatesOfRandomScenes) {
+  int compared = 0;
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    const auto system = compile(RandomScene(seed, 10, false).scene);
+    if (!system || system->nv == 0) continue;
+    Workspace w(*system);
+    double condition = 1;  // of the free part of A: what it makes of rounding
+    for (int lane = 0; lane < count; ++lane) {
+      const State s = Random(seed + lane).state(*system);
+      if (update_terms(*system, system->parameters, 0.3, s.q.data(), s.v.data(), w)) condition = INFINITY;
+      const Rows A = Rows(w.terms.A.selfadjointView<Eigen::Lower>()).topLeftCorner(system->nv, system->nv);
+      const Eigen::VectorXd values = A.jacobiSvd().singularValues();
+      condition = std::max(condition, values[0] / values[values.size() - 1]);
+    }
+    if (condition > 1e8) continue;
+    compare(*system, seed, 10 * 2.3e-16 * condition + 1e-12, fmt::format("seed {}", seed));
+    ++compared;
+  }
+  EXPECT_GT(compared, 15);
+}
+
+TEST(Batch, LanesMayHaveTheirOwnInertials) {
+  const System system = compiled(random_tree(3, {.balls = true}));
+  BatchState batch(system);
+  BatchWorkspace w(system);
+  std::vector<System> varied(count, system);
+  Random random(5);
+  for (int lane = 0; lane < count; ++lane) {
+    batch.set(lane, Random(9).state(system));
+    for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+      if (!system.bodies[b].massive) continue;
+      varied[lane].parameters.inertials[b] = random.inertia().inertial();
+      w.set_inertial(lane, int(b), varied[lane].parameters.inertials[b]);
+    }
+  }
+  ASSERT_TRUE(accelerate(system, system.parameters, batch, w));
+  for (int lane = 0; lane < count; ++lane) {
+    State state = batch.state(lane);
+    const Eigen::VectorXd a = need(evaluate(varied[lane], state)).acceleration;
+    EXPECT_LT(relative(lane_of(w.a, lane), a), 1e-11);
+  }
+}
+
+// Two turns about one line: the second joint of a universal one comes to lie along the first.
+TEST(Batch, NamesTheLaneThatCannotBeSolved) {
+  Scene scene;
+  scene.solids = {
+      solid("s", "world",
+            {hinge("a", Vector3d::UnitZ()), hinge("b", Vector3d::UnitY()), hinge("c", Vector3d::UnitZ())},
+            {inertial(1, {0, 0, 0}, {1, 2, 3})})};
+  scene.solids[0].switches[1].q = {1};
+  const System system = compiled(scene);
+  BatchState batch(system);
+  BatchWorkspace w(system);
+  for (int lane = 0; lane < count; ++lane) {
+    State state = Random(lane).state(system);
+    state.q[1] = lane == 3 ? 0 : 0.3 + lane;
+    batch.set(lane, state);
+  }
+  EXPECT_FALSE(accelerate(system, system.parameters, batch, w));
+  for (int lane = 0; lane < count; ++lane) {
+    EXPECT_EQ(bool(w.faults[lane]), lane == 3);
+    if (lane == 3) continue;
+    const Eigen::VectorXd a = need(evaluate(system, batch.state(lane))).acceleration;
+    EXPECT_LT(relative(lane_of(w.a, lane), a), 1e-12);
+  }
+  batch.v[0].set(5, NAN);
+  EXPECT_FALSE(accelerate(system, system.parameters, batch, w));
+  EXPECT_TRUE(w.faults[5].kind == Fault::Kind::not_finite);
+}
+
+struct Nothing {
+  template <class T>
+  void apply(EffortScan<T>&) const {}
+};
+
+TEST(Batch, RefusesWhatIsNotSmooth) {
+  Scene scene = chain(3, false);
+  scene.constraints = {{"tie", CoordinateCoupling{{{"h0"}, {"h1"}}, {1, -1}, constant(0)}}};
+  const auto refused = check_batch(compiled(scene));
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().where, "constraint 'tie'");
+  scene = chain(3, false);
+  scene.efforts = {{"mine", OwnEffort({{"l0"}}, {}, Nothing{})}};
+  EXPECT_EQ(check_batch(compiled(scene)).error().where, "effort 'mine'");
+}
+
+}  // namespace
+}  // namespace borelli::test
