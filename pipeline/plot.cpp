@@ -16,7 +16,7 @@ namespace borelli {
 namespace {
 
 constexpr double width = 720, left = 78, right = 22, plot_height = 300;
-constexpr double character = 6.3;  // mean advance of the 12 px sans-serif text, a little on the wide side
+constexpr double character = 6.8;  // mean advance of the 12 px sans-serif text, a little on the wide side
 
 constexpr std::array<std::string_view, 7> colours{"#0072B2", "#D55E00", "#000000", "#009E73",
                                                   "#CC79A7", "#E69F00", "#56B4E9"};

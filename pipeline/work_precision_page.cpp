@@ -69,6 +69,10 @@ std::string failed_tip(const WorkPrecision& chart, const WorkPrecisionPoint& p) 
 // What is off by more than this is all wrong, and its cost says nothing.
 constexpr double all_wrong = 0.1;
 
+// What is off by more than this stands at the chart's edge with the runs that did not finish: a run that
+// explodes would press all others together.
+constexpr double beyond = 10;
+
 // Our variants, or the others, that come nearest to their front, best first.
 std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const Cost& cost,
                                           double RunErrors::*error, Whose whose) {
@@ -124,8 +128,12 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
         if (cost.of == milliseconds) plot.edge.push_back({milliseconds(p), curve.name, failed_tip(chart, p)});
         continue;
       }
-      // what came out the same to the last bit (or was not off at all) stands at the foot of the chart
       const double size = p.errors.*quantity.error;
+      if (size > beyond) {
+        plot.edge.push_back({cost.of(p), curve.name, tip(chart, p)});
+        continue;
+      }
+      // what came out the same to the last bit (or was not off at all) stands at the foot of the chart
       curve.x.push_back(cost.of(p));
       curve.y.push_back(size == 0 ? 1e-17 : size);
       curve.tips.push_back(tip(chart, p));
@@ -148,11 +156,12 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
   if (!front.empty()) plot.curves.insert(plot.curves.begin(), std::move(line));
   std::string words = front.empty() ? "No run is trusted." : "On the front, from coarse to fine: ";
   for (std::size_t i = 0; i < best.size(); ++i) words += (i > 0 ? "; " : "") + best[i];
-  plot.notes = {
-      words + (front.empty() ? "" : "."),
-      "Empty dots: runs whose certificate is not trusted. Crosses above: runs that did not finish. Grey: "
-      "farther from the front.",
-      chart.reference.words};
+  plot.notes = {words + (front.empty() ? "" : "."),
+                "Empty dots: runs whose certificate is not trusted. Crosses above: runs that did not finish, "
+                "or are off by "
+                "more than 10. Grey: "
+                "farther from the front.",
+                chart.reference.words};
   if (beside_others)
     plot.notes.push_back(
         "Curves that begin with a program's name are its runs of the same scene in the same process; the "

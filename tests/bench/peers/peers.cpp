@@ -203,8 +203,44 @@ std::string orders_table(const WorkPrecision& chart) {
   return out;
 }
 
-/// The scene's part of the page.
-Result<std::string> chart_of(const std::string& file, const Options& o) {
+/// Of each method the run that is off least in position, by what contacts are judged by.
+std::string contacts_table(const WorkPrecision& chart) {
+  std::string out =
+      "| method | ms | position | times of impacts (s) | sinks in by (m) | energy |\n"
+      "| --- | ---: | --- | --- | --- | --- |\n";
+  const auto number = [](double x) { return std::isfinite(x) ? fmt::format("{:.1e}", x) : std::string("-"); };
+  for (std::size_t v = 0; v < chart.variants.size(); ++v) {
+    const WorkPrecisionPoint* best = nullptr;
+    for (const WorkPrecisionPoint& p : chart.points)
+      if (p.variant == v && p.finished && p.trusted && (!best || p.errors.position < best->errors.position))
+        best = &p;
+    if (best)
+      out += fmt::format("| {} | {:.3g} | {} | {} | {} | {} |\n", name_of(chart.variants[v]),
+                         1e3 * best->seconds, number(best->errors.position), number(best->errors.impacts),
+                         number(best->errors.constraint), number(best->errors.energy));
+  }
+  return out;
+}
+
+/// What the others' fastest run takes over ours, for 10^-1 to 10^-10.
+std::string summary_row(const WorkPrecision& chart) {
+  std::string out = fmt::format("| {} |", chart.scene);
+  for (const FrontRow& row : front_against_front(chart)) {
+    const double ratio = row.ours && row.other ? row.other->seconds / row.ours->seconds : 0;
+    out += ratio > 0   ? fmt::format(" {0}{1:.2g}{0} |", ratio < 1 ? "**" : "", ratio)
+           : row.ours  ? " alone |"
+           : row.other ? " **never** |"
+                       : " - |";
+  }
+  return out + '\n';
+}
+
+/// The page, as far as it is.
+struct Page {
+  std::string head, summary, scenes;
+};
+
+Result<void> add_scene(const std::string& file, const Options& o, Page& page) {
   auto model = read_model(file, {});
   if (!model) return tl::unexpected(model.error());
   Scene& scene = model->scene;
@@ -225,21 +261,34 @@ Result<std::string> chart_of(const std::string& file, const Options& o) {
   std::string out = fmt::format("## {}\n\n{}\n", scene.name, chart->reference.words);
   for (const std::string& words : others.words) out += words + '\n';
   out += '\n' + (o.orders ? orders_table(*chart) : front_table(*chart)) + '\n';
+  if (chart->has_impacts) out += contacts_table(*chart) + '\n';
   for (const auto& [drawing, plot] : work_precision_plots(*chart))
     if (drawing.ends_with("_time")) out += fmt::format("![{}]({}/{}.svg)\n", plot.title, name, drawing);
   fmt::print("{}\n", out);
-  return out + '\n';
+  page.summary += summary_row(*chart);
+  page.scenes += out + '\n';
+  return {};
 }
 
 Result<void> work(const Options& o) {
-  std::string page = "# What accuracy costs, here and in other programs\n\n";
-  page += fmt::format("Compiled by g++ {}. Times are processor time, medians of {} runs.\n\n", __VERSION__,
-                      o.settings.repeats);
+  Page page;
+  page.head = fmt::format(
+      "# What accuracy costs, here and in other programs\n\n"
+      "Compiled by g++ {}. Times are processor time, medians of {} runs; a ladder ends with the first run "
+      "above "
+      "{:g} s.\n\n"
+      "What the fastest run of the others takes over our fastest trusted one, for errors of position (over "
+      "the "
+      "scene's length) and orientation (rad) of at most so much. Bold: ours loses. Alone: no run of theirs "
+      "comes to "
+      "it in the time allowed. -: less than ten times the reference's own error.\n\n"
+      "| scene | 1e-1 | 1e-2 | 1e-3 | 1e-4 | 1e-5 | 1e-6 | 1e-7 | 1e-8 | 1e-9 | 1e-10 |\n"
+      "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n",
+      __VERSION__, o.settings.repeats, o.settings.budget);
   for (const std::string& scene : o.scenes) {
-    const auto part = chart_of(scene, o);
-    if (!part) return tl::unexpected(part.error());
-    page += *part;
-    if (auto done = write_whole(std::filesystem::path(o.folder) / "README.md", page); !done) return done;
+    if (auto done = add_scene(scene, o, page); !done) return done;
+    const std::string text = page.head + page.summary + '\n' + page.scenes;
+    if (auto done = write_whole(std::filesystem::path(o.folder) / "README.md", text); !done) return done;
   }
   return {};
 }
