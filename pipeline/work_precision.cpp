@@ -324,14 +324,10 @@ std::vector<const WorkPrecisionPoint*> pareto_front(
     const WorkPrecision& chart, const std::function<double(const WorkPrecisionPoint&)>& cost,
     const std::function<double(const WorkPrecisionPoint&)>& error, Whose whose) {
   std::vector<const WorkPrecisionPoint*> out;
-  for (const WorkPrecisionPoint& p : chart.points) {
-    if (chart.variants[p.variant].other != (whose == Whose::others)) continue;
-    const bool above_reference =
-        !chart.reference.found ||
-        std::max(p.errors.position, p.errors.orientation) >=
-            reference_margin * std::max(chart.reference.position, chart.reference.orientation);
-    if (p.finished && p.trusted && above_reference && std::isfinite(error(p))) out.push_back(&p);
-  }
+  for (const WorkPrecisionPoint& p : chart.points)
+    if (chart.variants[p.variant].other == (whose == Whose::others) && p.finished && p.trusted &&
+        std::isfinite(error(p)))
+      out.push_back(&p);
   std::sort(out.begin(), out.end(), [&](const auto* a, const auto* b) {
     return std::pair(cost(*a), error(*a)) < std::pair(cost(*b), error(*b));
   });
@@ -340,6 +336,12 @@ std::vector<const WorkPrecisionPoint*> pareto_front(
     if (!(error(*p) < best)) return true;
     best = error(*p);
     return false;
+  });
+  // (only now: what is too near to the reference to be told from it still beats what costs more)
+  const Reference& reference = chart.reference;
+  const double floor = reference_margin * std::max(reference.position, reference.orientation);
+  std::erase_if(out, [&](const WorkPrecisionPoint* p) {
+    return reference.found && !(std::max(p->errors.position, p->errors.orientation) >= floor);
   });
   return out;
 }

@@ -76,7 +76,7 @@ std::vector<double> impacts(const Tree& tree, Peer& peer, std::size_t method, do
   if (!run) return out;
   const Start start = start_of(tree);
   for (const Ground& g : tree.grounds) {
-    if (!(g.radius > 0) || g.centre.point != tree.links[g.centre.link].centre) return {};
+    if (!(g.radius > 0) || g.centre.point != tree.links[g.centre.link].centre) continue;
     double before = g.normal.dot(start.links[g.centre.link].centre);
     for (long i = 0; i < steps; ++i) {
       const double now = g.normal.dot(run->links[i * tree.links.size() + g.centre.link].centre);
@@ -88,9 +88,15 @@ std::vector<double> impacts(const Tree& tree, Peer& peer, std::size_t method, do
   return out;
 }
 
+/// Of a fine run of ours, which others are compared with.
+struct Energies {
+  double interval = 0, turnover = 0;  ///< s between them; J
+  std::vector<double> since_start;    ///< J: what was gained
+};
+
 /// A program's method as the chart takes it; by steps of one length even where it could choose them.
 OtherMethod other_method(const Tree& tree, const std::shared_ptr<Peer>& peer, std::size_t number, bool fixed,
-                         double turnover) {
+                         const Energies& ours) {
   const Method method = peer->methods()[number];
   const bool adaptive = method.adaptive && !fixed;
   const auto run = [=](double setting, const std::vector<double>& times,
@@ -106,17 +112,19 @@ OtherMethod other_method(const Tree& tree, const std::shared_ptr<Peer>& peer, st
     const double first = energy(tree, begin.links.data());
     for (std::size_t row = 0; row < times.size(); ++row) {
       const Moving* moving = made->links.data() + row * links;
-      out.energy = std::max(out.energy, std::abs(energy(tree, moving) - first) / turnover);
+      const auto at = static_cast<std::size_t>(std::lround(times[row] / ours.interval));
+      if (at < ours.since_start.size())
+        out.energy = std::max(out.energy,
+                              std::abs(energy(tree, moving) - first - ours.since_start[at]) / ours.turnover);
       out.constraint = std::max({out.constraint, residual(tree, moving), penetration(tree, moving)});
       for (const Tree::Seat& seat : tree.seats) {
         const Pose own{seat.R, seat.p};
         out.poses.push_back(seat.link < 0 ? own : Pose{moving[seat.link].R, moving[seat.link].p} * own);
       }
     }
-    if (!adaptive && !tree.grounds.empty()) {
+    if (!adaptive && !tree.grounds.empty())
       out.impacts = impacts(tree, *peer, number, times.back(), setting, go_on);
-    }
-    if (!std::isfinite(first) || !(turnover > 0)) out.energy = std::nan("");
+    if (!std::isfinite(first) || !(ours.turnover > 0)) out.energy = std::nan("");
     for (const Pose& X : out.poses)
       if (!X.p.allFinite() || !X.R.allFinite()) return failure("", "numbers that are not finite");
     return out;
@@ -140,7 +148,7 @@ Result<Tree> without_ground(Scene scene) {
   return tree_of(scene, *system);
 }
 
-Entered enter(const Scene& scene, const System& system, bool fixed) {
+Entered enter(const Scene& scene, const System& system, bool fixed, int outputs) {
   Entered out;
   const auto tree = tree_of(scene, system), free = without_ground(scene);
   if (!tree || !free) {
@@ -148,9 +156,15 @@ Entered enter(const Scene& scene, const System& system, bool fixed) {
     return out;
   }
   SimulationSettings how = scene.simulation;
-  how.accuracy = 0, how.method = "dop853", how.tolerance = 1e-8;
-  const auto ours = simulate(system, system.initial, how);
-  const double turnover = ours ? ours->certificate.energy_turnover : 0;
+  how.accuracy = 0, how.method = "dop853", how.tolerance = 1e-12;
+  how.output_interval = (how.end_time - system.initial.t) / outputs;
+  Energies energies{.interval = how.output_interval};
+  if (const auto ours = simulate(system, system.initial, how)) {
+    energies.turnover = ours->certificate.energy_turnover;
+    for (std::size_t i = 0; i < ours->times.size(); ++i)
+      energies.since_start.push_back(ours->kinetic[i] + ours->potential[i] - ours->kinetic[0] -
+                                     ours->potential[0]);
+  }
   for (const auto& [name, make] : programs) {
     auto made = make(*tree), made_free = make(*free);
     if (!made || !made_free) {
@@ -169,7 +183,7 @@ Entered enter(const Scene& scene, const System& system, bool fixed) {
     out.words.push_back(
         fmt::format("{}: first accelerations agree to {:.1g} of the largest.", peer->version(), *off));
     for (std::size_t i = 0; i < peer->methods().size(); ++i)
-      out.methods.push_back(other_method(*tree, peer, i, fixed, turnover));
+      out.methods.push_back(other_method(*tree, peer, i, fixed, energies));
   }
   return out;
 }
@@ -227,7 +241,8 @@ std::string summary_row(const WorkPrecision& chart) {
   std::string out = fmt::format("| {} |", chart.scene);
   for (const FrontRow& row : front_against_front(chart)) {
     const double ratio = row.ours && row.other ? row.other->seconds / row.ours->seconds : 0;
-    out += ratio > 0   ? fmt::format(" {0}{1:.2g}{0} |", ratio < 1 ? "**" : "", ratio)
+    const int places = ratio < 2 ? 2 : ratio < 10 ? 1 : 0;
+    out += ratio > 0   ? fmt::format(" {0}{1:.{2}f}{0} |", ratio < 1 ? "**" : "", ratio, places)
            : row.ours  ? " alone |"
            : row.other ? " **never** |"
                        : " - |";
@@ -247,7 +262,7 @@ Result<void> add_scene(const std::string& file, const Options& o, Page& page) {
   if (o.end > 0) scene.simulation.end_time = o.end;
   const auto system = compile(scene);
   if (!system) return tl::unexpected(system.error());
-  const Entered others = enter(scene, *system, o.orders);
+  const Entered others = enter(scene, *system, o.orders, o.settings.outputs);
   WorkPrecisionObserver observer;
   observer.progress = [](const std::string& what, double share) {
     fmt::print(stderr, "\r{:3.0f} %  {:60}", 100 * share, what);
