@@ -67,12 +67,11 @@ Result<double> disagreement(const Tree& tree, Peer& peer, double short_time) {
 constexpr double tremor = 1e-4;
 
 /// When balls meet the ground: the middle of the step in which one that falls begins to rise.
-std::vector<double> impacts(const Tree& tree, Peer& peer, std::size_t method, double end, double step,
-                            const std::function<bool()>& go_on) {
+std::vector<double> impacts(const Tree& tree, Peer& peer, std::size_t method, double end, double step) {
   std::vector<double> out, times;
   const long steps = steps_in(end, step);
   for (long i = 1; i <= steps; ++i) times.push_back(end * double(i) / double(steps));
-  const auto run = peer.run(method, step, 0, times, go_on);
+  const auto run = peer.run(method, step, 0, times, [] { return true; });
   if (!run) return out;
   const Start start = start_of(tree);
   for (const Ground& g : tree.grounds) {
@@ -122,8 +121,7 @@ OtherMethod other_method(const Tree& tree, const std::shared_ptr<Peer>& peer, st
         out.poses.push_back(seat.link < 0 ? own : Pose{moving[seat.link].R, moving[seat.link].p} * own);
       }
     }
-    if (!adaptive && !tree.grounds.empty())
-      out.impacts = impacts(tree, *peer, number, times.back(), setting, go_on);
+    if (!adaptive && !tree.grounds.empty()) out.impacts = impacts(tree, *peer, number, times.back(), setting);
     if (!std::isfinite(first) || !(ours.turnover > 0)) out.energy = std::nan("");
     for (const Pose& X : out.poses)
       if (!X.p.allFinite() || !X.R.allFinite()) return failure("", "numbers that are not finite");
