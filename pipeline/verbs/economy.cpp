@@ -1,4 +1,5 @@
-// borelli economy SCENE -o DIR: the smallest model of a scene whose motion stays within a tolerance.
+// borelli economy SCENE_OR_VOLUME -o DIR: the smallest model of a scene whose motion stays within a
+// tolerance, or the coarsest voxels and grid of a scan whose table does.
 #include <fmt/core.h>
 
 #include <cmath>
@@ -13,16 +14,20 @@
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
+#include "pipeline/verbs/volume_info.hpp"
+#include "pipeline/volume_economy.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/read.hpp"
 
 namespace borelli {
 namespace {
 
 struct Options {
-  std::string scene, folder = "economy";
+  std::string input, folder = "economy", quantity;
   ModelOptions model;
   std::optional<double> end;
   EconomySettings settings;
+  bool of_scene = false;  ///< an option that a volume has no use for was given
 };
 
 nlohmann::json json_of(const Economy& economy) {
@@ -46,16 +51,22 @@ nlohmann::json json_of(const Economy& economy) {
           {"stays", stays}};
 }
 
+Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
+                         const std::filesystem::path& folder) {
+  for (const auto& [name, plot] : plots) {
+    const std::string drawing = svg(plot);
+    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
+    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
+  }
+  return {};
+}
+
 Result<void> write_all(const Economy& economy, const std::filesystem::path& folder) {
   const auto scene = write_scene(economy.smallest);
   if (!scene) return tl::unexpected(scene.error());
   if (auto done = write_whole(folder / "scene.toml", *scene); !done) return done;
   if (auto done = write_whole(folder / "economy.csv", economy_csv(economy)); !done) return done;
-  for (const auto& [name, plot] : economy_plots(economy)) {
-    const std::string drawing = svg(plot);
-    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
-    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
-  }
+  if (auto done = write_plots(economy_plots(economy), folder); !done) return done;
   return write_whole(folder / "economy.html", economy_page(economy));
 }
 
@@ -72,10 +83,54 @@ void print(const Economy& economy) {
   fmt::print("{}\n", in_words(economy));
 }
 
-Result<nlohmann::json> work(const Options& o, const Command& command) {
+Result<nlohmann::json> work_on_volume(const Options& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
-  if (auto fine = check_folder_writable(folder); !fine) return tl::unexpected(fine.error());
-  auto model = read_model(o.scene, o.model);
+  if (o.of_scene || o.model.floating)
+    return bad_use("economy",
+                   "of a volume takes --tolerance and --voxels-hold alone; the other options are of scenes");
+  ReadOptions reading;
+  if (!o.quantity.empty()) {
+    const auto quantity = parse_quantity(o.quantity);
+    if (!quantity) return tl::unexpected(quantity.error());
+    reading.quantity = *quantity;
+  }
+  const auto scanned = read_volume(o.input, reading);
+  if (!scanned) return tl::unexpected(scanned.error());
+  if (scanned->volume.quantity == Quantity::mr)
+    return bad_use(o.input, "is MR, which has no densities to make a table of: give CT or densities");
+  ProgressBar bar(command.json);
+  bar.begin("economy");
+  const auto economy = volume_economy(scanned->volume, o.settings.tolerance, command.threads,
+                                      [&](double fraction) { bar.update(fraction); });
+  if (!economy) return tl::unexpected(economy.error());
+  bar.end(fmt::format("{} tables", economy->trials.size()));
+  if (auto done = write_plots(volume_economy_plots(*economy), folder); !done)
+    return tl::unexpected(done.error());
+  const std::string title = std::filesystem::path(o.input).filename().string();
+  for (const auto& [name, text] : {std::pair("economy.csv", volume_economy_csv(*economy)),
+                                   std::pair("economy.html", volume_economy_page(*economy, title))})
+    if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
+  nlohmann::json trials = nlohmann::json::array();
+  for (const VolumeTrial& t : economy->trials)
+    for (std::size_t c = 0; c < std::size(parts_choices); ++c)  // (what is not finite becomes null)
+      trials.push_back({{"of", t.of == VolumeTrial::Of::work_grid ? "work grid"
+                               : t.of == VolumeTrial::Of::voxels  ? "voxels"
+                                                                  : "density curve"},
+                        {"name", t.name},
+                        {"parts", parts_choices[c].count},
+                        {"error", t.worst(c)},
+                        {"seconds", t.seconds}});
+  if (!command.json) {
+    for (const std::string& sentence : in_words(*economy)) fmt::print("{}\n", sentence);
+    fmt::print("{}: drawings on a page; beside it SVG, PNG and CSV\n", (folder / "economy.html").string());
+  }
+  return nlohmann::json{{"volume", o.input}, {"tolerance", economy->tolerance}, {"trials", trials}};
+}
+
+Result<nlohmann::json> work_on_scene(const Options& o, const Command& command) {
+  const std::filesystem::path folder = o.folder;
+  if (!o.quantity.empty()) return bad_use("--voxels-hold", "is of volumes, and " + o.input + " is a scene");
+  auto model = read_model(o.input, o.model);
   if (!model) return tl::unexpected(model.error());
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
@@ -98,9 +153,10 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
 
 void add_economy(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
-      "economy", "Find the smallest model of a scene whose motion stays within a tolerance");
+      "economy",
+      "Find the least that a scene or a scan needs: its smallest model, its coarsest voxels and grid");
   auto o = std::make_shared<Options>();
-  verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
+  verb->add_option("input", o->input, "A scene (TOML, MJCF, URDF), or a CT or density volume")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--output", o->folder, "Folder for the scene, page, drawings and table")
       ->capture_default_str();
@@ -108,7 +164,8 @@ void add_economy(CLI::App& program, Command& command) {
                    "What is to stay within the tolerance: centre, solid:NAME, solid:NAME:x,y,z, turn:NAME, "
                    "coordinate:NAME; several may follow; all solids' gravity centres, where not given");
   verb->add_option("--tolerance", o->settings.tolerance,
-                   "Largest error, of lengths over the scene's, of angles in rad")
+                   "Largest error: of a scene's lengths over its own, of angles in rad; of a table's "
+                   "entries, relative")
       ->check(number_within(1e-9, 1.))
       ->capture_default_str();
   verb->add_option("--end", o->end, "End time, s")->check(positive_number());
@@ -118,7 +175,17 @@ void add_economy(CLI::App& program, Command& command) {
   verb->add_option("--repeats", o->settings.repeats, "Runs that a time is the median of")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
+  verb->add_option("--voxels-hold", o->quantity,
+                   "What a volume's voxels are: hu, density_kgm3, density_gcm3");
+  verb->callback([&command, o, verb] {
+    for (const char* option : {"--quantity", "--end", "--outputs", "--repeats"})
+      o->of_scene = o->of_scene || verb->count(option) > 0;
+    command.work = [o](const Command& c) -> Result<nlohmann::json> {
+      if (!std::filesystem::exists(o->input)) return bad_use(o->input, "no such file or folder");
+      if (auto fine = check_folder_writable(o->folder); !fine) return tl::unexpected(fine.error());
+      return may_be_volume(o->input) ? work_on_volume(*o, c) : work_on_scene(*o, c);
+    };
+  });
 }
 
 }  // namespace borelli

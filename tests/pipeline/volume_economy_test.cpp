@@ -1,0 +1,129 @@
+// What coarser voxels, grids and other curves cost a table: against tables made here, and what is known of
+// means.
+#include "pipeline/volume_economy.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "samples/phantom.hpp"
+#include "samples/phantom_voxels.hpp"
+
+namespace borelli {
+namespace {
+
+TEST(VolumeEconomy, CoarserVoxelsKeepSumAndPlace) {
+  GreyVolume fine;
+  fine.grid.size = {8, 6, 5};
+  fine.grid.axes << 1, 0.1, 0, 0, 2, 0.2, 0.1, 0, 3;  // sheared
+  fine.grid.origin << 10, -20, 30;
+  fine.voxels.assign(fine.grid.count(), 0);
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double sum = 0;
+  for (std::int64_t k = 0; k < 4; ++k)  // (a fifth layer falls away)
+    for (std::int64_t j = 0; j < 6; ++j)
+      for (std::int64_t i = 0; i < 8; ++i) {
+        // a multiple of the block's voxels, so that nothing is rounded
+        const int value = int(12 * ((i / 2 + 3 * (j / 3) + 5 * (k / 2)) % 7));
+        fine.at(i, j, k) = std::int16_t(value);
+        sum += value;
+        centre += value * fine.grid.point(Eigen::Vector3d(double(i), double(j), double(k)));
+      }
+  const GreyVolume coarse = coarsened(fine, {2, 3, 2});
+  EXPECT_EQ(coarse.grid.size, (std::array<std::int64_t, 3>{4, 2, 2}));
+  Eigen::Vector3d coarse_centre = Eigen::Vector3d::Zero();
+  double coarse_sum = 0;
+  for (std::int64_t k = 0; k < 2; ++k)
+    for (std::int64_t j = 0; j < 2; ++j)
+      for (std::int64_t i = 0; i < 4; ++i) {
+        const double value = coarse.at(i, j, k);
+        coarse_sum += value;
+        coarse_centre += value * coarse.grid.point(Eigen::Vector3d(double(i), double(j), double(k)));
+      }
+  EXPECT_EQ(12 * coarse_sum, sum);
+  EXPECT_NEAR((coarse_centre / coarse_sum - centre / sum).norm(), 0, 1e-12);
+  EXPECT_NEAR(coarse.grid.voxel_volume(), 12 * fine.grid.voxel_volume(), 1e-9);
+}
+
+TEST(VolumeEconomy, TriesVoxelsThatAreCoarserAndDiffer) {
+  Grid grid;
+  grid.size = {300, 300, 100};
+  grid.axes.diagonal() << 1.5, 1.5, 5;
+  const auto tried = coarser_voxels(grid);
+  ASSERT_FALSE(tried.empty());
+  EXPECT_EQ(tried.front(), (std::array<std::int64_t, 3>{2, 2, 1}));  // 3 x 3 x 5 mm
+  EXPECT_EQ(tried.back(), (std::array<std::int64_t, 3>{5, 5, 2}));   // 7.5 x 7.5 x 10 mm
+  for (std::size_t i = 1; i < tried.size(); ++i) EXPECT_NE(tried[i], tried[i - 1]);
+}
+
+TEST(VolumeEconomy, ErrorsAreThoseOfTablesMadeAlone) {
+  GridOptions grid;
+  grid.spacing.setConstant(4);
+  PhantomOptions body;  // a small one, for the time that it takes
+  body.child = true;
+  const Phantom phantom = build_phantom(body).value();
+  const GreyVolume scan = voxelise(phantom, phantom_grid(phantom, grid), {}).grey;
+  const VolumeEconomy e = volume_economy(scan, 0.05).value();
+  const auto table = [](const GreyVolume& volume, double step) {
+    SegmentOptions options;
+    options.step = step;
+    const auto found = segment(volume, options).value();
+    MeasureOptions how;
+    how.deviations = false;
+    return std::pair(measure(volume, found.labels, found.landmarks, how, completeness_of(found.part)), found);
+  };
+  const double finest = grids_to_try(scan).back();
+  const auto [measured, parts_found] = table(scan, finest);
+  const InertiaTable& whole = measured.value();
+  const auto worst = [&](const InertiaTable& other) {
+    double most = 0;
+    for (const EntryErrors& error : entry_errors(other, whole)) most = std::max(most, error.largest());
+    return most;
+  };
+  int grids = 0, voxels = 0, curves = 0;
+  for (const VolumeTrial& trial : e.trials) {
+    ASSERT_TRUE(trial.reason.empty()) << trial.name << ": " << trial.reason;
+    for (std::size_t c = 0; c < std::size(parts_choices); ++c)
+      EXPECT_EQ(int(trial.errors[c].size()), parts_choices[c].count);
+    if (trial.of == VolumeTrial::Of::work_grid) {
+      ++grids;
+      if (trial.size == 6) {
+        EXPECT_EQ(trial.worst(0), worst(table(scan, 6).first.value()));
+      }
+    } else if (trial.of == VolumeTrial::Of::voxels) {
+      ++voxels;
+    } else {
+      ++curves;
+      EXPECT_EQ(trial.worst(0) == 0, trial.name == e.curve) << trial.name;
+      if (trial.name == "geant4") {
+        MeasureOptions how;
+        how.deviations = false;
+        how.density_curve = trial.name;
+        EXPECT_EQ(trial.worst(0), worst(measure(scan, parts_found.labels, parts_found.landmarks, how,
+                                                completeness_of(parts_found.part))
+                                            .value()));
+      }
+    }
+  }
+  EXPECT_EQ(grids, int(grids_to_try(scan).size()));
+  EXPECT_EQ(voxels, int(coarser_voxels(scan.grid).size()) + 1);
+  EXPECT_GT(curves, 2);
+  EXPECT_EQ(e.trials.front().worst(0), 0);
+  // a pick keeps what was asked for
+  const VolumeTrial* pick = e.pick(VolumeTrial::Of::work_grid, 2);
+  ASSERT_NE(pick, nullptr);
+  EXPECT_LE(pick->worst(2), 0.05);
+  for (const auto& [name, plot] : volume_economy_plots(e))
+    EXPECT_NE(svg(plot).find("</svg>"), std::string::npos);
+}
+
+TEST(VolumeEconomy, ATrialWithoutATableIsNoPick) {
+  VolumeEconomy e{.tolerance = 0.1,
+                  .trials = {{.of = VolumeTrial::Of::voxels, .size = 8, .reason = "no body"}}};
+  EXPECT_EQ(e.pick(VolumeTrial::Of::voxels, 0), nullptr);
+  EXPECT_TRUE(std::isinf(e.trials[0].worst(1)));
+}
+
+}  // namespace
+}  // namespace borelli
