@@ -23,7 +23,7 @@ namespace borelli {
 namespace {
 
 struct Options {
-  std::string input, folder = "economy", quantity;
+  std::string input, folder = "economy";
   ModelOptions model;
   std::optional<double> end;
   EconomySettings settings;
@@ -85,12 +85,13 @@ void print(const Economy& economy) {
 
 Result<nlohmann::json> work_on_volume(const Options& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
-  if (o.of_scene || o.model.floating)
+  const std::vector<std::string>& holds = o.settings.quantities;
+  if (o.of_scene || o.model.floating || holds.size() > 1)
     return bad_use("economy",
-                   "of a volume takes --tolerance and --voxels-hold alone; the other options are of scenes");
+                   "of a volume takes --tolerance and one --quantity alone; the rest is of scenes");
   ReadOptions reading;
-  if (!o.quantity.empty()) {
-    const auto quantity = parse_quantity(o.quantity);
+  if (!holds.empty()) {
+    const auto quantity = parse_quantity(holds[0]);
     if (!quantity) return tl::unexpected(quantity.error());
     reading.quantity = *quantity;
   }
@@ -129,7 +130,6 @@ Result<nlohmann::json> work_on_volume(const Options& o, const Command& command) 
 
 Result<nlohmann::json> work_on_scene(const Options& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
-  if (!o.quantity.empty()) return bad_use("--voxels-hold", "is of volumes, and " + o.input + " is a scene");
   auto model = read_model(o.input, o.model);
   if (!model) return tl::unexpected(model.error());
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
@@ -162,7 +162,9 @@ void add_economy(CLI::App& program, Command& command) {
       ->capture_default_str();
   verb->add_option("--quantity", o->settings.quantities,
                    "What is to stay within the tolerance: centre, solid:NAME, solid:NAME:x,y,z, turn:NAME, "
-                   "coordinate:NAME; several may follow; all solids' gravity centres, where not given");
+                   "coordinate:NAME; several may follow; all solids' gravity centres, where not given. Of a "
+                   "volume: what its voxels hold (hu, "
+                   "density_kgm3, density_gcm3)");
   verb->add_option("--tolerance", o->settings.tolerance,
                    "Largest error: of a scene's lengths over its own, of angles in rad; of a table's "
                    "entries, relative")
@@ -175,10 +177,8 @@ void add_economy(CLI::App& program, Command& command) {
   verb->add_option("--repeats", o->settings.repeats, "Runs that a time is the median of")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  verb->add_option("--voxels-hold", o->quantity,
-                   "What a volume's voxels are: hu, density_kgm3, density_gcm3");
   verb->callback([&command, o, verb] {
-    for (const char* option : {"--quantity", "--end", "--outputs", "--repeats"})
+    for (const char* option : {"--end", "--outputs", "--repeats"})
       o->of_scene = o->of_scene || verb->count(option) > 0;
     command.work = [o](const Command& c) -> Result<nlohmann::json> {
       if (!std::filesystem::exists(o->input)) return bad_use(o->input, "no such file or folder");

@@ -162,6 +162,16 @@ TEST(Economy, RefusesWhatItCannotTell) {
   EXPECT_NE(
       scene_economy(arm(1), {.quantities = {"hand"}}).error().message().find("expected centre, solid:NAME"),
       std::string::npos);
+  const TestFolder folder;
+  const auto refused_words = [&](const std::string& arguments) {
+    const ProgramRun run = run_program("economy " + arguments + " -o " + folder.path().string());
+    EXPECT_EQ(run.code, 2) << arguments;
+    return run.err;
+  };
+  EXPECT_NE(refused_words("none.toml").find("none.toml: no such file"), std::string::npos);
+  const std::string volume = folder.write("v.nii.gz", "");
+  EXPECT_NE(refused_words(volume + " --end 3").find("the rest is of scenes"), std::string::npos);
+  EXPECT_NE(refused_words(volume + " --quantity centre").find("centre"), std::string::npos);
   Scene chaotic = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
   chaotic.simulation.end_time = 60;
   const auto refused = scene_economy(chaotic, {});
