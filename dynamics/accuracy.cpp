@@ -78,6 +78,10 @@ class Search {
         before_.reset();
         continue;
       }
+      if (!settings_.verify) {
+        tell(now->certificate, std::numeric_limits<double>::quiet_NaN(), "not verified by a finer run");
+        return now;
+      }
       limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through
       if (before_ && judge(largest_difference(system_, *before_, samples), *now)) return now;
       if (!before_) next_tolerance(0.1);
@@ -125,6 +129,13 @@ class Search {
     chosen_.tolerance = std::max(chosen_.tolerance * factor, least_);
   }
 
+  void tell(Certificate& c, double error, const std::string& how_known) const {
+    c.accuracy = settings_.accuracy;
+    c.estimated_error = error;
+    c.notes.push_back(fmt::format("accuracy {:.3g}: chose {} ({}) at tolerance {:.2g}; {}",
+                                  settings_.accuracy, chosen_.method, why_, chosen_.tolerance, how_known));
+  }
+
   /// Whether the run is the answer; else chooses the next tolerance.
   bool judge(const Difference& found, Trajectory& now) {
     // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference
@@ -136,11 +147,8 @@ class Search {
       return false;
     }
     Certificate& c = now.certificate;
-    c.accuracy = settings_.accuracy;
-    c.estimated_error = difference;
-    c.notes.push_back(fmt::format(
-        "accuracy {:.3g}: chose {} ({}) at tolerance {:.2g}; differs from the run at {:.2g} by {:.2g}",
-        settings_.accuracy, chosen_.method, why_, chosen_.tolerance, tolerance_before_, difference));
+    tell(c, difference,
+         fmt::format("differs from the run at {:.2g} by {:.2g}", tolerance_before_, difference));
     if (reached || !c.trusted) return true;
     const CoordinateInfo& worst = system_.coordinates[found.coordinate];
     c.trusted = false;

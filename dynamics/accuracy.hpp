@@ -45,7 +45,8 @@ Difference largest_difference(const System& system, const Samples& a, const Samp
 /// has been spent; where that does not do, the stiffness was none (a passage through a singular position
 /// looks like it) and the explicit method may spend five times as much again, and so on in turn until one
 /// comes through. The certificate says what was chosen and why, and distrusts a run whose accuracy could not
-/// be shown (a chaotic motion over a long time). `stopped` tells whether the user has ended the last run.
+/// be shown (a chaotic motion over a long time). Without settings.verify the first run that comes through is
+/// the answer, and its error is not known. `stopped` tells whether the user has ended the last run.
 Result<Trajectory> run_to_accuracy(const System& system, double start, const SimulationSettings& settings,
                                    const RunOnce& run, const std::function<bool()>& stopped);
 

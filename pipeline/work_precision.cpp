@@ -45,12 +45,19 @@ class Chart {
     chart_.has_constraints = system_.rows > 0;
     chart_.has_impacts = !system_.contacts.empty();
     find_reference();
-    std::vector<std::string> methods = settings_.methods.empty() ? integrator_names() : settings_.methods;
+    std::vector<std::string> methods = settings_.methods;
+    if (methods.empty()) {
+      methods = integrator_names();
+      methods.emplace_back(automatic);
+    }
     for (const std::string& method : methods)
-      for (const Equations equations : settings_.equations)
+      for (const Equations equations : settings_.equations) {
+        if (method == automatic && equations != settings_.equations.front()) continue;
         for (const ConstraintTreatment constraints : settings_.constraints)
-          if (system_.rows > 0 || constraints == settings_.constraints.front())
-            chart_.variants.push_back({method, equations, constraints, method_is_adaptive(method)});
+          if (constraints == settings_.constraints.front() || (system_.rows > 0 && method != automatic))
+            chart_.variants.push_back(
+                {method, equations, constraints, method == automatic || method_is_adaptive(method)});
+      }
     first_other_ = chart_.variants.size();
     for (const OtherMethod& other : others_)
       chart_.variants.push_back({.method = other.name, .adaptive = other.adaptive, .other = true});
@@ -217,10 +224,11 @@ class Chart {
   /// One run of ours; s, what it took.
   double run_ours(const Variant& v, WorkPrecisionPoint& point) {
     SimulationSettings how = how_;
-    how.method = v.method;
+    if (v.method != automatic) how.method = v.method;
     how.equations = v.equations;
     how.constraints = v.constraints;
-    (v.adaptive ? how.tolerance : how.step) = point.setting;
+    const std::string_view what = setting_name(v);
+    (what == "step" ? how.step : what == "tolerance" ? how.tolerance : how.accuracy) = point.setting;
     const std::size_t stride = stride_of(point.variant, point.setting);
     how.output_interval *= double(stride);
     const double start = processor_time();
@@ -257,13 +265,13 @@ class Chart {
       return;
     }
     const bool adaptive = chart_.variants[variant].adaptive;
+    const int rungs = !adaptive ? 26 : chart_.variants[variant].method == automatic ? 11 : 14;
     const double factor = adaptive ? 0.1 : 0.5;
     // the longest step goes over two or four outputs, where so many times that makes the whole
     const int longest = settings_.outputs % 4 == 0 ? 4 : settings_.outputs % 2 == 0 ? 2 : 1;
     double setting = adaptive ? 1e-1 : longest * how_.output_interval,
            best = std::numeric_limits<double>::infinity();
-    for (int rung = 0, without_gain = 0; rung < (adaptive ? 14 : 26) && without_gain < 2;
-         ++rung, setting *= factor) {
+    for (int rung = 0, without_gain = 0; rung < rungs && without_gain < 2; ++rung, setting *= factor) {
       const WorkPrecisionPoint point = measure(variant, setting);
       chart_.points.push_back(point);
       // what the method refuses it refuses at every step
@@ -307,6 +315,10 @@ std::string name_of(const Variant& variant) {
   return out;
 }
 
+std::string_view setting_name(const Variant& variant) {
+  return variant.method == automatic ? "accuracy" : variant.adaptive ? "tolerance" : "step";
+}
+
 Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSettings& settings,
                                      const WorkPrecisionObserver& observer,
                                      const std::vector<OtherMethod>& others) {
@@ -330,7 +342,8 @@ std::vector<const WorkPrecisionPoint*> pareto_front(
         !chart.reference.found ||
         std::max(p.errors.position, p.errors.orientation) >=
             reference_margin * std::max(chart.reference.position, chart.reference.orientation);
-    if (p.finished && p.trusted && above_reference && std::isfinite(error(p))) out.push_back(&p);
+    const bool chosen = chart.variants[p.variant].method == automatic;
+    if (p.finished && p.trusted && above_reference && !chosen && std::isfinite(error(p))) out.push_back(&p);
   }
   std::sort(out.begin(), out.end(), [&](const auto* a, const auto* b) {
     return std::pair(cost(*a), error(*a)) < std::pair(cost(*b), error(*b));
