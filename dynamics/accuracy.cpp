@@ -21,6 +21,12 @@ constexpr int comparisons = 64;
 // a tolerance no farther above the least one stays: two runs so near each other tell nothing of their errors
 constexpr double worth_lowering = 2;
 
+// Without a run that verifies: the first tolerance that is to do, in parts of the accuracy; how much coarser
+// the run before it is; the power of the tolerance with which errors fall (of a method of order p, p / (p +
+// 1): dopri5's error estimate is of order 5); and a difference at which two runs have nothing in common any
+// more.
+constexpr double to_do = 0.003, pilot = 1e3, coarsest = 3e-3, power = 1.0, apart = 0.5, after_apart = 0.03;
+
 // a run by another sort of method may cost so many times what has been spent
 constexpr double worth_a_try = 5;
 
@@ -71,20 +77,21 @@ class Search {
       Samples samples;
       samples.times = times();
       auto now = run(chosen_, limits_, samples);
+      if (!now && !before_ && chosen_.tolerance > first_ && !stopped()) {  // it may be too coarse
+        next_tolerance(std::max(0.1, first_ / chosen_.tolerance));
+        continue;
+      }
       if (!now || stopped()) return now;
       spent_ += double(now->certificate.evaluations);
+      ++runs_;
       if (samples.q.size() < samples.times.size()) {
         change_method(now->certificate);
         before_.reset();
         continue;
       }
-      if (!settings_.verify) {
-        tell(now->certificate, std::numeric_limits<double>::quiet_NaN(), "not verified by a finer run");
-        return now;
-      }
       limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through
       if (before_ && judge(largest_difference(system_, *before_, samples), *now)) return now;
-      if (!before_) next_tolerance(0.1);
+      if (!before_) next_tolerance(std::min(0.1, first_ / chosen_.tolerance));
       before_ = std::move(samples);
     }
   }
@@ -100,10 +107,17 @@ class Search {
   }
 
   void choose_explicit() {
-    chosen_.method = settings_.accuracy >= 1e-4 ? "dopri5" : "dop853";
-    why_ = settings_.accuracy >= 1e-4 ? "cheapest at such an accuracy" : "cheapest at a high accuracy";
+    chosen_.method = settings_.accuracy >= 2e-2 ? "dopri5" : "dop853";
+    why_ = settings_.accuracy >= 2e-2 ? "cheapest at such an accuracy" : "cheapest at a high accuracy";
     least_ = least_explicit;
-    chosen_.tolerance = std::max(0.1 * settings_.accuracy, 10 * least_);
+    choose_tolerance();
+  }
+
+  void choose_tolerance() {
+    first_ = chosen_.tolerance = std::max(0.1 * settings_.accuracy, 10 * least_);
+    if (settings_.verify) return;
+    first_ = std::clamp(to_do * settings_.accuracy, least_, 0.1 * coarsest);
+    chosen_.tolerance = std::min(pilot * first_, coarsest);
   }
 
   /// Gives over to the other sort of method, for five times what has been spent so far.
@@ -119,7 +133,7 @@ class Search {
       chosen_.method = implicit_;
       why_ = found_;
       least_ = least_implicit;
-      chosen_.tolerance = std::max(0.1 * settings_.accuracy, 10 * least_);
+      choose_tolerance();
     }
     limits_ = {.leave_if_stiff = false, .evaluations = worth_a_try * spent_};
   }
@@ -136,26 +150,43 @@ class Search {
                                   settings_.accuracy, chosen_.method, why_, chosen_.tolerance, how_known));
   }
 
+  /// The error of the run, given what it differs by from the coarser one before.
+  double error_of(double difference) const {
+    const double share = chosen_.tolerance / tolerance_before_;
+    // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference;
+    // where it is to be verified, it counts with no less than the coarser one's
+    if (settings_.verify) return difference * std::max(1.0, share / (1 - share));
+    if (difference > apart) return std::numeric_limits<double>::infinity();
+    const double falls = std::pow(share, power);
+    return difference * falls / (1 - falls);
+  }
+
   /// Whether the run is the answer; else chooses the next tolerance.
   bool judge(const Difference& found, Trajectory& now) {
-    // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference
-    const double share = chosen_.tolerance / tolerance_before_;
-    const double difference = found.size * std::max(1.0, share / (1 - share));
-    const bool reached = difference <= settings_.accuracy;
+    const double error = error_of(found.size);
+    const bool reached = error <= settings_.accuracy;
     if (!reached && chosen_.tolerance > worth_lowering * least_) {
-      next_tolerance(std::clamp(0.3 * settings_.accuracy / difference, 1e-3, 0.1));
+      next_tolerance(std::isfinite(error) ? std::clamp(0.3 * settings_.accuracy / error, 1e-3, 0.1)
+                                          : after_apart);
       return false;
     }
     Certificate& c = now.certificate;
-    tell(c, difference,
-         fmt::format("differs from the run at {:.2g} by {:.2g}", tolerance_before_, difference));
+    if (reached && !c.trusted && !doubted_ && chosen_.tolerance > worth_lowering * least_) {
+      doubted_ = true;  // once: energy and momenta may ask for more than was asked for
+      next_tolerance(0.1);
+      return false;
+    }
+    c.evaluations = long(spent_);
+    tell(c, std::isfinite(error) ? error : found.size,
+         fmt::format("differs from the run at {:.2g} by {:.2g}; {} evaluations in all {} runs",
+                     tolerance_before_, found.size, c.evaluations, runs_));
     if (reached || !c.trusted) return true;
     const CoordinateInfo& worst = system_.coordinates[found.coordinate];
     c.trusted = false;
     c.reason = fmt::format(
         "the accuracy of {:.3g} could not be shown: runs at tolerances {:.2g} and {:.2g} differ by {:.2g} in "
         "coordinate '{}' of '{}' at t = {:.6g} s; shorten the run, or ask for less",
-        settings_.accuracy, tolerance_before_, chosen_.tolerance, difference, worst.name, worst.solid,
+        settings_.accuracy, tolerance_before_, chosen_.tolerance, found.size, worst.name, worst.solid,
         found.time);
     c.reason_time = found.time;
     return true;
@@ -169,7 +200,10 @@ class Search {
   RunLimits limits_{.leave_if_stiff = true};
   std::string why_, found_;
   double least_ = 0, tolerance_before_ = 0;
+  double first_ = 0;  ///< tolerance that is to do, where a coarser run judges it
   double spent_ = 0;  ///< evaluations, so far
+  int runs_ = 0;
+  bool doubted_ = false;  ///< a run was made again since its certificate was not trusted
   std::optional<Samples> before_;
 };
 

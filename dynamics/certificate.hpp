@@ -107,9 +107,8 @@ struct Certificate {
   double step_defect = 0, step_defect_time = 0;
   std::string step_defect_coordinate;
 
-  double accuracy = 0;  ///< that was asked for; 0: none was
-  double estimated_error =
-      0;  ///< of the run, where accuracy was asked for (see accuracy.hpp); NaN: no finer run has told
+  double accuracy = 0;         ///< that was asked for; 0: none was
+  double estimated_error = 0;  ///< of the run, where accuracy was asked for (see accuracy.hpp)
   /// s, when an explicit method found the scene stiff: its steps bounded by stability, not by accuracy. NaN:
   /// never.
   double stiff_from = std::numeric_limits<double>::quiet_NaN();

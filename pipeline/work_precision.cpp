@@ -37,6 +37,7 @@ class Chart {
         how_(scene.simulation),
         centres_(gravity_centres(scene)) {
     how_.accuracy = 0;
+    how_.verify = false;
     how_.output_interval = (how_.end_time - system.initial.t) / settings.outputs;
   }
 

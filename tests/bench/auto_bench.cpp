@@ -65,7 +65,7 @@ void judge(const Scene& scene, Judged& all) {
   settings.equations = {Equations::recursive};
   settings.constraints = {ConstraintTreatment::projection};
   settings.repeats = 1;
-  settings.budget = 0.3;
+  settings.budget = 0.1;
   const auto chart = work_precision(scene, settings);
   if (!chart) {
     fmt::print("{}: {}\n", scene.name, chart.error().message());
