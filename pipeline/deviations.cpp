@@ -98,6 +98,7 @@ class Deviations {
   void run() {
     const double noise = in_.volume.quantity == Quantity::hu ? estimate_noise(in_.volume, in_.labels) : 0;
     if (in_.volume.quantity == Quantity::hu) vary_curve();
+    vary_tissue_densities();
     if (noise > 0) vary_noise(noise);
     if (in_.sampling == Sampling::averages) vary_partial_volume();
     vary_voxels();
@@ -110,7 +111,7 @@ class Deviations {
   }
 
  private:
-  using Change = std::function<Inertial(std::size_t row, const Inertial&)>;
+  using Change = std::function<void(std::size_t row, InertiaRow&)>;
   InertiaTable table_of(std::vector<InertiaRow> rows, const Landmarks& landmarks) const {
     return table_of_segments(table_.source, std::move(rows), landmarks, in_.options);
   }
@@ -120,7 +121,7 @@ class Deviations {
   InertiaTable changed(const Change& change) const {
     std::vector<InertiaRow> rows = in_.rows;
     for (std::size_t n = 0; n < rows.size(); ++n)
-      if (rows[n].completeness != Completeness::absent) rows[n].inertial = change(n, rows[n].inertial);
+      if (rows[n].completeness != Completeness::absent) change(n, rows[n]);
     return table_of(std::move(rows));
   }
   BelowAir below() const { return in_.sampling == Sampling::averages ? BelowAir::straight : BelowAir::hold; }
@@ -131,13 +132,14 @@ class Deviations {
     return label_moments(labels, in_.volume, by, in_.options.threads).value();
   }
   InertiaTable weighed(const LabelMoments& all) const {
-    return changed([&](std::size_t n, const Inertial& as_is) {
+    return changed([&](std::size_t n, InertiaRow& row) {
       const Inertial now = to_inertial(all[label_[n]], in_.labels.grid, in_.sampling);
-      return now.mass > 0 ? now : as_is;
+      if (now.mass > 0) row.inertial = now;
     });
   }
 
   void vary_curve();
+  void vary_tissue_densities();
   void vary_noise(double noise);
   void vary_partial_volume();
   void vary_voxels();
@@ -158,6 +160,14 @@ void Deviations::vary_curve() {
     if (other.name != in_.curve.name)
       spread_.add(density_curve_cause, weighed(moments(in_.counted, weights(other))),
                   1 / static_cast<double>(curves.size() - 1));
+}
+
+void Deviations::vary_tissue_densities() {
+  for (const auto& [density, deviation] : in_.options.density_deviations) {
+    GreyWeights other = weights(in_.curve);
+    other[static_cast<std::size_t>(density + 32768)] += deviation;
+    spread_.add(density_curve_cause, weighed(moments(in_.counted, other)), 1);
+  }
 }
 
 // A part's mass moved by an independent share, its gravity centre along its extents, its second moments each.
@@ -206,12 +216,13 @@ void Deviations::vary_noise(double noise) {
   // what does not average out; neighbours are taken for independent
   const LabelMoments loud = moments(in_.counted, slope_squared);
   const auto draw = [&] { return normal_(random_); };
-  for (int n = 0; n < small_draws; ++n)
-    spread_.add(noise_cause, changed([&](std::size_t row, const Inertial& part) {
-                  const double all = in_.mass[label_[row]].weight;
-                  if (all <= 0) return part;
-                  const double share = noise * std::sqrt(loud[label_[row]].weight) / all;
-                  return jolted(part, share, share, 1.4 * share, draw);  // of a bar: sqrt(9/5)
+  for (int trial = 0; trial < small_draws; ++trial)
+    spread_.add(noise_cause, changed([&](std::size_t n, InertiaRow& row) {
+                  const double all = in_.mass[label_[n]].weight;
+                  if (all <= 0) return;
+                  const double share = noise * std::sqrt(loud[label_[n]].weight) / all;
+                  row.inertial =
+                      jolted(row.inertial, share, share, 1.4 * share, draw);  // of a bar: sqrt(9/5)
                 }),
                 1. / small_draws);
 }
@@ -226,10 +237,12 @@ void Deviations::vary_partial_volume() {
     more[label].second += part_of_skin * (in_.mass[label].second - bare[label].second);
   }
   spread_.add(voxels_partial, weighed(more), 1);
-  spread_.add(voxels_partial, changed([&](std::size_t, const Inertial& part) {
-                Inertial now = part;
-                now.tensor -= 2 * blur * blur * part.mass * Matrix3d::Identity();
-                return now;
+  const LabelMoments within = label_moments(in_.labels, in_.options.threads).value(),
+                     with_skin = label_moments(in_.counted, in_.options.threads).value();
+  spread_.add(voxels_partial, changed([&](std::size_t n, InertiaRow& row) {
+                row.inertial.tensor -= 2 * blur * blur * row.inertial.mass * Matrix3d::Identity();
+                row.volume += part_of_skin * (borelli::volume(with_skin[label_[n]], in_.labels.grid) -
+                                              borelli::volume(within[label_[n]], in_.labels.grid));
               }),
               1);
 }
@@ -246,12 +259,14 @@ void Deviations::vary_voxels() {
   const double geometric = std::cbrt(std::abs(axes.determinant())), quadratic = axes.norm() / std::sqrt(3.0);
   const auto draw = [&] { return normal_(random_); };
   for (int n = 0; n < small_draws; ++n)
-    spread_.add(voxel_size_cause, changed([&](std::size_t row, const Inertial& part) {
-                  const double L = 1e3 * std::cbrt(in_.rows[row].volume);
+    spread_.add(voxel_size_cause, changed([&](std::size_t, InertiaRow& row) {
+                  const Inertial& part = row.inertial;
+                  const double L = 1e3 * std::cbrt(row.volume);
                   const double off = rough * geometric * quadratic / (L * L);
                   const double extent = std::sqrt(0.5 * part.tensor.trace() / part.mass / 3);
-                  return jolted(part, c_volume * off, c_centre * off * 1e-3 * L / extent, c_second * off,
-                                draw);
+                  row.volume *= 1 + c_volume * off * draw();
+                  row.inertial =
+                      jolted(part, c_volume * off, c_centre * off * 1e-3 * L / extent, c_second * off, draw);
                 }),
                 1. / small_draws);
 }

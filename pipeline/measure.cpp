@@ -55,10 +55,26 @@ std::string in_words(Sampling sampling, double mixed, bool told) {
 
 struct Weighed {
   LabelMoments mass, volume;
-  std::optional<LabelMap> grown;  // with the skin's mixed voxels, where those count
+  std::optional<LabelMap> grown;   // with the skin's mixed voxels, where those count
+  std::array<double, 256> skin{};  // of these, voxels that count for the volume
   Sampling sampling;
   std::string sampling_in_words;
 };
+
+// Of how many voxels that only `grown` labels the half or more is body, by what they weigh. What the others
+// hold is made up for by what those within the labels lack.
+std::array<double, 256> half_full(const LabelMap& grown, const LabelMap& labels, const GreyVolume& volume,
+                                  const GreyWeights& weights, int threads) {
+  constexpr double half = 500;  // kg/m^3, of water's
+  GreyWeights full(weights.size());
+  std::ranges::transform(weights, full.begin(), [&](double w) { return w >= half ? 1. : 0.; });
+  const LabelMoments all = label_moments(grown, volume, full, threads).value(),
+                     within = label_moments(labels, volume, full, threads).value();
+  std::array<double, 256> voxels{};
+  for (std::size_t label = 1; label < voxels.size(); ++label)
+    voxels[label] = all[label].weight - within[label].weight;
+  return voxels;
+}
 
 Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const DensityCurve& curve,
                       const MeasureOptions& options) {
@@ -76,6 +92,7 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
     const auto straight = density_weights(volume.quantity, curve, BelowAir::straight);
     weighed.grown = grow_skin(labels, options.blur_reach);
     weighed.mass = label_moments(*weighed.grown, volume, *straight, options.threads).value();
+    weighed.skin = half_full(*weighed.grown, labels, volume, *straight, options.threads);
   }
   return weighed;
 }
@@ -146,7 +163,8 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
     row.part = label < labels.names.size() && !labels.names[label].empty() ? labels.names[label]
                                                                            : fmt::format("label {}", label);
     row.completeness = there ? judge(row, edge[label], completeness) : Completeness::absent;
-    row.volume = borelli::volume(weighed->volume[label], labels.grid);
+    row.volume = borelli::volume(weighed->volume[label], labels.grid) +
+                 1e-9 * weighed->skin[label] * labels.grid.voxel_volume();
     row.inertial = to_inertial(weighed->mass[label], labels.grid, weighed->sampling);
     if (there) row.frame = segment_frame(row.part, landmarks, row.inertial, options.cuts);
     if (row.frame) {

@@ -29,7 +29,10 @@ struct MeasureOptions {
   std::string pose;                 ///< "supine", "standing" ..., or empty
   SegmentChoice segments;           ///< rows of the table; empty: one for each label
   bool deviations = true;           ///< give every entry its standard deviation
-  int threads = 0;                  ///< 0: as many as the machine has
+  /// Of densities that stand for classes of tissue: (density, its standard deviation), kg/m^3, each off by
+  /// itself.
+  std::vector<std::pair<int, int>> density_deviations{};
+  int threads = 0;  ///< 0: as many as the machine has
 };
 
 /// What MeasureOptions::cuts may be: our conventions, and published ways of cutting.

@@ -140,6 +140,7 @@ Result<json> integrate_parts(RunData& data) {
     const auto reading = data.mr();
     if (!reading) return tl::unexpected(reading.error());
     weighed = &(*reading)->density;
+    options.density_deviations.assign(mr_density_deviations.begin(), mr_density_deviations.end());
   }
   auto table = measure(*weighed, (*segmentation)->labels, (*segmentation)->landmarks, options,
                        completeness_of((*segmentation)->part));

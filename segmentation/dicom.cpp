@@ -223,7 +223,7 @@ Result<StoredVoxels> load(const Slices& slices, const Progress& progress) {
       if (slice.padding && slice.modality == "CT")
         for (std::size_t row = 0; row < area; row += width)
           blank_padding(std::span(values).subspan(row, width),
-                        static_cast<float>(slice.slope * *slice.padding + slice.intercept), -1024);
+                        static_cast<float>(slice.slope * *slice.padding + slice.intercept), padding_hu);
       for (std::size_t n = 0; n < area; ++n) put(all.storage, k * area + n, values[n]);
     }
     if (progress) progress(0.1 + 0.9 * static_cast<double>(k + 1) / static_cast<double>(slices.size()));

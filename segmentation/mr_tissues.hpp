@@ -10,6 +10,7 @@
 
 #include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "error/error.hpp"
@@ -25,6 +26,13 @@ inline constexpr std::array<std::string_view, 5> mr_tissue_names{"outside", "dar
 /// cortical bone (1920); lung as in ICRP Publication 110 (382). What is dark is the weakest of these, see the
 /// warnings.
 inline constexpr std::array<int, 5> mr_tissue_density{0, 1500, 1050, 950, 382};
+
+/// What the densities that a reading gives may be off by, kg/m^3: (density, its standard deviation). Dark
+/// tissue is anything from tendon to cortical bone (as if evenly spread between); muscle and adipose tissue
+/// by the spread of their published densities (ICRU Report 44, ICRP Publication 110); lung from expiration to
+/// inspiration; bones as their mineral varies.
+inline constexpr std::array<std::pair<int, int>, 6> mr_density_deviations{
+    {{1500, 237}, {1050, 15}, {950, 20}, {382, 110}, {1920, 80}, {1180, 60}}};
 
 struct MrReading {
   GreyVolume density;  ///< of the scan's grid, kg/m^3; 0 outside the body

@@ -76,6 +76,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     auto read = read_mr(*grey, classes ? &*classes : nullptr, threads);
     if (!read) return tl::unexpected(read.error());
     mr = std::move(*read);
+    options.density_deviations.assign(mr_density_deviations.begin(), mr_density_deviations.end());
     for (const auto& warning : mr->warnings) fmt::print(stderr, "warning: {}\n", warning);
   }
   Result<LabelMap> labels;
