@@ -36,4 +36,14 @@ Result<void> write_png(std::string_view svg, const std::filesystem::path& path) 
   });
 }
 
+Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
+                         const std::filesystem::path& folder) {
+  for (const auto& [name, plot] : plots) {
+    const std::string drawing = svg(plot);
+    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
+    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
+  }
+  return {};
+}
+
 }  // namespace borelli

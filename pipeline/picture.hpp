@@ -2,13 +2,21 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "error/error.hpp"
+#include "pipeline/plot.hpp"
 
 namespace borelli {
 
 /// Draws an SVG document (by librsvg) at twice its own size, and writes it whole as PNG.
 Result<void> write_png(std::string_view svg, const std::filesystem::path& path);
+
+/// Writes each plot as NAME.svg and NAME.png into the folder. Errors: not writable.
+Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
+                         const std::filesystem::path& folder);
 
 }  // namespace borelli

@@ -58,12 +58,11 @@ class Trials {
     reference_ = std::move(*tables);
     VolumeTrial whole{.of = VolumeTrial::Of::work_grid, .size = steps.back(), .name = name_of(steps.back())};
     whole.seconds = processor_seconds() - begin;
-    compare(whole, reference_);
-    out_.trials.push_back(whole);
+    keep(whole, reference_);
     whole.of = VolumeTrial::Of::voxels;
     whole.size = volume_.grid.spacing().maxCoeff();
     whole.name = name_of(volume_.grid);
-    out_.trials.push_back(std::move(whole));
+    keep(std::move(whole), reference_);
     done();
     for (auto step = steps.rbegin() + 1; step != steps.rend(); ++step)
       add(VolumeTrial::Of::work_grid, *step, name_of(*step), volume_, *step);
@@ -93,9 +92,13 @@ class Trials {
     return segment(volume, options);
   }
 
-  void compare(VolumeTrial& trial, const Tables& tables) const {
-    for (std::size_t i = 0; i < tables.size(); ++i)
-      trial.errors.push_back(entry_errors(tables[i], reference_[i]));
+  void keep(VolumeTrial trial, const Result<Tables>& tables) {
+    if (tables)
+      for (std::size_t i = 0; i < tables->size(); ++i)
+        trial.errors.push_back(entry_errors((*tables)[i], reference_[i]));
+    else
+      trial.reason = tables.error().message();
+    out_.trials.push_back(std::move(trial));
   }
 
   void add(VolumeTrial::Of of, double size, const std::string& name, const GreyVolume& volume, double step) {
@@ -105,11 +108,7 @@ class Trials {
     const auto tables =
         found ? tables_of(volume, *found, "", threads_) : Result<Tables>(tl::unexpected(found.error()));
     trial.seconds = processor_seconds() - begin;
-    if (tables)
-      compare(trial, *tables);
-    else
-      trial.reason = tables.error().message();
-    out_.trials.push_back(std::move(trial));
+    keep(std::move(trial), tables);
     done();
   }
 
@@ -118,11 +117,7 @@ class Trials {
     const double begin = processor_seconds();
     const auto tables = tables_of(volume_, found, name, threads_);
     trial.seconds = processor_seconds() - begin;
-    if (tables)
-      compare(trial, *tables);
-    else
-      trial.reason = tables.error().message();
-    out_.trials.push_back(std::move(trial));
+    keep(std::move(trial), tables);
   }
 
   const GreyVolume& volume_;

@@ -290,11 +290,7 @@ std::string work_precision_page(const WorkPrecision& chart) {
 
 Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder) {
   if (auto done = write_whole(folder / "chart.csv", work_precision_csv(chart)); !done) return done;
-  for (const auto& [name, plot] : work_precision_plots(chart)) {
-    const std::string drawing = svg(plot);
-    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
-    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
-  }
+  if (auto done = write_plots(work_precision_plots(chart), folder); !done) return done;
   return write_whole(folder / "chart.html", work_precision_page(chart));
 }
 

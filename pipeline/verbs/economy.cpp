@@ -51,16 +51,6 @@ nlohmann::json json_of(const Economy& economy) {
           {"stays", stays}};
 }
 
-Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
-                         const std::filesystem::path& folder) {
-  for (const auto& [name, plot] : plots) {
-    const std::string drawing = svg(plot);
-    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
-    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
-  }
-  return {};
-}
-
 Result<void> write_all(const Economy& economy, const std::filesystem::path& folder) {
   const auto scene = write_scene(economy.smallest);
   if (!scene) return tl::unexpected(scene.error());

@@ -31,16 +31,6 @@ struct Options {
   bool failing = false;
 };
 
-Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
-                         const std::filesystem::path& folder) {
-  for (const auto& [name, plot] : plots) {
-    const std::string drawing = svg(plot);
-    if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;
-    if (auto done = write_png(drawing, folder / (name + ".png")); !done) return done;
-  }
-  return {};
-}
-
 Result<Scene> read(const Options& o, const std::string& file, const Command& command) {
   auto model = read_model(file, o.model);
   if (!model) return tl::unexpected(model.error());
