@@ -48,7 +48,7 @@ Anatomy look(const GreyVolume& volume, double step, int threads) {
   a.threads = threads;
   a.scan = resampled(volume, step, threads);
   a.body = body_mask(a.scan);
-  a.bone = bone_mask(a.scan, a.body);
+  a.bone = bone_mask(a.scan, a.body, threads);
   measure_depths(a, threads);
   return a;
 }

@@ -159,37 +159,18 @@ void keep_pieces(Mask& body, const Volume<std::int16_t>& hu, double step) {
   }
 }
 
-// Air that each slice's sides reach within the slice. Where the scan ends, a lung that it cuts is then still
-// enclosed; beyond the scan's own sides all is outside.
-Mask open_air(const Mask& air, const Mask& seen) {
-  const auto& g = air.grid;
-  Mask open{g, std::vector<std::uint8_t>(g.count(), 0)};
-  std::vector<std::array<std::int64_t, 2>> stack;
-  for (std::int64_t k = 0; k < g.size[2]; ++k) {
-    const auto visit = [&](std::int64_t i, std::int64_t j) {
-      if (i < 0 || j < 0 || i >= g.size[0] || j >= g.size[1] || open.at(i, j, k)) return;
-      if (!air.at(i, j, k) && seen.at(i, j, k)) return;
-      open.at(i, j, k) = 1;
-      stack.push_back({i, j});
-    };
-    for (std::int64_t i = 0; i < g.size[0]; ++i) visit(i, 0), visit(i, g.size[1] - 1);
-    for (std::int64_t j = 0; j < g.size[1]; ++j) visit(0, j), visit(g.size[0] - 1, j);
-    while (!stack.empty()) {
-      const auto [i, j] = stack.back();
-      stack.pop_back();
-      visit(i - 1, j), visit(i + 1, j), visit(i, j - 1), visit(i, j + 1);
-    }
-  }
-  return open;
-}
-
 // Air that belongs to the body. The outside air is what a ball of the passage's radius reaches from the sides
 // of the slices; of the air that it does not reach, hollows that are wider than a passage, or closed, are
 // inside; the rest are crevices.
 void fill(Mask& body, const Mask& seen) {
   const Mask air = complement(body);
   Mask wide = eroded(air, passage, true);
-  const Mask start = open_air(wide, seen);
+  // Where the scan ends, a lung that it cuts is still enclosed, within the slice; beyond the scan's own sides
+  // all is outside.
+  Mask passable = wide;
+  for (std::size_t o = 0; o < passable.voxels.size(); ++o)
+    passable.voxels[o] = wide.voxels[o] || !seen.voxels[o];
+  const Mask start = reached_from_sides(passable);
   // from slice to slice through seen air only: beyond the scan's ends lies no way into a lung
   for (std::size_t o = 0; o < wide.voxels.size(); ++o) wide.voxels[o] = wide.voxels[o] && seen.voxels[o];
   Mask flooded = reached(start, wide);

@@ -9,7 +9,7 @@ namespace borelli {
 Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, bool keep_ways,
                   float longest) {
   const auto& g = cost.grid;
-  Geodesic out{{g, std::vector<float>(g.count(), no_way)}, {g, std::vector<std::uint8_t>(g.count(), 0)}, {}};
+  Geodesic out{{g, std::vector<float>(g.count())}, {g, std::vector<std::uint8_t>(g.count(), 0)}, {}};
   if (keep_ways) out.from.resize(g.count());
 
   struct Step {
@@ -30,7 +30,10 @@ Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, 
   // which the check against the stored length takes care of
   float cheapest = no_way;
   for (const float c : cost.voxels) cheapest = std::min(cheapest, c);
-  if (cheapest == no_way) return out;
+  if (cheapest == no_way) {
+    std::fill(out.length.voxels.begin(), out.length.voxels.end(), no_way);
+    return out;
+  }
   const float width = std::max(1e-6F, cheapest * h);
   constexpr std::size_t most_buckets = 1 << 20;
   std::vector<std::vector<std::uint32_t>> buckets(1);
@@ -39,23 +42,28 @@ Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, 
     if (n >= buckets.size()) buckets.resize(n + 1);
     buckets[n].push_back(o);
   };
-  for (std::size_t o = 0; o < g.count(); ++o)
-    if (seeds.voxels[o] && cost.voxels[o] < no_way) {
-      out.length.voxels[o] = 0;
-      out.owner.voxels[o] = seeds.voxels[o];
-      if (keep_ways) out.from[o] = static_cast<std::uint32_t>(o);
-      buckets[0].push_back(static_cast<std::uint32_t>(o));
-    }
+  // side by side, since both are looked at together: the cost, while the length is not final (then no_way),
+  // and the length so far
+  struct Place {
+    float cost, length;
+  };
+  std::vector<Place> places(g.count());
+  for (std::size_t o = 0; o < g.count(); ++o) {
+    places[o] = {cost.voxels[o], no_way};
+    if (!seeds.voxels[o] || cost.voxels[o] == no_way) continue;
+    places[o].length = 0;
+    out.owner.voxels[o] = seeds.voxels[o];
+    if (keep_ways) out.from[o] = static_cast<std::uint32_t>(o);
+    buckets[0].push_back(static_cast<std::uint32_t>(o));
+  }
 
   const auto nx = static_cast<std::uint32_t>(g.size[0]), ny = static_cast<std::uint32_t>(g.size[1]);
-  // costs of what is still open: no_way where the length is final, too
-  std::vector<float> open = cost.voxels;
   for (std::size_t b = 0; b < buckets.size(); ++b) {
     for (std::size_t n = 0; n < buckets[b].size(); ++n) {
       const std::uint32_t o = buckets[b][n];
-      const float here = out.length.voxels[o], c = open[o];
+      const auto [c, here] = places[o];
       if (c == no_way) continue;
-      open[o] = no_way;
+      places[o].cost = no_way;
       const auto i = static_cast<int>(o % nx), j = static_cast<int>(o / nx % ny),
                  k = static_cast<int>(o / nx / ny);
       const bool within =
@@ -63,10 +71,11 @@ Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, 
       for (const auto& s : steps) {
         if (!within && !g.holds(i + s.i, j + s.j, k + s.k)) continue;
         const auto to = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(o) + s.offset);
-        if (open[to] == no_way) continue;
-        const float length = here + s.half * (c + open[to]);
-        if (length >= out.length.voxels[to] || length > longest) continue;
-        out.length.voxels[to] = length;
+        Place& place = places[to];
+        if (place.cost == no_way) continue;
+        const float length = here + s.half * (c + place.cost);
+        if (length >= place.length || length > longest) continue;
+        place.length = length;
         out.owner.voxels[to] = out.owner.voxels[o];
         if (keep_ways) out.from[to] = o;
         push(length, to);
@@ -74,6 +83,8 @@ Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, 
     }
     std::vector<std::uint32_t>().swap(buckets[b]);
   }
+  std::transform(places.begin(), places.end(), out.length.voxels.begin(),
+                 [](const Place& place) { return place.length; });
   return out;
 }
 

@@ -44,4 +44,7 @@ Regions connected_regions(const Mask& mask, int neighbours = 26);
 /// The part of `mask` that is connected (by faces) to a voxel of `seed`.
 Mask reached(const Mask& seed, const Mask& mask);
 
+/// The part of `mask` that is connected to a side of its slice (square to k), by faces and within the slice.
+Mask reached_from_sides(const Mask& mask);
+
 }  // namespace borelli

@@ -16,18 +16,21 @@ using Eigen::Vector3d;
 
 // bone's edge against soft tissue: CT numbers held to this range, and marrow raised, so that a joint's gap
 // still shows between the two bones while the marrow's edge does not count
-constexpr double soft_level = 0, bone_level = 500, marrow_level = 250;
+constexpr int soft_level = 0, bone_level = 500, marrow_level = 250;
 // a surface voxel's least slope, CT numbers over one voxel
 constexpr double least_slope = 50;
 
-Volume<float> box_blurred(const Volume<float>& in) {
+Volume<float> box_blurred(const Volume<float>& in, int threads) {
   Volume<float> a = in, b = in;
   const auto& g = in.grid;
   const std::array<std::int64_t, 3> stride{1, g.size[0], g.size[0] * g.size[1]};
   for (std::size_t c = 0; c < 3; ++c) {
     const auto s = static_cast<std::size_t>(stride[c]);
-    for (std::size_t o = s; o + s < a.voxels.size(); ++o)
-      b.voxels[o] = (a.voxels[o - s] + a.voxels[o] + a.voxels[o + s]) / 3;
+    in_slabs(std::max<std::int64_t>(0, std::ssize(a.voxels) - 2 * stride[c]), threads,
+             [&](std::int64_t first, std::int64_t last) {
+               for (auto o = s + static_cast<std::size_t>(first); o < s + static_cast<std::size_t>(last); ++o)
+                 b.voxels[o] = (a.voxels[o - s] + a.voxels[o] + a.voxels[o + s]) / 3;
+             });
     std::swap(a.voxels, b.voxels);
   }
   return a;
@@ -36,23 +39,32 @@ Volume<float> box_blurred(const Volume<float>& in) {
 }  // namespace
 
 std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& bone, double least,
-                                    double most, double apart) {
+                                    double most, double apart, int threads) {
   const auto& g = hu.grid;
   const double h = g.axes.col(0).norm();
   Volume<float> level{g, std::vector<float>(g.count())};
-  for (std::size_t o = 0; o < g.count(); ++o)
-    level.voxels[o] = static_cast<float>(
-        std::clamp<double>(bone.voxels[o] ? std::max<double>(hu.voxels[o], marrow_level) : hu.voxels[o],
-                           soft_level, bone_level));
-  level = box_blurred(level);
+  for (std::size_t o = 0; o < g.count(); ++o) {
+    const int least_level = bone.voxels[o] ? marrow_level : soft_level;
+    level.voxels[o] = static_cast<float>(std::clamp<int>(hu.voxels[o], least_level, bone_level));
+  }
+  level = box_blurred(level, threads);
 
   Volume<float> votes{g, std::vector<float>(g.count(), 0)};
   const auto at = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
     return static_cast<double>(level.at(i, j, k));
   };
+  std::vector<float> rough(static_cast<std::size_t>(g.size[0]));  // a row's squared slopes, to rounding
+  const std::int64_t sy = g.size[0], sz = g.size[0] * g.size[1];
   for (std::int64_t k = 1; k + 1 < g.size[2]; ++k)
-    for (std::int64_t j = 1; j + 1 < g.size[1]; ++j)
+    for (std::int64_t j = 1; j + 1 < g.size[1]; ++j) {
+      const float* const row = level.voxels.data() + g.offset(0, j, k);
       for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
+        const float a = row[i + 1] - row[i - 1], b = row[i + sy] - row[i - sy], c = row[i + sz] - row[i - sz];
+        rough[static_cast<std::size_t>(i)] = (a * a + b * b + c * c) / 4;
+      }
+      for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
+        if (rough[static_cast<std::size_t>(i)] < 0.999F * static_cast<float>(least_slope * least_slope))
+          continue;
         const Vector3d slope =
             0.5 * Vector3d(at(i + 1, j, k) - at(i - 1, j, k), at(i, j + 1, k) - at(i, j - 1, k),
                            at(i, j, k + 1) - at(i, j, k - 1));
@@ -67,7 +79,8 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
             votes.at(a, b, c) += static_cast<float>(h * h / (4 * std::numbers::pi * r * r));
         }
       }
-  votes = box_blurred(votes);
+    }
+  votes = box_blurred(votes, threads);
 
   std::vector<FoundSphere> found;
   for (std::int64_t k = 1; k + 1 < g.size[2]; ++k)

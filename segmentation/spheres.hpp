@@ -25,7 +25,7 @@ struct FoundSphere {
 /// normal points away, does not vote for the ball in it. Local maxima, best first, none nearer than `apart`
 /// mm to a better one. `hu` and `bone` on the same isotropic grid.
 std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& bone, double least,
-                                    double most, double apart);
+                                    double most, double apart, int threads = 0);
 
 /// The balls that bone edges agree on, those first that most rays agree on: within 30 mm of `near` and of a
 /// radius within `least` to `most` mm, measured in a close-up of the scan itself. A head and its socket's

@@ -22,6 +22,6 @@ constexpr Tissue tissue_of(int hu) {
 
 /// Bones as solids: what is dense as bone, with its marrow (hollows of the mask, closed in space or within a
 /// slice and no wider than a marrow cavity), without specks.
-Mask bone_mask(const WorkVolume& scan, const Mask& body);
+Mask bone_mask(const WorkVolume& scan, const Mask& body, int threads = 0);
 
 }  // namespace borelli

@@ -252,7 +252,7 @@ double Trunk::middle(double z) const {
 
 Trunk find_trunk(const Anatomy& a) {
   Trunk trunk;
-  const auto balls = vote_balls(a.scan.hu, a.bone, 17, 29, 8);
+  const auto balls = vote_balls(a.scan.hu, a.bone, 17, 29, 8, a.threads);
   const HeadsInBody body(a);
   find_hips(a, body, balls, trunk);
   find_shoulders(a, body, balls, trunk);

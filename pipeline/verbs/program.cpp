@@ -1,5 +1,6 @@
 // The `borelli` program: reads the command line, runs one verb, says in one sentence what went wrong.
 #include <fmt/core.h>
+#include <malloc.h>
 
 #include <cerrno>
 #include <csignal>
@@ -97,10 +98,20 @@ void handle_signals() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
+// Volumes come and go by the dozen while parts are found; memory that goes back to the system with each has
+// to be mapped and cleared again for the next: a fifth of the time. So half a gigabyte is held on to.
+void hold_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+#endif
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   handle_signals();
+  hold_freed_memory();
   int code = 1;
   try {
     code = run(argc, argv);

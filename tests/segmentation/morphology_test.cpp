@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <random>
 
 namespace borelli {
@@ -46,6 +48,31 @@ TEST(Morphology, DistanceIsTheNearestSetVoxels) {
   });
 }
 
+TEST(Morphology, DistancesOfEveryReachAreTheSameUpToIt) {
+  // reaches of less and of more than 127 voxels, whose squares are held in 16 and in 32 bits; rows longer
+  // than a vector; and the grid's outside as near as its border
+  const double step = 1.5;
+  for (const double share : {0.0005, 0.9, 0.0}) {
+    const Mask mask = random_mask({71, 9, 13}, step, share, 5);
+    const auto brute = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+      return brute_distance(mask, i, j, k, step);
+    };
+    const auto longest = distance_to(mask, 1000), longest_or_out = distance_to(mask, 1000, true);
+    for (const double reach : {4.0, 30.0, 190.0, 200.0, 300.0}) {
+      const auto distance = distance_to(mask, reach), or_out = distance_to(mask, reach, true);
+      each(mask.grid, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+        EXPECT_EQ(distance.at(i, j, k), std::min(longest.at(i, j, k), static_cast<float>(reach)));
+        EXPECT_EQ(or_out.at(i, j, k), std::min(longest_or_out.at(i, j, k), static_cast<float>(reach)));
+      });
+    }
+    each(mask.grid, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+      const double out = step * static_cast<double>(1 + std::min({i, 70 - i, j, 8 - j, k, 12 - k}));
+      EXPECT_NEAR(longest.at(i, j, k), std::min(1000.0, brute(i, j, k)), 1e-4);
+      EXPECT_NEAR(longest_or_out.at(i, j, k), std::min(out, brute(i, j, k)), 1e-5);
+    });
+  }
+}
+
 TEST(Morphology, DistanceIsHeldToItsReachAndMayCountTheOutside) {
   Mask mask = random_mask({9, 9, 9}, 1, 0, 1);
   EXPECT_FLOAT_EQ(distance_to(mask, 7).at(4, 4, 4), 7);
@@ -80,6 +107,80 @@ TEST(Morphology, RegionsAreLargestFirstAndKnowTheirBox) {
   EXPECT_EQ(by_corners.list[0].high, (std::array<std::int64_t, 3>{4, 2, 2}));
   EXPECT_TRUE(by_corners.list[0].centre.isApprox(Eigen::Vector3d(2.5, 2, 2)));
   EXPECT_EQ(by_corners.number.at(9, 9, 9), 2);
+}
+
+// Each voxel takes the least place among itself and its neighbours until none changes.
+std::vector<std::size_t> spread_places(const Mask& mask, int neighbours) {
+  const Grid& g = mask.grid;
+  std::vector<std::size_t> place(g.count());
+  std::iota(place.begin(), place.end(), std::size_t{0});
+  for (bool changed = true; changed;) {
+    changed = false;
+    each(g, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+      if (!mask.at(i, j, k)) return;
+      each({{3, 3, 3}}, [&](std::int64_t a, std::int64_t b, std::int64_t c) {
+        if (neighbours == 6 && std::abs(a - 1) + std::abs(b - 1) + std::abs(c - 1) > 1) return;
+        const std::int64_t x = i + a - 1, y = j + b - 1, z = k + c - 1;
+        if (!g.holds(x, y, z) || !mask.at(x, y, z)) return;
+        std::size_t& here = place[g.offset(i, j, k)];
+        if (place[g.offset(x, y, z)] >= here) return;
+        here = place[g.offset(x, y, z)];
+        changed = true;
+      });
+    });
+  }
+  return place;
+}
+
+TEST(Morphology, RegionsAreThoseThatSpreadingFinds) {
+  for (const double share : {0.08, 0.3, 0.7, 1.0})
+    for (const int neighbours : {6, 26}) {
+      const Mask mask = random_mask({19, 7, 8}, 1, share, 11);
+      const Regions regions = connected_regions(mask, neighbours);
+      const auto place = spread_places(mask, neighbours);
+      std::map<std::size_t, std::int32_t> number;  // of the region about a place
+      std::vector<std::int64_t> voxels(regions.list.size() + 1, 0);
+      for (std::size_t o = 0; o < mask.grid.count(); ++o) {
+        const std::int32_t here = regions.number.voxels[o];
+        ASSERT_EQ(here > 0, mask.voxels[o] != 0);
+        if (here == 0) continue;
+        ++voxels[static_cast<std::size_t>(here)];
+        EXPECT_EQ(number.try_emplace(place[o], here).first->second, here);
+      }
+      EXPECT_EQ(number.size(), regions.list.size());
+      for (std::size_t n = 0; n < regions.list.size(); ++n) {
+        EXPECT_EQ(regions.list[n].voxels, voxels[n + 1]);
+        if (n > 0) {
+          EXPECT_LE(regions.list[n].voxels, regions.list[n - 1].voxels);
+        }
+      }
+    }
+}
+
+TEST(Morphology, ReachedIsWhatSpreadsFromTheSeedsOrFromASlicesSides) {
+  for (const double share : {0.3, 0.6, 1.0}) {
+    const Mask mask = random_mask({19, 7, 8}, 1, share, 12), seed = random_mask({19, 7, 8}, 1, 0.02, 13);
+    const auto place = spread_places(mask, 6);
+    std::vector<bool> seeded(mask.grid.count(), false);
+    for (std::size_t o = 0; o < mask.grid.count(); ++o)
+      if (mask.voxels[o] && seed.voxels[o]) seeded[place[o]] = true;
+    const Mask got = reached(seed, mask);
+    for (std::size_t o = 0; o < mask.grid.count(); ++o)
+      EXPECT_EQ(got.voxels[o] != 0, mask.voxels[o] && seeded[place[o]]);
+
+    const Mask from_sides = reached_from_sides(mask);
+    for (std::int64_t k = 0; k < 8; ++k) {
+      Mask slice = random_mask({19, 7, 1}, 1, 0, 1), sides = slice;
+      each(slice.grid, [&](std::int64_t i, std::int64_t j, std::int64_t) {
+        slice.at(i, j, 0) = mask.at(i, j, k);
+        sides.at(i, j, 0) = i == 0 || j == 0 || i == 18 || j == 6;
+      });
+      const Mask open = reached(sides, slice);
+      each(slice.grid, [&](std::int64_t i, std::int64_t j, std::int64_t) {
+        EXPECT_EQ(from_sides.at(i, j, k), open.at(i, j, 0));
+      });
+    }
+  }
 }
 
 }  // namespace
