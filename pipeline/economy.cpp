@@ -19,6 +19,9 @@ constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 // motions are so much better than what is asked of them
 constexpr double margin = 100;
 
+// takes over where dop853 does not come through
+constexpr const char* stiff_method = "arkode";
+
 // a change that is so many times too much off is not tried again
 constexpr double hopeless = 10;
 
@@ -37,16 +40,21 @@ bool moves(const Switch& one) {
 struct Change {
   std::string words;
   std::vector<std::string> coordinates;
+  /// What it was off by when it was last tried, beside so many changes taken before (-1: never); NaN: it
+  /// could not be, for that reason.
+  double error = 0;
+  int beside = -1;
+  std::string reason = {};
 };
 
 std::vector<Change> changes_of(const Scene& scene) {
   std::vector<Change> out;
   for (const Solid& solid : scene.solids) {
-    Change joint{fmt::format("joint of '{}'", solid.name), {}};
+    Change joint{.words = fmt::format("joint of '{}'", solid.name), .coordinates = {}};
     for (std::size_t i = 0; i < solid.switches.size(); ++i)
       if (moves(solid.switches[i])) joint.coordinates.push_back(coordinate_name(solid, i));
     for (const std::string& name : joint.coordinates)
-      out.push_back({fmt::format("coordinate '{}'", name), {name}});
+      out.push_back({.words = fmt::format("coordinate '{}'", name), .coordinates = {name}});
     if (joint.coordinates.size() > 1) out.push_back(std::move(joint));
   }
   return out;
@@ -106,6 +114,7 @@ class Search {
     out_.tolerance = settings_.tolerance;
     out_.accuracy = std::clamp(settings_.tolerance / margin, 1e-11, 0.1);
     if (auto named = name_quantities(); !named) return tl::unexpected(named.error());
+    const double begun = processor_time();
     progress_("the whole model", 0);
     auto full = motion(*system);
     if (!full)
@@ -121,8 +130,16 @@ class Search {
     add_model("", 0, "", *system);
     left_ = changes_of(scene_);
     const double all = double(left_.size());
-    while (!left_.empty() && round(1 - double(left_.size()) / all)) {
+    while (Change* next = choose()) {
+      progress_(next->words, 1 - double(left_.size()) / all);
+      if (next->beside < taken_)
+        attempt(*next);
+      else
+        take(*next);
     }
+    for (const Change& one : left_) out_.refusals.push_back({one.words, one.error, one.reason});
+    out_.refusals.insert(out_.refusals.end(), gone_.begin(), gone_.end());
+    out_.seconds = processor_time() - begun;
     return std::move(out_);
   }
 
@@ -142,11 +159,37 @@ class Search {
     return {};
   }
 
-  Result<Trajectory> motion(const System& system) const {
+  /// To the accuracy.
+  Result<Trajectory> motion(const System& system) {
     SimulationSettings how = scene_.simulation;
     how.accuracy = out_.accuracy;
+    return simulated(system, how);
+  }
+
+  /// By one run, whose error nobody shows.
+  Result<Trajectory> rough_motion(const System& system) {
+    SimulationSettings how = single_run();
+    auto t = simulated(system, how);
+    if (t || how.method == stiff_method) return t;
+    how.method = stiff_method;
+    return simulated(system, how);
+  }
+
+  SimulationSettings single_run() const {
+    SimulationSettings how = scene_.simulation;
+    how.accuracy = 0;
+    how.tolerance = out_.accuracy / 10;
+    how.method = std::isnan(full_.certificate.stiff_from) && full_.certificate.method == "dop853"
+                     ? "dop853"
+                     : stiff_method;
+    return how;
+  }
+
+  Result<Trajectory> simulated(const System& system, SimulationSettings how) {
     how.output_interval = (how.end_time - system.initial.t) / settings_.outputs;
+    ++out_.runs;
     auto t = simulate(system, system.initial, how);
+    if (t) out_.evaluations += t->certificate.evaluations;
     if (t && !t->certificate.trusted) return failure("", t->certificate.reason);
     return t;
   }
@@ -183,55 +226,63 @@ class Search {
     return worst;
   }
 
-  /// Tries all that is left, and takes the best. False: none is within the tolerance.
-  bool round(double done) {
-    out_.refusals.clear();
-    std::size_t best = left_.size();
-    std::pair<double, std::string> least{std::numeric_limits<double>::infinity(), ""};
-    std::vector<std::size_t> dropped;
-    for (std::size_t i = 0; i < left_.size(); ++i) {
-      progress_(left_[i].words, done);
-      const Scene scene = with(out_.smallest, left_[i]);
-      const auto system = compile(scene);
-      const auto t = system ? motion(*system) : tl::unexpected(system.error());
-      if (!t) {
-        out_.refusals.push_back({left_[i].words, nothing, t.error().message()});
-        continue;
-      }
-      const auto error = error_of(*t);
-      out_.refusals.push_back({left_[i].words, error.first});
-      if (error.first < least.first) least = error, best = i;
-    }
-    for (const EconomyRefusal& gone : gone_) out_.refusals.push_back(gone);
-    if (best == left_.size() || least.first > settings_.tolerance) return false;
-    const Change taken = left_[best];
-    out_.smallest = with(out_.smallest, taken);
-    add_model(taken.words, least.first, least.second, compile(out_.smallest).value());
-    forget(taken);
-    return true;
+  /// What is to be looked at next: that which was off least when last tried, for locking more seldom makes it
+  /// less (Minoux 1978, accelerated greedy algorithms); where even that is too much, all that was not tried
+  /// beside what is locked now. Null: there is nothing more.
+  Change* choose() {
+    Change* best = nullptr;
+    for (Change& one : left_)
+      if (std::isfinite(one.error) && (!best || one.error < best->error)) best = &one;
+    if (best && (best->beside < taken_ || best->error <= settings_.tolerance)) return best;
+    const auto old =
+        std::find_if(left_.begin(), left_.end(), [&](const Change& one) { return one.beside < taken_; });
+    return old == left_.end() ? nullptr : &*old;
   }
 
-  /// Leaves out of later rounds what is locked now, and what is far too much off.
-  void forget(const Change& taken) {
+  /// What it is off by, beside what is locked already; `rough` or to the accuracy.
+  std::pair<double, std::string> tried(Change& change, const Scene& scene, bool rough) {
+    const auto system = compile(scene);
+    const auto t = !system ? tl::unexpected(system.error()) : rough ? rough_motion(*system) : motion(*system);
+    change.beside = taken_;
+    change.reason = t ? "" : t.error().message();
+    const auto error = t ? error_of(*t) : std::pair(nothing, std::string());
+    change.error = error.first;
+    return error;
+  }
+
+  /// One run; what is far too much off is not tried again.
+  void attempt(Change& change) {
+    tried(change, with(out_.smallest, change), true);
+    if (!(change.error > hopeless * settings_.tolerance)) return;
+    gone_.push_back({change.words, change.error});
+    left_.erase(left_.begin() + (&change - left_.data()));
+  }
+
+  /// Locks it, if its error is within the tolerance when it is shown.
+  void take(Change& change) {
+    Scene scene = with(out_.smallest, change);
+    const auto error = tried(change, scene, false);
+    if (!(error.first <= settings_.tolerance)) return;
+    out_.smallest = std::move(scene);
+    ++taken_;
+    add_model(change.words, error.first, error.second, compile(out_.smallest).value());
+    forget(change.coordinates);
+  }
+
+  /// Leaves out what is locked now.
+  void forget(const std::vector<std::string> locked) {
     std::vector<Change> left;
-    for (std::size_t i = 0; i < left_.size(); ++i) {
-      Change& one = left_[i];
-      const EconomyRefusal& tried = out_.refusals[i];
+    for (Change& one : left_) {
       std::erase_if(one.coordinates, [&](const std::string& name) {
-        return std::find(taken.coordinates.begin(), taken.coordinates.end(), name) != taken.coordinates.end();
+        return std::find(locked.begin(), locked.end(), name) != locked.end();
       });
       // a joint of which one coordinate is left is that coordinate
-      const bool same = std::any_of(left_.begin(), left_.begin() + long(i), [&](const Change& other) {
+      const bool same = std::any_of(left.begin(), left.end(), [&](const Change& other) {
         return other.coordinates == one.coordinates;
       });
-      if (one.coordinates.empty() || same) continue;
-      if (tried.error > hopeless * settings_.tolerance)
-        gone_.push_back(tried);
-      else
-        left.push_back(std::move(one));
+      if (!one.coordinates.empty() && !same) left.push_back(std::move(one));
     }
     left_ = std::move(left);
-    out_.refusals = gone_;
   }
 
   void add_model(const std::string& change, double error, const std::string& worst, const System& system) {
@@ -239,11 +290,9 @@ class Search {
     model.coordinates = system.nv;
     model.bodies = int(system.bodies.size()) - 1;
     model.rows = system.rows;
-    SimulationSettings how = scene_.simulation;
-    how.accuracy = 0;
-    how.tolerance = out_.accuracy / 10;
+    SimulationSettings how = single_run();
     how.output_interval = how.end_time - system.initial.t;
-    for (const char* method : {"dop853", "arkode"}) {
+    for (const std::string& method : {how.method, std::string(stiff_method)}) {
       how.method = method;
       std::vector<double> seconds;
       for (int repeat = 0; repeat < settings_.repeats; ++repeat) {
@@ -269,6 +318,7 @@ class Search {
   std::map<std::string, std::vector<double>> start_;  ///< positions of the assembled start, by coordinate
   std::vector<MotionQuantity> quantities_;
   std::vector<Change> left_;
+  int taken_ = 0;                     ///< how many changes are in the smallest model
   std::vector<EconomyRefusal> gone_;  ///< not tried again
   Economy out_;
 };

@@ -41,14 +41,18 @@ struct Economy {
   double tolerance = 0, accuracy = 0;  ///< the latter: that motions were computed with
   std::vector<std::string> quantities;
   std::vector<EconomyModel> models;      ///< the whole one first, then one change more each
-  std::vector<EconomyRefusal> refusals;  ///< what was left in the last round
+  std::vector<EconomyRefusal> refusals;  ///< what was left in the end
   Scene smallest;
+  int runs = 0;          ///< what the search itself took: motions computed,
+  long evaluations = 0;  ///< with so many evaluations,
+  double seconds = 0;    ///< and of processor time, s, with the runs that times are told by
 };
 
 /// Motions are computed to a hundredth of the tolerance (SimulationSettings::accuracy: method and tolerance
-/// are chosen, and the error is shown). A change that is off by more than ten times the tolerance is not
-/// tried again. Locked coordinates rest where the assembled scene starts; efforts and constraints on locked
-/// coordinates alone fall away.
+/// are chosen, and the error is shown) of the whole model and of each change that is taken; changes are tried
+/// by one run each, and tried again only where what they were off by before is the least of all. A change
+/// that is off by more than ten times the tolerance is not tried again. Locked coordinates rest where the
+/// assembled scene starts; efforts and constraints on locked coordinates alone fall away.
 ///
 /// Fails where the scene does not compile, a quantity is not there, or the whole model's motion cannot be
 /// computed so well (chaos: shorten the run).

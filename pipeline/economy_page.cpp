@@ -56,6 +56,7 @@ std::string economy_csv(const Economy& economy) {
   for (const EconomyModel& m : economy.models)
     out += fmt::format("{},{:.17g},{},{},{},{},{},{:.6g}\n", csv_text(m.change), m.error, csv_text(m.worst),
                        m.coordinates, m.bodies, m.rows, m.evaluations, m.seconds);
+  out += fmt::format("# the search: {} runs, {} evaluations\n", economy.runs, economy.evaluations);
   for (const EconomyRefusal& r : economy.refusals)
     out += fmt::format("# stays: {}: {}\n", r.change,
                        std::isnan(r.error) ? r.reason : fmt::format("off by {:.6g}", r.error));
@@ -64,15 +65,20 @@ std::string economy_csv(const Economy& economy) {
 
 std::string in_words(const Economy& economy) {
   const EconomyModel &whole = economy.models.front(), &least = economy.models.back();
+  const std::string cost =
+      fmt::format("; finding that took {} runs, and as many evaluations as {:.3g} of the whole model",
+                  economy.runs, double(economy.evaluations) / double(std::max(whole.evaluations, 1L)));
   if (economy.models.size() == 1)
     return fmt::format("nothing of the scene's {} coordinates can be locked within {:g}", whole.coordinates,
-                       economy.tolerance);
+                       economy.tolerance) +
+           cost;
   return fmt::format(
-      "{} of {} coordinates and {} of {} moving bodies do within {:g}: off by {:.2g}, in {:.2g} of the time "
-      "({:.2g} of it per evaluation)",
-      least.coordinates, whole.coordinates, least.bodies, whole.bodies, economy.tolerance, least.error,
-      least.seconds / whole.seconds,
-      least.seconds / double(least.evaluations) / (whole.seconds / double(whole.evaluations)));
+             "{} of {} coordinates and {} of {} moving bodies do within {:g}: off by {:.2g}, in {:.2g} of "
+             "the time ({:.2g} of it per evaluation)",
+             least.coordinates, whole.coordinates, least.bodies, whole.bodies, economy.tolerance, least.error,
+             least.seconds / whole.seconds,
+             least.seconds / double(least.evaluations) / (whole.seconds / double(whole.evaluations))) +
+         cost;
 }
 
 std::string economy_page(const Economy& economy) {

@@ -47,6 +47,8 @@ nlohmann::json json_of(const Economy& economy) {
           {"tolerance", economy.tolerance},
           {"accuracy", economy.accuracy},
           {"quantities", economy.quantities},
+          {"search",
+           {{"runs", economy.runs}, {"evaluations", economy.evaluations}, {"seconds", economy.seconds}}},
           {"models", models},
           {"stays", stays}};
 }
