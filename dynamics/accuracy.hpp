@@ -1,12 +1,13 @@
 // A run to an asked accuracy: method and tolerance are chosen here, and the error is estimated by running
 // twice.
 //
-// The first tolerance is a tenth of the accuracy, each next at most a tenth of that before. What two runs
-// differ by estimates the error of the coarser one (the finer's is about a tenth of it; more where rounding
-// allows no tolerance so much smaller, and the estimate grows with that); once it is within the accuracy the
-// finer run is returned. Accuracy counts on each component's scale (System::velocity_scale:
-// 1 rad, or the length of what a coordinate carries; velocities per second, and of their own size), at times
-// that both runs look at, from the methods' dense output.
+// Two runs at unlike tolerances differ by about the error of the coarser one, and errors are about in
+// proportion to the tolerances. So a run is compared with one before it, a hundred thousand times coarser,
+// and its own error is estimated as so much smaller a part of the difference; where that is above the
+// accuracy, a finer run follows. To verify, the two stand but a factor of ten apart, and all that they differ
+// by counts. Accuracy counts on each component's scale (System::velocity_scale: 1 rad, or the length of what
+// a coordinate carries; velocities per second, and of their own size), at times that both runs look at, from
+// the methods' dense output.
 #pragma once
 
 #include <functional>
@@ -40,7 +41,7 @@ struct Difference {
 };
 Difference largest_difference(const System& system, const Samples& a, const Samples& b);
 
-/// Runs from time `start` (s) to settings.accuracy (> 0): by dop853, or dopri5 from 1e-4 up; where these find
+/// Runs from time `start` (s) to settings.accuracy (> 0): by dop853; where it finds
 /// the scene stiff by cvode, or by arkode where constraints are projected. These may spend five times what
 /// has been spent; where that does not do, the stiffness was none (a passage through a singular position
 /// looks like it) and the explicit method may spend five times as much again, and so on in turn until one

@@ -176,6 +176,7 @@ SimulationSettings read_simulation(TomlTable& table) {
   positive("step", s.step);
   positive("tolerance", s.tolerance);
   not_negative("accuracy", s.accuracy);
+  if (const toml::node* node = table.find("verify")) s.verify = table.boolean(*node, "verify");
   not_negative("spectral_radius", s.spectral_radius);
   if (s.spectral_radius > 1)
     table.refuse(table.require("spectral_radius"),

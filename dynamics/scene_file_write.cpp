@@ -329,6 +329,7 @@ Entries simulation_of(const SimulationSettings& s) {
               {"output_interval", text_of(s.output_interval)}};
   if (s.equations == Equations::lagrange) out.emplace_back("equations", "\"lagrange\"");
   if (s.accuracy != fresh.accuracy) out.emplace_back("accuracy", text_of(s.accuracy));
+  if (s.verify != fresh.verify) out.emplace_back("verify", "true");
   if (s.spectral_radius != fresh.spectral_radius)
     out.emplace_back("spectral_radius", text_of(s.spectral_radius));
   if (s.constraints == ConstraintTreatment::baumgarte) out.emplace_back("constraints", "\"baumgarte\"");

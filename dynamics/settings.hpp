@@ -37,6 +37,9 @@ struct SimulationSettings {
   /// Of positions and velocities on their scales (see accuracy.hpp), 1e-11 to 0.1: method and tolerance are
   /// then chosen by the program, whatever is said above. 0: not asked for.
   double accuracy = 0;
+  /// Of a run to an accuracy: whether it is run anew at a tenth of its tolerance, and what the two differ by
+  /// counts as the error. Else a coarser run estimates it (see accuracy.hpp).
+  bool verify = false;
   double spectral_radius =
       0.8;  ///< of generalized_alpha, for infinitely stiff modes: 0 kills them, 1 keeps them
   double output_interval = 0;  ///< s between rows of the trajectory; 0: every accepted step

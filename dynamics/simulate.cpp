@@ -464,23 +464,34 @@ class Run {
       const double at = output_time(output_);
       if (auto done = path_.land((at - state_.t) / h, row_); !done) return diverged(done.error());
       row_.state.t = at;
+      take_sample(row_.state);
       if (auto done = look_between(row_); !done) return done;
       recorder_.record(row_.state, probe_, row_.work);
     }
     return {};
   }
 
+  double next_sample() const {
+    const bool all = !samples_ || samples_->q.size() == samples_->times.size();
+    return all ? std::numeric_limits<double>::infinity() : samples_->times[samples_->q.size()];
+  }
+
+  /// The state of a row, if it is a sample's too.
+  void take_sample(const State& state) {
+    if (next_sample() != state.t) return;
+    samples_->q.push_back(state.q);
+    samples_->v.push_back(state.v);
+  }
+
   /// The samples that are due within the step of h, up to where it landed.
   Result<void> sample(double h) {
-    if (!samples_) return {};
     const double until = landing_.state.t;
-    while (samples_->q.size() < samples_->times.size() && samples_->times[samples_->q.size()] <= until) {
-      const double at = samples_->times[samples_->q.size()];
-      if (at < until)
+    for (double at = next_sample(); at <= until; at = next_sample()) {
+      if (at < until) {
         if (auto done = path_.land((at - state_.t) / h, row_); !done) return diverged(done.error());
-      const State& there = at < until ? row_.state : landing_.state;
-      samples_->q.push_back(there.q);
-      samples_->v.push_back(there.v);
+        row_.state.t = at;
+      }
+      take_sample(at < until ? row_.state : landing_.state);
     }
     return {};
   }

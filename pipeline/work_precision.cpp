@@ -37,6 +37,7 @@ class Chart {
         how_(scene.simulation),
         centres_(gravity_centres(scene)) {
     how_.accuracy = 0;
+    how_.verify = false;
     how_.output_interval = (how_.end_time - system.initial.t) / settings.outputs;
   }
 
@@ -45,12 +46,19 @@ class Chart {
     chart_.has_constraints = system_.rows > 0;
     chart_.has_impacts = !system_.contacts.empty();
     find_reference();
-    std::vector<std::string> methods = settings_.methods.empty() ? integrator_names() : settings_.methods;
+    std::vector<std::string> methods = settings_.methods;
+    if (methods.empty()) {
+      methods = integrator_names();
+      methods.emplace_back(automatic);
+    }
     for (const std::string& method : methods)
-      for (const Equations equations : settings_.equations)
+      for (const Equations equations : settings_.equations) {
+        if (method == automatic && equations != settings_.equations.front()) continue;
         for (const ConstraintTreatment constraints : settings_.constraints)
-          if (system_.rows > 0 || constraints == settings_.constraints.front())
-            chart_.variants.push_back({method, equations, constraints, method_is_adaptive(method)});
+          if (constraints == settings_.constraints.front() || (system_.rows > 0 && method != automatic))
+            chart_.variants.push_back(
+                {method, equations, constraints, method == automatic || method_is_adaptive(method)});
+      }
     first_other_ = chart_.variants.size();
     for (const OtherMethod& other : others_)
       chart_.variants.push_back({.method = other.name, .adaptive = other.adaptive, .other = true});
@@ -217,10 +225,11 @@ class Chart {
   /// One run of ours; s, what it took.
   double run_ours(const Variant& v, WorkPrecisionPoint& point) {
     SimulationSettings how = how_;
-    how.method = v.method;
+    if (v.method != automatic) how.method = v.method;
     how.equations = v.equations;
     how.constraints = v.constraints;
-    (v.adaptive ? how.tolerance : how.step) = point.setting;
+    const std::string_view what = setting_name(v);
+    (what == "step" ? how.step : what == "tolerance" ? how.tolerance : how.accuracy) = point.setting;
     const std::size_t stride = stride_of(point.variant, point.setting);
     how.output_interval *= double(stride);
     const double start = processor_time();
@@ -257,13 +266,13 @@ class Chart {
       return;
     }
     const bool adaptive = chart_.variants[variant].adaptive;
+    const int rungs = !adaptive ? 26 : chart_.variants[variant].method == automatic ? 11 : 14;
     const double factor = adaptive ? 0.1 : 0.5;
     // the longest step goes over two or four outputs, where so many times that makes the whole
     const int longest = settings_.outputs % 4 == 0 ? 4 : settings_.outputs % 2 == 0 ? 2 : 1;
     double setting = adaptive ? 1e-1 : longest * how_.output_interval,
            best = std::numeric_limits<double>::infinity();
-    for (int rung = 0, without_gain = 0; rung < (adaptive ? 14 : 26) && without_gain < 2;
-         ++rung, setting *= factor) {
+    for (int rung = 0, without_gain = 0; rung < rungs && without_gain < 2; ++rung, setting *= factor) {
       const WorkPrecisionPoint point = measure(variant, setting);
       chart_.points.push_back(point);
       // what the method refuses it refuses at every step
@@ -292,6 +301,12 @@ class Chart {
   WorkPrecision chart_;
 };
 
+// whether it may stand on a front: what the program chose is another method's run
+bool counts(const WorkPrecision& chart, const WorkPrecisionPoint& p, Whose whose) {
+  const Variant& v = chart.variants[p.variant];
+  return v.other == (whose == Whose::others) && v.method != automatic && p.finished && p.trusted;
+}
+
 }  // namespace
 
 double processor_time() {
@@ -305,6 +320,10 @@ std::string name_of(const Variant& variant) {
   if (variant.equations == Equations::lagrange) out += ", lagrange";
   if (variant.constraints == ConstraintTreatment::baumgarte) out += ", baumgarte";
   return out;
+}
+
+std::string_view setting_name(const Variant& variant) {
+  return variant.method == automatic ? "accuracy" : variant.adaptive ? "tolerance" : "step";
 }
 
 Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSettings& settings,
@@ -325,9 +344,7 @@ std::vector<const WorkPrecisionPoint*> pareto_front(
     const std::function<double(const WorkPrecisionPoint&)>& error, Whose whose) {
   std::vector<const WorkPrecisionPoint*> out;
   for (const WorkPrecisionPoint& p : chart.points)
-    if (chart.variants[p.variant].other == (whose == Whose::others) && p.finished && p.trusted &&
-        std::isfinite(error(p)))
-      out.push_back(&p);
+    if (counts(chart, p, whose) && std::isfinite(error(p))) out.push_back(&p);
   std::sort(out.begin(), out.end(), [&](const auto* a, const auto* b) {
     return std::pair(cost(*a), error(*a)) < std::pair(cost(*b), error(*b));
   });
@@ -352,8 +369,8 @@ const WorkPrecisionPoint* fastest_within(const WorkPrecision& chart, double erro
     return nullptr;
   const WorkPrecisionPoint* best = nullptr;
   for (const WorkPrecisionPoint& p : chart.points)
-    if (chart.variants[p.variant].other == (whose == Whose::others) && p.finished && p.trusted &&
-        std::max(p.errors.position, p.errors.orientation) <= error && (!best || p.seconds < best->seconds))
+    if (counts(chart, p, whose) && std::max(p.errors.position, p.errors.orientation) <= error &&
+        (!best || p.seconds < best->seconds))
       best = &p;
   return best;
 }

@@ -18,6 +18,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "dynamics/pose.hpp"
@@ -28,8 +29,13 @@ namespace borelli {
 /// s, of this thread.
 double processor_time();
 
+/// The method's name of runs to an asked accuracy (SimulationSettings::accuracy, without a run that
+/// verifies), which choose method and tolerance themselves. They are on the chart, not on its front: their
+/// runs are other methods'.
+inline constexpr std::string_view automatic = "auto";
+
 struct Variant {
-  std::string method;
+  std::string method;  ///< of integrator_names(), or automatic
   Equations equations = Equations::recursive;
   ConstraintTreatment constraints = ConstraintTreatment::projection;
   bool adaptive = false;  ///< its setting is a tolerance, not a step
@@ -57,7 +63,7 @@ struct OtherMethod {
 };
 
 struct WorkPrecisionSettings {
-  std::vector<std::string> methods = {};  ///< of integrator_names(); empty: all
+  std::vector<std::string> methods = {};  ///< of integrator_names(), automatic; empty: all
   std::vector<Equations> equations = {Equations::recursive, Equations::lagrange};
   /// Where the scene has no constraints the first alone counts.
   std::vector<ConstraintTreatment> constraints = {ConstraintTreatment::projection,
@@ -77,7 +83,7 @@ struct RunErrors {
 
 struct WorkPrecisionPoint {
   std::size_t variant;      ///< in WorkPrecision::variants
-  double setting;           ///< step (s), or tolerance of an adaptive method
+  double setting;           ///< step (s), or what setting_name() says
   bool finished = false;    ///< the run came to its end
   bool trusted = false;     ///< its certificate says so; of another program: it came through
   std::string reason = {};  ///< why it did not finish or is not trusted
@@ -104,6 +110,9 @@ struct WorkPrecision {
 
 /// "dop853", and what is not the default: "dop853, lagrange, baumgarte".
 std::string name_of(const Variant& variant);
+
+/// What its ladder's rungs are: "step" (s), "tolerance" or, of automatic, "accuracy".
+std::string_view setting_name(const Variant& variant);
 
 /// What a run that was broken off has found already, and who is told of each ladder that ends.
 struct WorkPrecisionObserver {

@@ -42,8 +42,8 @@ constexpr Cost costs[] = {{"time", "processor time", "processor time (ms)", mill
                           {"evaluations", "evaluations", "evaluations of the equations", evaluations}};
 
 std::string setting_words(const WorkPrecision& chart, const WorkPrecisionPoint& p) {
-  return chart.variants[p.variant].adaptive ? fmt::format("tolerance {:.3g}", p.setting)
-                                            : fmt::format("step {:.4g} s", p.setting);
+  const std::string_view name = setting_name(chart.variants[p.variant]);
+  return fmt::format("{} {:.4g}{}", name, p.setting, name == "step" ? " s" : "");
 }
 
 std::string tip(const WorkPrecision& chart, const WorkPrecisionPoint& p) {
@@ -90,6 +90,11 @@ std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const Cost
   for (std::size_t i = 0; i < chart.variants.size(); ++i)
     if (chart.variants[i].other == (whose == Whose::others)) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return distance[a] < distance[b]; });
+  // the program's own choice always has its name
+  const auto own = std::find_if(order.begin(), order.end(),
+                                [&](std::size_t v) { return chart.variants[v].method == automatic; });
+  if (own != order.end() && own - order.begin() >= std::ptrdiff_t(most_named))
+    std::rotate(order.begin() + std::ptrdiff_t(most_named) - 1, own, own + 1);
   return order;
 }
 

@@ -135,10 +135,9 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
   if (!command.json) {
     fmt::print("{}\n", chart->reference.words);
     for (const auto& [digits, p] : recommendations(*chart))
-      fmt::print("  for 1e-{:02}  {:32} {} {:<9.3g} {:9.3f} ms {:9} evaluations\n", digits,
-                 name_of(chart->variants[p->variant]),
-                 method_is_adaptive(chart->variants[p->variant].method) ? "tolerance" : "step     ",
-                 p->setting, 1e3 * p->seconds, p->evaluations);
+      fmt::print("  for 1e-{:02}  {:32} {:9} {:<9.3g} {:9.3f} ms {:9} evaluations\n", digits,
+                 name_of(chart->variants[p->variant]), setting_name(chart->variants[p->variant]), p->setting,
+                 1e3 * p->seconds, p->evaluations);
     fmt::print("{}: the drawings on a page; beside it SVG, PNG and CSV\n", (folder / "chart.html").string());
   }
   return json_of(*chart);
@@ -147,15 +146,18 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
 }  // namespace
 
 void add_chart(CLI::App& program, Command& command) {
+  std::vector<std::string> methods = integrator_names();
+  methods.emplace_back(automatic);
   auto* verb = program.add_subcommand(
       "chart", "Run a scene by every method; draw what accuracy costs (work-precision)");
   auto o = std::make_shared<Options>();
   verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--output", o->folder, "Folder for page, drawings and table")->capture_default_str();
-  verb->add_option("--methods", o->settings.methods, "Integrators, with commas between; all, where not given")
+  verb->add_option("--methods", o->settings.methods,
+                   "Integrators, and auto (--accuracy), with commas between; all, where not given")
       ->delimiter(',')
-      ->check(CLI::IsMember(integrator_names()));
+      ->check(CLI::IsMember(methods));
   verb->add_option("--equations", o->equations, "Equations of motion to run")
       ->delimiter(',')
       ->check(CLI::IsMember({"recursive", "lagrange"}))

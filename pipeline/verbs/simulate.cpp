@@ -32,7 +32,7 @@ struct Options {
   std::optional<std::string> method, equations, constraints, impacts, restitution;
   std::optional<double> rest_speed, step, tolerance, accuracy, spectral_radius, end, output_interval, alpha,
       beta, energy_threshold;
-  bool allow_untrusted = false, reactions = false;
+  bool allow_untrusted = false, reactions = false, verify = false;
 };
 
 SimulationSettings settings_of(SimulationSettings s, const Options& o) {
@@ -44,6 +44,7 @@ SimulationSettings settings_of(SimulationSettings s, const Options& o) {
   s.step = o.step.value_or(s.step);
   s.tolerance = o.tolerance.value_or(s.tolerance);
   s.accuracy = o.accuracy.value_or(o.method || o.tolerance ? 0 : s.accuracy);
+  s.verify = s.verify || o.verify;
   s.spectral_radius = o.spectral_radius.value_or(s.spectral_radius);
   s.end_time = o.end.value_or(s.end_time);
   s.output_interval = o.output_interval.value_or(s.output_interval);
@@ -62,6 +63,8 @@ Result<void> check_effect(const Options& o, const SimulationSettings& settings) 
   if (o.tolerance && !method_is_adaptive(settings.method))
     return bad_use("--tolerance", "has no effect with " + settings.method +
                                       ", whose steps are all of one length: give --step");
+  if (o.verify && settings.accuracy == 0)
+    return bad_use("--verify", "has no effect where no --accuracy is asked for");
   if (o.spectral_radius && settings.method != "generalized_alpha")
     return bad_use("--spectral-radius",
                    "is a setting of generalized_alpha, and has no effect with " + settings.method);
@@ -209,6 +212,9 @@ void add_simulate(CLI::App& program, Command& command) {
       ->check(number_within(1e-11, 0.1))
       ->excludes("--method")
       ->excludes("--tolerance");
+  verb->add_flag(
+      "--verify", o->verify,
+      "With --accuracy: run anew at a tenth of the tolerance, and take what the two differ by as the error");
   verb->add_option("--spectral-radius", o->spectral_radius,
                    "generalized_alpha: what is left per step of infinitely stiff modes, 0 to 1")
       ->check(number_within(0., 1.));

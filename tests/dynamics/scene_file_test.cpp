@@ -130,7 +130,8 @@ struct Compare {
   }
   void operator()(const SimulationSettings& a, const SimulationSettings& b) {
     (*this)(a.end_time, b.end_time), (*this)(a.method, b.method), (*this)(a.step, b.step);
-    (*this)(a.accuracy, b.accuracy), (*this)(a.spectral_radius, b.spectral_radius);
+    (*this)(a.accuracy, b.accuracy), equal &= a.verify == b.verify,
+        (*this)(a.spectral_radius, b.spectral_radius);
     (*this)(a.tolerance, b.tolerance), (*this)(a.output_interval, b.output_interval);
     equal &= a.constraints == b.constraints;
     (*this)(a.baumgarte_alpha, b.baumgarte_alpha), (*this)(a.baumgarte_beta, b.baumgarte_beta);
@@ -193,6 +194,7 @@ Scene varied(unsigned seed) {
                       positive(),
                       positive(),
                       positive(),
+                      true,
                       std::abs(half(random)),
                       positive(),
                       Equations::lagrange,

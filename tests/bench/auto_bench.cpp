@@ -1,0 +1,140 @@
+// How well --accuracy chooses: auto_bench [SCENE ...] runs scenes by every method and by the program's own
+// choice (without the run that verifies), and prints, per scene and accuracy asked for, how far the choice is
+// off in parts of what was asked, and what it costs, in evaluations, in parts of the cheapest method's at
+// that error. Without scenes: the samples, every other one of which the choice was tuned on, and random
+// trees, likewise. The other halves judge it. Scenes that are chaotic count up to where a reference ends.
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <vector>
+
+#include "dynamics/model_file.hpp"
+#include "pipeline/work_precision.hpp"
+#include "tests/dynamics/random_scene.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr double loose = 1e-2, tight = 1e-9;  // accuracies judged
+
+double error_of(const WorkPrecisionPoint& p) { return std::max(p.errors.position, p.errors.orientation); }
+
+// what the methods need for that error, on the lines between their runs in the logarithms of both
+double cheapest(const WorkPrecision& chart, double error) {
+  double best = std::numeric_limits<double>::infinity();
+  for (std::size_t v = 0; v < chart.variants.size(); ++v) {
+    if (chart.variants[v].method == automatic) continue;
+    const WorkPrecisionPoint* coarser = nullptr;
+    for (const WorkPrecisionPoint& p : chart.points) {
+      if (p.variant != v || !p.finished || !p.trusted) continue;
+      if (error_of(p) <= error) {
+        const auto cost = double(p.evaluations);
+        best = std::min(best, cost);
+        if (coarser && error_of(p) > 0 && coarser->evaluations < p.evaluations) {
+          const double part = std::log(error / error_of(p)) / std::log(error_of(*coarser) / error_of(p));
+          best = std::min(best, cost * std::pow(double(coarser->evaluations) / cost, part));
+        }
+        break;
+      }
+      coarser = &p;
+    }
+  }
+  return best;
+}
+
+struct Judged {
+  int runs = 0, within = 0, cheap = 0, failed = 0;
+  std::vector<double> costs;
+
+  void print(const char* name) {
+    if (runs == 0) return;
+    std::sort(costs.begin(), costs.end());
+    fmt::print(
+        "{:24} {:4} runs: {:5.1f} % within 10 times what was asked, {:5.1f} % at most twice the cheapest "
+        "(median {:.2f}), {} failed or untrusted\n",
+        name, runs, 100. * within / runs, 100. * cheap / runs, costs.empty() ? 0 : costs[costs.size() / 2],
+        failed);
+  }
+};
+
+void judge(Scene scene, Judged& all) {
+  WorkPrecisionSettings settings;
+  settings.equations = {Equations::recursive};
+  settings.constraints = {ConstraintTreatment::projection};
+  settings.repeats = 1;
+  settings.budget = 0.1;
+  auto chart = work_precision(scene, settings);
+  // (a choice is judged over the whole motion that it is made for)
+  if (chart && chart->reference.found && chart->reference.horizon < scene.simulation.end_time * (1 - 1e-9)) {
+    scene.simulation.end_time = chart->reference.horizon;
+    chart = work_precision(scene, settings);
+  }
+  if (!chart) {
+    fmt::print("{}: {}\n", scene.name, chart.error().message());
+    return;
+  }
+  if (!chart->reference.found) {
+    fmt::print("{}: no reference\n", scene.name);
+    return;
+  }
+  const double known = 10 * std::max(chart->reference.position, chart->reference.orientation);
+  for (const WorkPrecisionPoint& p : chart->points) {
+    if (chart->variants[p.variant].method != automatic || p.setting > loose * 1.01 || p.setting < tight * .99)
+      continue;
+    if (p.setting < known) continue;
+    ++all.runs;
+    if (!p.finished || !p.trusted) {
+      ++all.failed;
+      fmt::print("{:24} {:6.0e}  {}\n", scene.name, p.setting, p.reason);
+      continue;
+    }
+    const double error = error_of(p), cost = double(p.evaluations) / cheapest(*chart, std::max(error, known));
+    const bool within = error <= 10 * p.setting, cheap = cost <= 2;
+    all.within += within;
+    all.cheap += cheap;
+    all.costs.push_back(cost);
+    fmt::print("{:24} {:6.0e}  off by {:8.2e} of it{}, cost {:6.2f}{}\n", scene.name, p.setting,
+               error / p.setting, within ? " " : "!", cost, cheap ? "" : " !");
+  }
+}
+
+Scene random_tree(unsigned seed) {
+  Scene scene = test::RandomScene(seed, 2 + int(seed % 5), false).scene;
+  scene.name = fmt::format("random {}", seed);
+  scene.simulation.end_time = 3;
+  return scene;
+}
+
+}  // namespace
+}  // namespace borelli
+
+int main(int argc, char** argv) {
+  using namespace borelli;
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  const auto of_file = [](const std::filesystem::path& file, Judged& all) {
+    if (const auto model = read_model(file.string(), {}))
+      judge(model->scene, all);
+    else
+      fmt::print("{}\n", model.error().message());
+  };
+  if (argc > 1) {
+    Judged asked;
+    for (int i = 1; i < argc; ++i) of_file(argv[i], asked);
+    asked.print("asked for");
+    return 0;
+  }
+  std::vector<std::filesystem::path> samples;
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() + "/samples"))
+    if (entry.path().extension() == ".toml") samples.push_back(entry.path());
+  std::sort(samples.begin(), samples.end());
+  Judged tuned, held_out, tuned_random, random;
+  for (std::size_t i = 0; i < samples.size(); ++i) of_file(samples[i], i % 2 ? held_out : tuned);
+  for (unsigned seed = 1; seed <= 40; ++seed) judge(random_tree(seed), seed % 2 ? random : tuned_random);
+  tuned.print("samples tuned on");
+  held_out.print("samples held out");
+  tuned_random.print("random trees tuned on");
+  random.print("random trees held out");
+}
