@@ -177,6 +177,24 @@ json with_those_to_come(json record, const json& before, const std::vector<Stage
   return record;
 }
 
+// The three stages that took longest, each with its share of all stages' seconds.
+json slowest_of(const json& stages) {
+  std::vector<std::pair<double, std::string>> took;
+  double all = 0;
+  for (const json& stage : stages) {
+    const double seconds = stage.value("seconds", 0.0);
+    all += seconds;
+    took.emplace_back(seconds, stage.value("stage", ""));
+  }
+  std::ranges::stable_sort(took, std::ranges::greater{}, &std::pair<double, std::string>::first);
+  json slowest = json::array();
+  for (std::size_t n = 0; n < std::min<std::size_t>(3, took.size()); ++n)
+    slowest.push_back({{"stage", took[n].second},
+                       {"seconds", took[n].first},
+                       {"share", all > 0 ? took[n].first / all : 0.0}});
+  return slowest;
+}
+
 }  // namespace
 
 std::string digest_of_bytes(std::string_view bytes) {
@@ -270,6 +288,7 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
       return tl::unexpected(written.error());
     observer.ends(stage, seconds);
   }
+  record["slowest"] = slowest_of(record["stages"]);
   if (auto written = write_whole(record_path, record.dump(2) + "\n"); !written)
     return tl::unexpected(written.error());
   return record;

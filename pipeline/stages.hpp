@@ -57,7 +57,8 @@ std::string digest_of_bytes(std::string_view bytes);
 
 /// Runs the stages in order inside the locked folder; `head` opens run.json (versions, inputs, settings) and
 /// takes part in every key by its "inputs" and "program". Every stage's seconds, peak memory (MiB) and answer
-/// are recorded as soon as it ends. A stage with a file that was changed by hand keeps it, and its entry has
+/// are recorded as soon as it ends; in the end "slowest" names the three that took longest, each with its
+/// seconds and share of all. A stage with a file that was changed by hand keeps it, and its entry has
 /// "by_hand", the warnings that say so. Answers run.json as it stands in the end. Errors: a stage's; outputs
 /// that cannot be written where they belong, before any work; a run.json that is no record; a file changed by
 /// hand whose stage must be done again for its other files. `force` takes no notice of changes by hand.

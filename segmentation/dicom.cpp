@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 
+#include "segmentation/slabs.hpp"
 #include "segmentation/slice_stack.hpp"
 
 namespace borelli {
@@ -198,36 +199,54 @@ bool uniform(const Slices& slices) {
   });
 }
 
+// One slice of `all`, scaled unless all slices stay as stored.
+Result<void> load_slice(const DicomSlice& slice, std::size_t k, StoredVoxels& all) {
+  const auto pixels = read_dicom_pixels(slice);
+  if (!pixels) return tl::unexpected(pixels.error());
+  const std::size_t area = pixels->size();
+  if (all.scalar != Scalar::f32) {  // two's complement: the low 16 bits are the value in either type
+    for (std::size_t n = 0; n < area; ++n)
+      put(all.storage, k * area + n, static_cast<std::int16_t>((*pixels)[n]));
+    return {};
+  }
+  std::vector<float> values(area);
+  for (std::size_t n = 0; n < area; ++n)
+    values[n] = static_cast<float>(slice.slope * (*pixels)[n] + slice.intercept);
+  const auto width = static_cast<std::size_t>(slice.columns);
+  if (slice.padding && slice.modality == "CT")
+    for (std::size_t row = 0; row < area; row += width)
+      blank_padding(std::span(values).subspan(row, width),
+                    static_cast<float>(slice.slope * *slice.padding + slice.intercept), -1024);
+  for (std::size_t n = 0; n < area; ++n) put(all.storage, k * area + n, values[n]);
+  return {};
+}
+
+// Each thread reads and unpacks slices of its own, so that one reads while another unpacks.
 Result<StoredVoxels> load(const Slices& slices, const Progress& progress) {
   const DicomSlice& first = slices.front();
   const std::size_t area = static_cast<std::size_t>(first.columns) * static_cast<std::size_t>(first.rows);
-  const bool same = uniform(slices);
-  StoredVoxels all{!same                    ? Scalar::f32
+  StoredVoxels all{!uniform(slices)         ? Scalar::f32
                    : first.pixels.is_signed ? Scalar::i16
                                             : Scalar::u16,
                    area * slices.size(),
                    {}};
   all.storage.resize(all.count * scalar_bytes(all.scalar) / 2);
-  std::vector<float> values(same ? 0 : area);
-  for (std::size_t k = 0; k < slices.size(); ++k) {
-    const DicomSlice& slice = slices[k];
-    const auto pixels = read_dicom_pixels(slice);
-    if (!pixels) return tl::unexpected(pixels.error());
-    if (same) {  // two's complement: the low 16 bits are the value in either type
-      for (std::size_t n = 0; n < area; ++n)
-        put(all.storage, k * area + n, static_cast<std::int16_t>((*pixels)[n]));
-    } else {
-      for (std::size_t n = 0; n < area; ++n)
-        values[n] = static_cast<float>(slice.slope * (*pixels)[n] + slice.intercept);
-      const auto width = static_cast<std::size_t>(slice.columns);
-      if (slice.padding && slice.modality == "CT")
-        for (std::size_t row = 0; row < area; row += width)
-          blank_padding(std::span(values).subspan(row, width),
-                        static_cast<float>(slice.slope * *slice.padding + slice.intercept), -1024);
-      for (std::size_t n = 0; n < area; ++n) put(all.storage, k * area + n, values[n]);
+  std::vector<Result<void>> done(slices.size());
+  in_slabs(std::ssize(slices), 0, [&](std::int64_t from, std::int64_t to) {
+    for (std::int64_t k = from; k < to; ++k) {
+      const auto n = static_cast<std::size_t>(k);
+      try {
+        done[n] = load_slice(slices[n], n, all);
+      } catch (const std::bad_alloc&) {  // must not leave a thread
+        done[n] = failure(slices[n].path, "does not fit into memory");
+      }
+      if (!done[n]) return;
+      // by the thread that called, of its own share
+      if (from == 0 && progress) progress(0.1 + 0.9 * static_cast<double>(k + 1) / static_cast<double>(to));
     }
-    if (progress) progress(0.1 + 0.9 * static_cast<double>(k + 1) / static_cast<double>(slices.size()));
-  }
+  });
+  for (const auto& slice : done)
+    if (!slice) return tl::unexpected(slice.error());
   return all;
 }
 

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <map>
 
 #include "pipeline/whole_file.hpp"
 
@@ -62,6 +63,19 @@ TEST_F(Stages, SecondRunDoesNothingAgain) {
   EXPECT_TRUE(ran.empty());
   EXPECT_EQ((*record)["stages"].size(), 3u);
   EXPECT_EQ(json::parse(read_whole(folder / "run.json").value()), *record);
+}
+
+TEST_F(Stages, TheSlowestThreeAreNamedWithTheirShare) {
+  ASSERT_TRUE(run());
+  json record = json::parse(read_whole(folder / "run.json").value());
+  const std::map<std::string, double> seconds{{"one", 1}, {"two", 6}, {"aside", 3}};
+  for (json& stage : record["stages"]) stage["seconds"] = seconds.at(stage["stage"]);
+  edit("run.json", record.dump());
+  const auto again = run();
+  ASSERT_TRUE(again);
+  EXPECT_EQ((*again)["slowest"], json::parse(R"([{"stage": "two", "seconds": 6.0, "share": 0.6},
+                                                 {"stage": "aside", "seconds": 3.0, "share": 0.3},
+                                                 {"stage": "one", "seconds": 1.0, "share": 0.1}])"));
 }
 
 TEST_F(Stages, ChangeRerunsWhatDependsOnItAndNothingElse) {
