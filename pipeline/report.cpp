@@ -311,6 +311,8 @@ std::vector<ReportFile> report_files(const fs::path& folder) {
                              "inertia/table.csv",
                              "inertia/table.json",
                              "model/scene.toml",
+                             "model/smallest.toml",
+                             "model/economy.html",
                              "motion/trajectory.h5",
                              "motion/trajectory.csv",
                              "body.glb",

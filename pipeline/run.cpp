@@ -31,7 +31,9 @@ json settings_of(const RunSettings& s) {
           {"equations", s.equations},
           {"work_grid_mm", s.work_grid_mm},
           {"table_tolerance", s.table_tolerance},
-          {"tolerance", s.tolerance},
+          {"model_tolerance", s.model_tolerance},
+          {"motion_quantities", s.motion_quantities},
+          {"integrator_tolerance", s.integrator_tolerance},
           {"step", s.step ? json(*s.step) : json()},
           {"mesh_tolerance_mm", s.mesh_tolerance_mm},
           {"deface", s.deface},
@@ -81,12 +83,19 @@ std::vector<Stage> stages_of(RunData& data) {
                     {{"inertia/table.csv", "inertia/table.json"}, {"inertia/table.json"}}});
   stages.push_back({"skeleton",
                     {"inertia"},
-                    pick(all, {"subject", "leap", "method", "equations", "tolerance", "step"}),
+                    pick(all, {"subject", "leap", "method", "equations", "integrator_tolerance", "step"}),
                     {"model/scene.toml"},
                     mute(build_scene),
                     {{"model/scene.toml"}}});
+  const bool smaller = settings.model_tolerance > 0;
+  if (smaller)
+    stages.push_back({"economy",
+                      {"skeleton"},
+                      pick(all, {"model_tolerance", "motion_quantities"}),
+                      {"model/smallest.toml", "model/economy.html"},
+                      shown(find_smallest)});
   stages.push_back({"motion",
-                    {"skeleton"},
+                    {smaller ? "economy" : "skeleton"},
                     pick(all, {"allow_untrusted"}),
                     {"motion/trajectory.h5", "motion/trajectory.csv"},
                     shown(simulate_scene)});

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "error/error.hpp"
 #include "pipeline/skeleton.hpp"
@@ -39,8 +40,12 @@ struct RunSettings {
   std::string segments;                   ///< "trunk,thigh_left" (segments.hpp); empty: every part
   double work_grid_mm = 3;                ///< of the segmentation
   double table_tolerance = 0;             ///< share; the grid is picked by it (table_tolerance.hpp); 0: not
-  double tolerance = 1e-6;                ///< of the integrator, where it chooses its steps
-  std::optional<double> step;             ///< fixed, or the first one tried, s; none: the scene's default
+  /// Of the smallest model (economy.hpp) by which the body moves, and what of its motion is to stay within
+  /// it (MotionQuantity; empty: all gravity centres). 0: the whole model moves.
+  double model_tolerance = 0;
+  std::vector<std::string> motion_quantities;
+  double integrator_tolerance = 1e-6;  ///< where the integrator chooses its steps
+  std::optional<double> step;          ///< fixed, or the first one tried, s; none: the scene's default
   double mesh_tolerance_mm = 1;
   bool deface = false;             ///< meshes, picture and report show no face (deface.hpp)
   bool untrusted_is_fine = false;  ///< go on with a motion whose certificate says untrusted

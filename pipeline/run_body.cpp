@@ -8,6 +8,7 @@
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/deface.hpp"
 #include "pipeline/display.hpp"
+#include "pipeline/economy_page.hpp"
 #include "pipeline/glb.hpp"
 #include "pipeline/mesh.hpp"
 #include "pipeline/mesh_file.hpp"
@@ -55,7 +56,7 @@ Result<json> build_scene(RunData& data) {
   skeleton->scene.simulation.method = data.settings.method;
   skeleton->scene.simulation.equations =
       data.settings.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
-  skeleton->scene.simulation.tolerance = data.settings.tolerance;
+  skeleton->scene.simulation.tolerance = data.settings.integrator_tolerance;
   skeleton->scene.simulation.step = data.settings.step.value_or(skeleton->scene.simulation.step);
   const auto text = write_scene(skeleton->scene);
   if (!text) return tl::unexpected(text.error());
@@ -66,8 +67,48 @@ Result<json> build_scene(RunData& data) {
   return json{{"warnings", warnings}};
 }
 
-Result<json> simulate_scene(RunData& data, const Progress& progress) {
+Result<json> find_smallest(RunData& data, const Progress& progress) {
   const auto scene = data.scene();
+  if (!scene) return tl::unexpected(scene.error());
+  EconomySettings asked{.quantities = data.settings.motion_quantities,
+                        .tolerance = data.settings.model_tolerance};
+  const auto economy =
+      scene_economy(**scene, asked, [&](const std::string&, double share) { progress(share); });
+  if (!economy) return tl::unexpected(economy.error());
+  Scene smallest = economy->smallest;
+  smallest.description += fmt::format("\nOf the whole model {}.", in_words(*economy));
+  const auto text = write_scene(smallest);
+  if (!text) return tl::unexpected(text.error());
+  if (auto written = write_whole(data.file("model/smallest.toml"), *text); !written)
+    return tl::unexpected(written.error());
+  if (auto written = write_whole(data.file("model/economy.html"), economy_page(*economy)); !written)
+    return tl::unexpected(written.error());
+  const EconomyModel &whole = economy->models.front(), &least = economy->models.back();
+  json locked = json::array();
+  for (const EconomyModel& model : economy->models)
+    if (!model.change.empty()) locked.push_back(model.change);
+  data.keep_smallest(std::move(smallest));
+  return json{
+      {"economy",
+       {{"tolerance", economy->tolerance},
+        {"quantities", economy->quantities},
+        {"error", least.error},
+        {"coordinates", least.coordinates},
+        {"bodies", least.bodies},
+        {"evaluations", least.evaluations},
+        {"whole",
+         {{"coordinates", whole.coordinates}, {"bodies", whole.bodies}, {"evaluations", whole.evaluations}}},
+        {"locked", locked},
+        {"search", {{"runs", economy->runs}, {"evaluations", economy->evaluations}}},
+        {"in_words", in_words(*economy)}}}};
+}
+
+Result<json> simulate_scene(RunData& data, const Progress& progress) {
+  std::error_code ignored;
+  if (data.settings.model_tolerance == 0)  // of an earlier run that asked for it
+    for (const char* name : {"model/smallest.toml", "model/economy.html"})
+      fs::remove(data.file(name), ignored);
+  const auto scene = data.moving();
   if (!scene) return tl::unexpected(scene.error());
   const auto system = compile(**scene);
   if (!system) return tl::unexpected(system.error());
@@ -198,6 +239,8 @@ Result<json> write_page(RunData& data, const json& record) {
   page.trajectory = *trajectory;
   page.glb = *body;
   page.run = record;
+  for (const json& stage : record["stages"])
+    if (stage.contains("economy")) page.run["smallest model"] = stage["economy"]["in_words"];
   page.deface = data.settings.deface;
   page.files = report_files(data.settings.folder);
   auto written = write_whole(data.file("report.html"),

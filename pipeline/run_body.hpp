@@ -13,6 +13,10 @@ namespace borelli {
 /// do.
 Result<nlohmann::json> build_scene(RunData& data);
 
+/// Leaves model/smallest.toml, the smallest model that keeps to the tolerance (economy.hpp), and
+/// model/economy.html. Errors: a motion that cannot be computed so well.
+Result<nlohmann::json> find_smallest(RunData& data, const Progress& progress);
+
 /// Leaves motion/trajectory.h5 and .csv. Errors: a motion whose certificate says untrusted.
 Result<nlohmann::json> simulate_scene(RunData& data, const Progress& progress);
 

@@ -89,6 +89,11 @@ Result<const Scene*> RunData::scene() {
   return once(scene_, [&] { return read_scene(file("model/scene.toml")); });
 }
 
+Result<const Scene*> RunData::moving() {
+  if (settings.model_tolerance == 0) return scene();
+  return once(smallest_, [&] { return read_scene(file("model/smallest.toml")); });
+}
+
 Result<const Trajectory*> RunData::trajectory() {
   return once(trajectory_, [&]() -> Result<Trajectory> {
     auto stored = read_trajectory(file("motion/trajectory.h5"));

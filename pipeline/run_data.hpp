@@ -35,12 +35,15 @@ class RunData {
   Result<const LabelMap*> labels();
   Result<const InertiaTable*> table();
   Result<const Scene*> scene();
+  /// What moves: the scene, or the smallest model of it where that is asked for.
+  Result<const Scene*> moving();
   Result<const Trajectory*> trajectory();
   Result<const std::vector<Mesh>*> meshes();
 
   void keep(Segmentation made) { segmentation_ = std::move(made); }
   void keep(InertiaTable made) { table_ = std::move(made); }
   void keep(Scene made) { scene_ = std::move(made); }
+  void keep_smallest(Scene made) { smallest_ = std::move(made); }
   void keep(Trajectory made) { trajectory_ = std::move(made); }
   void keep(std::vector<Mesh> made) { meshes_ = std::move(made); }
 
@@ -56,7 +59,7 @@ class RunData {
   std::optional<Segmentation> segmentation_;
   std::optional<LabelMap> labels_;
   std::optional<InertiaTable> table_;
-  std::optional<Scene> scene_;
+  std::optional<Scene> scene_, smallest_;
   std::optional<Trajectory> trajectory_;
   std::optional<std::vector<Mesh>> meshes_;
 };

@@ -63,7 +63,7 @@ Result<Segmentation> part_scan(RunData& data, const GreyVolume& volume, const Se
     return found;
   }
   if (volume.quantity != Quantity::mr) return segment(volume, options);
-  if (data.settings.table_tolerance > 0)
+  if (data.settings.table_tolerance > 0 && data.settings.model_tolerance == 0)
     return bad_use("--table-tolerance", "is for CT, where parts are found on a grid: leave it out");
   const auto reading = data.mr();
   if (!reading) return tl::unexpected(reading.error());

@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 struct Asked {
   RunSettings run;
-  std::string out, quantity, table_tolerance;
-  bool work_grid_chosen = false, tolerance_chosen = false;
+  std::string out, quantity, table_tolerance, tolerance;
+  bool work_grid_chosen = false, integrator_tolerance_chosen = false;
 };
 
 // the subject's name where none is given: the file's without its endings, or the folder's
@@ -45,6 +45,8 @@ void print_outcome(const nlohmann::json& record, const fs::path& folder) {
   for (const auto& stage : record["stages"])
     if (stage.contains("tolerance") && stage["tolerance"]["met"])
       fmt::print("{}\n", stage["tolerance"]["in_words"].get<std::string>());
+  for (const auto& stage : record["stages"])
+    if (stage.contains("economy")) fmt::print("{}\n", stage["economy"]["in_words"].get<std::string>());
   for (const auto& stage : record["stages"])
     if (stage.contains("mass_kg") && !stage.contains("by_hand"))
       fmt::print("mass {:.3f} kg; ", stage["mass_kg"].get<double>());
@@ -82,9 +84,22 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
     if (!tolerance) return tl::unexpected(tolerance.error());
     settings.table_tolerance = *tolerance;
   }
-  if (asked.tolerance_chosen && !method_is_adaptive(settings.method))
-    return bad_use("--tolerance", "has no effect with " + settings.method +
-                                      ", whose steps are all of one length: give --step");
+  if (!asked.tolerance.empty()) {
+    const auto tolerance = parse_tolerance(asked.tolerance);
+    if (!tolerance)
+      return bad_use("--tolerance " + asked.tolerance,
+                     "give how far answers may be off, from 0.1 to 50 %, as 1% or 0.01 (the integrator's own "
+                     "is --integrator-tolerance)");
+    settings.model_tolerance = *tolerance;
+    const bool parts_given = !settings.labels.empty() && settings.label_mapping.empty();
+    if (asked.table_tolerance.empty() && !asked.work_grid_chosen && !parts_given)
+      settings.table_tolerance = *tolerance;
+  }
+  if (!settings.motion_quantities.empty() && asked.tolerance.empty())
+    return bad_use("--keep", "says what is to stay within --tolerance: give both, or neither");
+  if (asked.integrator_tolerance_chosen && !method_is_adaptive(settings.method))
+    return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
+                                                 ", whose steps are all of one length: give --step");
   if (settings.subject.empty()) settings.subject = name_of_input(settings.volume);
   if (settings.subject.find('/') != std::string::npos || settings.subject.starts_with('.'))
     return bad_use("--subject " + settings.subject, "names a folder; it may not hold '/' nor begin with '.'");
@@ -148,7 +163,15 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--equations", s.equations, "Equations of motion: along the tree, or the paper's scan")
       ->check(CLI::IsMember({"recursive", "lagrange"}))
       ->capture_default_str();
-  verb->add_option("--tolerance", s.tolerance, "Of the integrator, per step and coordinate")
+  verb->add_option("--tolerance", asked->tolerance,
+                   "How far answers may be off, e.g. 5%: the body moves as the smallest model that stays "
+                   "within it (see economy), and the work grid is picked as by --table-tolerance");
+  verb->add_option("--keep", s.motion_quantities,
+                   "What of the motion is to stay within --tolerance: centre, solid:NAME, "
+                   "solid:NAME:x,y,z, turn:NAME, coordinate:NAME; may be repeated (default: all solids' "
+                   "gravity centres)")
+      ->allow_extra_args(false);
+  verb->add_option("--integrator-tolerance", s.integrator_tolerance, "Per step and coordinate")
       ->check(positive_number())
       ->capture_default_str();
   verb->add_option("--step", s.step, "Fixed step, or the first one tried, s")->check(positive_number());
@@ -177,12 +200,14 @@ void add_run(CLI::App& program, Command& command) {
                  "Go on with a motion that its certificate does not trust");
   verb->callback([&command, asked, verb] {
     asked->work_grid_chosen = verb->count("--work-grid") > 0;
-    asked->tolerance_chosen = verb->count("--tolerance") > 0;
+    asked->integrator_tolerance_chosen = verb->count("--integrator-tolerance") > 0;
     // what has no effect is not kept among the settings, so that they run again as they are:
-    if (!method_is_adaptive(asked->run.method)) verb->get_option("--tolerance")->configurable(false);
+    if (!method_is_adaptive(asked->run.method))
+      verb->get_option("--integrator-tolerance")->configurable(false);
     // where labels are given no grid is for finding parts: the settings kept say none, and run again as they
     // are
-    const bool picked = !asked->table_tolerance.empty();
+    const bool picked =
+        !asked->table_tolerance.empty() || (!asked->tolerance.empty() && !asked->work_grid_chosen);
     if ((!asked->run.labels.empty() && asked->run.label_mapping.empty()) || picked)
       verb->get_option("--work-grid")->configurable(false);
     asked->run.settings_text = settings_text(*verb);

@@ -14,7 +14,11 @@
 #include <sstream>
 #include <thread>
 
+#include "dynamics/scene_file.hpp"
+#include "dynamics/simulate.hpp"
 #include "pipeline/mesh_file.hpp"
+#include "pipeline/motion_quantity.hpp"
+#include "pipeline/trajectory_file.hpp"
 #include "pipeline/whole_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
@@ -261,19 +265,20 @@ TEST_F(RunVerb, TwoAtOnceInOneFolderAreRefusedAndAKilledOneBlocksNone) {
 
 TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
   // names that look like numbers, a number that decimals do not hold, quotes
-  const std::string run = path("scan.mhd") + words("007") +
-                          " --pose \"on \\\"one's\\\" side\" --sex female --allow-untrusted"
-                          " --tolerance 3.0000000000000004e-7 --somersault-rate -123.456 --tuck +.25"
-                          " --density-curve mcsquare --method rk4_adaptive --muscle-frequency 1"
-                          " --damping-ratio 0.7 --label-names " +
-                          path("labels.tsv");
+  const std::string run =
+      path("scan.mhd") + words("007") +
+      " --pose \"on \\\"one's\\\" side\" --sex female --allow-untrusted"
+      " --integrator-tolerance 3.0000000000000004e-7 --somersault-rate -123.456 --tuck +.25"
+      " --density-curve mcsquare --method rk4_adaptive --muscle-frequency 1"
+      " --damping-ratio 0.7 --label-names " +
+      path("labels.tsv");
   EXPECT_EQ(stages_done(run), all);
   const std::string file = path("out/007/settings.toml");
   const std::string text = read_whole(file).value();
   const auto record = json::parse(read_whole(path("out/007/run.json")).value());
   EXPECT_EQ(record["settings"]["subject"], "007");
   EXPECT_EQ(record["settings"]["pose"], "on \"one's\" side");
-  EXPECT_EQ(record["settings"]["tolerance"], 3.0000000000000004e-7);
+  EXPECT_EQ(record["settings"]["integrator_tolerance"], 3.0000000000000004e-7);
   EXPECT_EQ(record["settings"]["leap"]["tuck"], 0.25);
 
   EXPECT_EQ(stages_done("--settings " + file), Names{});
@@ -282,6 +287,48 @@ TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
   // the command line goes before the file
   EXPECT_EQ(stages_done("--settings " + file + " --tuck 0.5"),
             (Names{"skeleton", "motion", "glb", "report"}));
+}
+
+TEST_F(RunVerb, MovesTheSmallestModelWithinATolerance) {
+  const std::string run = path("scan.mhd") + words();
+  Names with_economy = all;
+  with_economy.insert("economy");
+  EXPECT_EQ(stages_done(run + " --tolerance 1% --keep centre --keep turn:lower_trunk"), with_economy);
+  const auto record = json::parse(read_whole(result("run.json")).value());
+  const json said = record["stages"][3]["economy"];
+  const Scene whole = read_scene(result("model/scene.toml")).value(),
+              small = read_scene(result("model/smallest.toml")).value();
+  EXPECT_EQ(compile(small).value().nv, said["coordinates"].get<int>());
+  EXPECT_LT(said["coordinates"].get<int>(), said["whole"]["coordinates"].get<int>());
+  EXPECT_GT(said["search"]["runs"].get<int>(), 0);
+  const auto moved = read_trajectory(result("motion/trajectory.h5"));
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(int(moved->trajectory.v.cols()), said["coordinates"].get<int>());
+  EXPECT_NE(read_whole(result("report.html")).value().find(said["in_words"].get<std::string>()),
+            std::string::npos);
+  // both models by another method, much better
+  const auto motion = [](Scene scene) {
+    scene.simulation.method = "gbs", scene.simulation.tolerance = 1e-11;
+    const System system = compile(scene).value();
+    return simulate(system).value();
+  };
+  const Trajectory a = motion(whole), b = motion(small);
+  const double length = compile(whole).value().length;
+  double error = 0;
+  for (const char* text : {"centre", "turn:lower_trunk"}) {
+    const auto quantity = parse_motion_quantity(text, whole).value();
+    for (std::size_t row = 0; row < a.times.size(); ++row)
+      error = std::max(error, quantity_difference(quantity, a, b, row, length));
+  }
+  EXPECT_GT(error, 0);
+  EXPECT_LE(error, 0.01);
+  EXPECT_LE(error, said["error"].get<double>() + 2e-4);  // (at the rows of output, and to a hundredth)
+
+  EXPECT_EQ(stages_done("--settings " + result("settings.toml").string()), Names{});
+  EXPECT_EQ(stages_done(run), (Names{"motion", "glb", "report"}));
+  EXPECT_FALSE(fs::exists(result("model/smallest.toml")));
+  expect_refused("run " + run + " --keep centre", 2, "--keep: says what is to stay within --tolerance");
+  expect_refused("run " + run + " --tolerance 1e-6", 2, "--integrator-tolerance");
 }
 
 TEST_F(RunVerb, AStepIsForMethodsOfFixedOnes) {
@@ -301,7 +348,8 @@ TEST_F(RunVerb, AStepIsForMethodsOfFixedOnes) {
 TEST_F(RunVerb, SettingsThatAreWrongAreNamedWithTheirLine) {
   for (const auto& [text, said] :
        {std::pair{"[run]\nsex = 'male'\ncolour = 'red'\n", ":3: there is no setting run.colour"},
-        {"[run]\n\ntolerance = 'few'\n", ":3: run.tolerance is 'few', expected a number"},
+        {"[run]\n\nintegrator-tolerance = 'few'\n",
+         ":3: run.integrator-tolerance is 'few', expected a number"},
         {"[run]\ntuck = true\n", ":2: run.tuck is true, expected a number"},
         {"[run]\nsubject = 7\n", ":2: run.subject is 7, expected a text in quotes"},
         {"[run]\nallow-untrusted = 'yes'\n", ":2: run.allow-untrusted is 'yes', expected true or false"},
@@ -328,8 +376,8 @@ TEST_F(RunVerb, RefusesBeforeAnythingIsMade) {
   expect_refused("run " + path("none.mhd") + words(), 2, "none.mhd: no such file");
   expect_refused("run " + path("scan.mhd") + words("s", "none.json"), 2, "none.json: no such file");
   expect_refused("run " + path("scan.mhd") + words() + " --density-curve mine", 2, "schneider2000");
-  expect_refused("run " + path("scan.mhd") + words() + " --method rk4 --tolerance 1e-6", 2,
-                 "--tolerance: has no effect with rk4");
+  expect_refused("run " + path("scan.mhd") + words() + " --method rk4 --integrator-tolerance 1e-6", 2,
+                 "--integrator-tolerance: has no effect with rk4");
   EXPECT_FALSE(fs::exists(folder / "out"));
   fs::create_directories(result("report.html"));  // in the way of what comes last
   expect_refused("run " + path("scan.mhd") + words(), 2, "report.html: is a folder");
