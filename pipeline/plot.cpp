@@ -159,6 +159,21 @@ std::string closed(const std::string& element, std::string_view name, const std:
                      : fmt::format("{}><title>{}</title></{}>\n", element, escaped(tip), name);
 }
 
+std::string points_of(const std::vector<Point>& piece) {
+  std::string out;
+  for (const Point& p : piece) out += fmt::format("{:.2f},{:.2f} ", p.x, p.y);
+  return out;
+}
+
+/// What sets a curve off from tiles.
+void draw_halo(std::string& out, const Curve& curve, const PlotScale& x, const PlotScale& y, double top) {
+  out += fmt::format("<g data-curve='{}'>\n", escaped(curve.name));
+  for (const auto& piece : pieces(curve, x, y, top))
+    out += fmt::format("<polyline class='halo' stroke='#fff' stroke-dasharray='none' points='{}'/>\n",
+                       points_of(piece));
+  out += "</g>\n";
+}
+
 void draw_curve(std::string& out, const Curve& curve, std::size_t number, const PlotScale& x,
                 const PlotScale& y, double top) {
   const std::string_view colour = curve.faint   ? "#c4c4c4"
@@ -167,13 +182,11 @@ void draw_curve(std::string& out, const Curve& curve, std::size_t number, const 
                          dash = curve.faint || curve.broad ? "none" : dash_of(number);
   out += fmt::format("<g data-curve='{}'>\n", escaped(curve.name));
   for (const auto& piece : pieces(curve, x, y, top)) {
-    out += fmt::format("<polyline class='{}' stroke='{}' stroke-dasharray='{}' points='",
+    out += fmt::format("<polyline class='{}' stroke='{}' stroke-dasharray='{}' points='{}'/>\n",
                        curve.faint   ? "faint"
                        : curve.broad ? "broad"
                                      : "curve",
-                       colour, dash);
-    for (const Point& p : piece) out += fmt::format("{:.2f},{:.2f} ", p.x, p.y);
-    out += "'/>\n";
+                       colour, dash, points_of(piece));
   }
   for (std::size_t i = 0; curve.marks && i < std::min(curve.x.size(), curve.y.size()); ++i) {
     const double u = x.at(curve.x[i]), v = y.at(curve.y[i]);
@@ -188,11 +201,11 @@ void draw_curve(std::string& out, const Curve& curve, std::size_t number, const 
 
 void draw_edge(std::string& out, const std::vector<EdgeMark>& edge, const PlotScale& x, double top) {
   for (const EdgeMark& m : edge) {
-    const double u = x.at(m.x);
+    const double u = x.at(m.x), wide = width - left - right;
     if (!std::isfinite(u)) continue;
     out += fmt::format("<g data-curve='{}'>", escaped(m.curve)) +
            closed(fmt::format("<path class='cross' d='M{:.2f} {:.2f}l8 8m-8 0l8 -8'",
-                              left + std::clamp(u, 0., 1.) * (width - left - right) - 4, top + 4),
+                              left + std::clamp(u * wide - 4, 2., wide - 10), top + 4),
                   "path", m.tip) +
            "</g>\n";
   }
@@ -321,6 +334,8 @@ std::string svg(const Plot& plot) {
     if (curve.faint || curve.broad) draw_curve(body, curve, 0, x, y, top);
   std::size_t number = 0;
   for (const Curve& curve : plot.curves)
+    if (!plot.tiles.empty()) draw_halo(body, curve, x, y, top);
+  for (const Curve& curve : plot.curves)
     if (!curve.faint && !curve.broad) draw_curve(body, curve, number++, x, y, top);
   draw_edge(body, plot.edge, x, top);
   body += "</g>\n";
@@ -337,7 +352,7 @@ std::string svg(const Plot& plot) {
              "font-family='Helvetica, Arial, \"DejaVu Sans\", sans-serif' font-size='12'>\n"
              "<style>.grid{{stroke:#ddd;stroke-width:.7;fill:none}} .axis{{stroke:#000;fill:none}} "
              ".frame{{stroke:#000;fill:none}} .curve{{fill:none;stroke-width:1.6;stroke-linejoin:round}} "
-             ".faint{{fill:none;stroke-width:.8}} "
+             ".faint{{fill:none;stroke-width:.8}} .halo{{fill:none;stroke-width:4.5;stroke-linejoin:round}} "
              ".broad{{fill:none;stroke-width:8;stroke-linejoin:round;stroke-linecap:round}} "
              ".cross{{fill:none;stroke:#000;stroke-width:1.2}} "
              ".hatch{{stroke:#333;stroke-width:.8;fill:none}} "

@@ -29,9 +29,38 @@ std::string tip(const StabilityMap& map, const StabilityCell& cell) {
   return t.reason.empty() ? out : out + "\n" + t.reason;
 }
 
+/// Of a number of the scene's file, by the last key on its path; empty: it has none, or several may be meant.
+std::string_view unit_of(std::string_view path) {
+  std::string_view key = path.substr(path.rfind('.') == path.npos ? 0 : path.rfind('.') + 1);
+  key = key.substr(0, key.find('['));
+  constexpr std::pair<std::string_view, std::string_view> units[] = {{"mass", "kg"},
+                                                                     {"density", "kg/m³"},
+                                                                     {"gravity", "m/s²"},
+                                                                     {"step", "s"},
+                                                                     {"end_time", "s"},
+                                                                     {"radius", "m"},
+                                                                     {"length", "m"},
+                                                                     {"size", "m"},
+                                                                     {"rest_length", "m"},
+                                                                     {"rest_speed", "m/s"},
+                                                                     {"baumgarte_alpha", "1/s"},
+                                                                     {"baumgarte_beta", "1/s"},
+                                                                     {"output_interval", "s"},
+                                                                     {"value_deg", "degrees"}};
+  const auto found =
+      std::find_if(std::begin(units), std::end(units), [&](const auto& u) { return u.first == key; });
+  return found == std::end(units) ? "" : found->second;
+}
+
+std::string column_label(const Sweep& sweep) {
+  if (sweep.parameter.empty()) return "scene";
+  const std::string_view unit = unit_of(sweep.parameter);
+  return fmt::format("{} ({})", sweep.parameter, unit.empty() ? "as in the scene's file, SI" : unit);
+}
+
 Axis column_axis(const StabilityMap& map) {
   const std::vector<double> bounds = tile_bounds(map.sweep.values);
-  return {.label = map.sweep.parameter.empty() ? "scene" : map.sweep.parameter + " (as in the scene's file)",
+  return {.label = column_label(map.sweep),
           .logarithmic = map.sweep.values.logarithmic,
           .low = bounds.front(),
           .high = bounds.back(),
@@ -149,7 +178,7 @@ std::string stability_page(const StabilityMap& map) {
   body += fmt::format(
       "<h2>Limits</h2>\n<table><tr><th>method</th><th>{}</th><th class='n'>stable up to</th><th "
       "class='n'>linear</th><th class='n'>trusted up to</th><th>first failure beyond</th></tr>\n",
-      html_text(map.sweep.parameter.empty() ? "scene" : map.sweep.parameter));
+      html_text(column_label(map.sweep)));
   for (const StabilityLimit& limit : map.limits) {
     const auto first = std::find_if(map.cells.begin(), map.cells.end(), [&](const StabilityCell& c) {
       return c.method == limit.method && c.column == limit.column &&
@@ -157,18 +186,19 @@ std::string stability_page(const StabilityMap& map) {
     });
     body += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class='n'>{}</td><td class='n'>{}</td><td "
-        "class='n'>{}</td><td>{}</td></tr>\n",
+        "class='n'>{}</td><td title=\"{}\">{}</td></tr>\n",
         map.methods[limit.method],
         html_text(map.sweep.parameter.empty() ? map.sweep.names[limit.column]
                                               : fmt::format("{:.4g}", map.sweep.values.values[limit.column])),
         limit_words(limit.stable), limit.linear ? limit_words(*limit.linear) : "", limit_words(limit.trusted),
-        first == map.cells.end()
-            ? ""
-            : html_text(fmt::format("{}: {}", name_of(first->tried.outcome), first->tried.reason)));
+        first == map.cells.end() ? "" : html_text(first->tried.reason),
+        first == map.cells.end() ? "" : name_of(first->tried.outcome));
   }
   body +=
       "</table>\n<p>Steps in s, tolerances of adaptive methods. all: at all that were tried; none: at none. "
-      "Linear: what theory says of small deviations from the start.</p>\n";
+      "Linear: what theory says of small deviations from the start. What failed is said under the pointer, "
+      "and of "
+      "every run in stability.csv.</p>\n";
   return chart_page(map.sweep.scene + ": stability", map.sweep.scene + ": where methods fail",
                     {"Outcomes are told by each run's certificate; a limit is the largest step (tolerance) "
                      "below which no run of the method grows, drifts or ends."},

@@ -159,7 +159,12 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
       best.push_back(name);
   }
   if (!front.empty()) plot.curves.insert(plot.curves.begin(), std::move(line));
-  std::string words = front.empty() ? "No run is trusted." : "On the front, from coarse to fine: ";
+  const bool trusted = std::any_of(chart.points.begin(), chart.points.end(), [&](const auto& p) {
+    return p.trusted && p.finished && !chart.variants[p.variant].other;
+  });
+  std::string words = !front.empty() ? "On the front, from coarse to fine: "
+                      : trusted ? "Trusted runs are all nearer to the reference than ten times its own error."
+                                : "No run is trusted.";
   for (std::size_t i = 0; i < best.size(); ++i) words += (i > 0 ? "; " : "") + best[i];
   plot.notes = {words + (front.empty() ? "" : "."),
                 "Empty dots: runs whose certificate is not trusted. Crosses above: runs that did not finish, "

@@ -1,6 +1,6 @@
 // The chart of error against voxel size, and of time: voxel_chart [FOLDER] [SIZE ...] draws the phantom with
 // voxels of 1 to 8 mm (or the sizes given), measures it by its own labels and by those that are found in its
-// grey values, and leaves error.svg, time.svg and voxel_chart.csv.
+// grey values, and leaves error.svg, time.svg, cost.svg (error against time) and voxel_chart.csv.
 //
 // The error of an entry is that against the phantom's exact table: a mass's and a principal moment's share, a
 // gravity centre's distance in parts of the cube root of the part's volume. A part that is not found counts
@@ -98,7 +98,8 @@ void draw(const std::filesystem::path& folder, const std::vector<Sample>& sample
              {},
              {}};
   Plot time{"Time against voxel size", {"voxel edge (mm)", true}, {"processor time (s)", true}, {}, {}};
-  for (Plot* plot : {&error, &time}) plot->x.low = samples.front().size, plot->x.high = samples.back().size;
+  for (Plot* plot : {&error, &time})
+    plot->x.low = 0.9 * samples.front().size, plot->x.high = 1.1 * samples.back().size;
   const auto curve = [&](Plot& plot, const std::string& name, const auto& value_of) {
     Curve line{name};
     line.marks = true;
@@ -119,6 +120,32 @@ void draw(const std::filesystem::path& folder, const std::vector<Sample>& sample
       "A centre's error is in parts of the cube root of the part's volume. A part not found counts as 1."};
   curve(time, "segment (its own grid: 3 mm)", [](const Sample& s) { return s.segment_seconds; });
   curve(time, "table with deviations", [](const Sample& s) { return s.table_seconds; });
+  Plot cost{"A scan's inertia table: error against time",
+            {"processor time (s)", true},
+            {"error, relative to the exact table", true},
+            {},
+            error.notes};
+  const auto against_time = [&](const std::string& name, const auto& error_of, const auto& seconds_of) {
+    Curve line{.name = name, .marks = true};
+    for (const Sample& sample : samples) {
+      line.x.push_back(seconds_of(sample)), line.y.push_back(error_of(sample));
+      line.tips.push_back(fmt::format("{}\nvoxels of {:g} mm", name, sample.size));
+    }
+    cost.curves.push_back(std::move(line));
+  };
+  const auto table_seconds = [](const Sample& s) { return s.table_seconds; };
+  const auto all_seconds = [](const Sample& s) { return s.segment_seconds + s.table_seconds; };
+  for (std::size_t n = 0; n < names.size(); ++n)
+    against_time(
+        fmt::format("{}, table alone", names[n]), [n](const Sample& s) { return s.drawn[n].rms; },
+        table_seconds);
+  for (std::size_t n = 0; n < names.size(); ++n)
+    against_time(
+        fmt::format("{}, parts found too", names[n]), [n](const Sample& s) { return s.found[n].rms; },
+        all_seconds);
+  cost.notes.push_back(fmt::format("Along each curve from {:g} mm voxels (lower right) to {:g} mm.",
+                                   samples.front().size, samples.back().size));
+  write(folder / "cost.svg", svg(cost));
   write(folder / "error.svg", svg(error));
   write(folder / "time.svg", svg(time));
   std::string table =
