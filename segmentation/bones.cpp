@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "segmentation/joints_along_way.hpp"
 #include "segmentation/parts.hpp"
 
 namespace borelli {

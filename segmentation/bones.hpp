@@ -4,9 +4,9 @@
 #include <array>
 
 #include "segmentation/anatomy.hpp"
-#include "segmentation/joint_centres.hpp"
 #include "segmentation/limbs.hpp"
 #include "segmentation/part_planes.hpp"
+#include "segmentation/trunk.hpp"
 
 namespace borelli {
 

@@ -1,6 +1,7 @@
 // The way along the bones of each limb, from its root at the hip or shoulder to its far end.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -20,6 +21,10 @@ struct LimbWay {
   std::vector<double> section;          ///< area of bone that lies as far from the root, mm^2, per point
   std::vector<double> off_bone;         ///< distance to bone at the point, mm (a joint's gap: above 0)
   static constexpr double spacing = 3;
+  /// Of the point at or before `s` mm from the root; of a way that is present.
+  std::size_t index(double s) const {
+    return std::min(points.size() - 1, static_cast<std::size_t>(std::max(0.0, s) / spacing));
+  }
   double length() const { return points.empty() ? 0 : spacing * static_cast<double>(points.size() - 1); }
 };
 

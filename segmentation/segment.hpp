@@ -48,8 +48,8 @@ struct Segmentation {
   std::vector<std::string> warnings;               ///< in plain words
 };
 
-/// Steps of the work grid that parts are found on, mm: on coarser grids ankles and feet are lost unnoticed.
-inline constexpr double finest_step = 1, coarsest_step = 8;
+/// Steps of the work grid that parts are found on, mm: on coarser grids the ankles of slight bodies are lost.
+inline constexpr double finest_step = 1, coarsest_step = 6;
 
 struct SegmentOptions {
   double step = 3;    ///< of the work grid, mm, from finest_step to coarsest_step

@@ -1,0 +1,119 @@
+#include "segmentation/joints_along_way.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+namespace borelli {
+namespace {
+
+// place of the largest section in a stretch of the way, 0 where the way does not hold the stretch's start
+double widest(const LimbWay& way, double from, double to) {
+  if (way.length() < from) return 0;
+  std::size_t best = way.index(from);
+  for (std::size_t n = best; n <= way.index(to); ++n)
+    if (way.section[n] > way.section[best]) best = n;
+  return LimbWay::spacing * static_cast<double>(best);
+}
+
+double narrowest(const LimbWay& way, double from, double to) {
+  std::size_t best = way.index(from);
+  for (std::size_t n = best; n <= way.index(to); ++n)
+    if (way.section[n] < way.section[best]) best = n;
+  return LimbWay::spacing * static_cast<double>(best);
+}
+
+double section(const LimbWay& way, double s) { return way.section[way.index(s)]; }
+
+// the same, as a mean over 15 mm: coarse voxels make single sections of slender bones jump
+double smooth_section(const LimbWay& way, double s) {
+  double sum = 0;
+  for (int n = -2; n <= 2; ++n) sum += section(way, s + n * LimbWay::spacing);
+  return sum / 5;
+}
+
+double middling_section(const LimbWay& way, double from, double to) {
+  std::vector<double> all(way.section.begin() + static_cast<std::ptrdiff_t>(way.index(from)),
+                          way.section.begin() + static_cast<std::ptrdiff_t>(way.index(to)) + 1);
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  return *middle;
+}
+
+// the waist between a broad place and another broad one within `reach` of it: a joint's line where no gap is
+// seen between two bones' broad ends
+std::optional<double> waist_near(const LimbWay& way, double broad, double reach) {
+  const double at = section(way, broad);
+  std::optional<double> best;
+  double rise = 0.2 * at;
+  for (std::size_t q = way.index(broad - reach); q <= way.index(broad + reach); ++q) {
+    const double s = LimbWay::spacing * static_cast<double>(q);
+    const double low = narrowest(way, std::min(s, broad), std::max(s, broad));
+    if (way.section[q] < 0.75 * at || way.section[q] - section(way, low) <= rise) continue;
+    rise = way.section[q] - section(way, low);
+    best = low;
+  }
+  return best;
+}
+
+// middle of the gap in the bones that is nearest to s, within `reach` of it
+std::optional<double> gap_near(const LimbWay& way, double s, double reach) {
+  std::optional<double> best;
+  for (std::size_t n = way.index(s - reach); n <= way.index(s + reach); ++n) {
+    if (way.off_bone[n] <= 0) continue;
+    std::size_t end = n;
+    while (end + 1 < way.off_bone.size() && way.off_bone[end + 1] > 0) ++end;
+    const double middle = 0.5 * LimbWay::spacing * static_cast<double>(n + end);
+    if (!best || std::abs(middle - s) < std::abs(*best - s)) best = middle;
+    n = end;
+  }
+  return best;
+}
+
+}  // namespace
+
+JointsAlongWay leg_joints(const LimbWay& way, double scale) {
+  JointsAlongWay joints;
+  const double knee = widest(way, 270 * scale, 580 * scale);
+  if (knee == 0 || way.length() < knee + 20) return joints;
+  const double shaft = narrowest(way, 120 * scale, knee);
+  if (section(way, knee) < 2 * section(way, shaft)) return joints;
+  joints.middle = gap_near(way, knee, 40 * scale).value_or(waist_near(way, knee, 70 * scale).value_or(knee));
+
+  // past the shank's narrowest place the tibia broadens to the ankle
+  const double from = joints.middle + 280 * scale, to = joints.middle + 560 * scale;
+  if (way.length() < from + 60) return joints;
+  const double thin = narrowest(way, joints.middle + 150 * scale, joints.middle + 340 * scale);
+  for (double s = thin; s <= std::min(to, way.length() - 60) && joints.end == 0; s += LimbWay::spacing)
+    if (section(way, s) >= 1.5 * section(way, thin)) joints.end = s + flare_to_ankle * scale;
+  if (joints.end > way.length() - 40) joints.end = 0;
+  return joints;
+}
+
+JointsAlongWay arm_joints(const LimbWay& way, double scale) {
+  JointsAlongWay joints;
+  const double elbow = widest(way, 200 * scale, 420 * scale);
+  if (elbow == 0 || way.length() < elbow + 20) return joints;
+  const double shaft = narrowest(way, 60 * scale, elbow);
+  if (section(way, elbow) < 1.6 * section(way, shaft)) return joints;
+  // where no gap is seen: the widest place holds trochlea, radial head and olecranon, below the joint's line
+  joints.middle = gap_near(way, elbow, 30 * scale).value_or(elbow - 8 * scale);
+
+  const double from = joints.middle + 190 * scale, to = joints.middle + 340 * scale;
+  if (way.length() < from + 60) return joints;
+  const double thin = middling_section(way, joints.middle + 60 * scale, from);
+  // the radius's broad end, then the line of the joint; a slender one is but the widest place thereabouts
+  double last = std::min(to, way.length() - 20), waist = 0;
+  // past the forearm's bones, whose section falls there to half, a hand's knuckles may be as broad
+  for (double s = from; s < last; s += LimbWay::spacing)
+    if (section(way, s) < 0.5 * thin) waist = narrowest(way, s, s + 15 * scale), last = s;
+  double broad = 0;
+  for (double s = from; s <= last && broad == 0; s += LimbWay::spacing)
+    if (smooth_section(way, s) >= 1.25 * thin) broad = widest(way, s, s + 24 * scale);
+  if (broad == 0) broad = widest(way, std::min(joints.middle + 200 * scale, last), last);
+  joints.end = gap_near(way, broad, 24 * scale).value_or(waist > 0 ? waist : broad + 9 * scale);
+  return joints;
+}
+
+}  // namespace borelli

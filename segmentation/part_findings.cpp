@@ -1,0 +1,241 @@
+#include "segmentation/part_findings.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "segmentation/contact.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+std::string plain(std::string_view part) {
+  std::string out(part);
+  std::replace(out.begin(), out.end(), '_', ' ');
+  return out;
+}
+
+// Where a part meets what the scan does not show, its contact in mm^2. A body that merely touches the scan's
+// side shows air beside the place of contact; where it is cut, the section reaches into its depth.
+std::array<double, parts.size()> edge_contact(const Anatomy& a, const Volume<std::uint8_t>& owner,
+                                              const PartPlanes& planes) {
+  std::array<double, parts.size()> contact{};
+  std::array<float, parts.size()> deepest{};
+  const auto& g = a.grid();
+  for (std::size_t o = 0; o < g.count(); ++o)
+    if (a.body.voxels[o]) deepest[owner.voxels[o]] = std::max(deepest[owner.voxels[o]], a.depth.voxels[o]);
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        if (!a.body.at(i, j, k) || !owner.at(i, j, k)) continue;
+        if (a.depth.at(i, j, k) < std::max(10.F, deepest[owner.at(i, j, k)] / 4)) continue;
+        const std::array<std::array<std::int64_t, 3>, 6> around{
+            {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
+        for (const auto& n : around)
+          if (!g.holds(n[0], n[1], n[2]) || !a.scan.seen.at(n[0], n[1], n[2])) {
+            const int part = planes.part(
+                owner.at(i, j, k),
+                g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
+            contact[static_cast<std::size_t>(part)] += a.step() * a.step();
+          }
+      }
+  return contact;
+}
+
+void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes, Segmentation& out) {
+  std::array<std::int64_t, parts.size()> count{};
+  for (const auto label : out.labels.voxels) ++count[label];
+  const auto contact = edge_contact(a, owner, planes);
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    PartFinding& finding = out.part[n];
+    finding.volume = static_cast<double>(count[n]) * out.labels.grid.voxel_volume();
+    if (count[n] == 0) continue;
+    finding.coverage = contact[n] > 100 ? Coverage::cut : Coverage::whole;
+    if (finding.coverage == Coverage::cut) finding.note = "reaches the scan's edge";
+    finding.confidence = 1;
+    for (const Part& other : parts) {
+      if (other.joint.empty() || (other.name != parts[n].name && other.parent != parts[n].name)) continue;
+      const std::string joint(other.joint);
+      const bool spine = joint.starts_with("spine");
+      const std::string bound = bound_of(joint, planes.convention());
+      const auto it = out.landmarks.find(bound);
+      if (it != out.landmarks.end()) {
+        finding.confidence = std::min(finding.confidence, std::exp(-it->second.deviation / 30));
+        if (it->second.source.starts_with("proportion"))
+          finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
+                          " placed by proportion";
+        // how an arm goes on beyond an elbow that is not in view is not seen
+        if (joint.starts_with("elbow") && it->second.source.starts_with("proportion"))
+          finding.confidence = std::min(finding.confidence, 0.4);
+      } else if (finding.coverage == Coverage::whole) {
+        finding.confidence = std::min(finding.confidence, 0.2);
+        finding.note += (finding.note.empty() ? "" : "; ") + std::string("no plane at ") + joint;
+      }
+    }
+  }
+}
+
+// A limb's part that ends within the scan, without a plane at its far joint, holds what hangs on it too.
+void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
+  const auto add = [](std::string& note, const std::string& text) {
+    note += (note.empty() ? "" : "; ") + text;
+  };
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (out.part[n].coverage != Coverage::whole) continue;
+    // the chain outwards from here that no plane parts off
+    std::string held, joint;
+    std::size_t last = n;
+    for (std::size_t m = 1; m < parts.size(); ++m) {
+      const bool limb = parts[m].joint.ends_with("_left") || parts[m].joint.ends_with("_right");
+      if (!limb || parts[m].parent != parts[last].name || last < 5 || out.part[m].volume > 0) continue;
+      if (planes.parts_off(static_cast<int>(m))) break;
+      const std::string side = parts[m].name.ends_with("_left") ? "_left" : "_right";
+      const auto bare = [&](std::string_view name) {
+        return plain(name.substr(0, name.size() - side.size()));
+      };
+      if (joint.empty()) joint = bare(parts[m].joint);
+      held += (held.empty() ? "" : " and ") + bare(parts[m].name);
+      out.part[m].coverage = Coverage::cut;
+      add(out.part[m].note, "not told apart from the " + bare(parts[n].name));
+      last = m;
+    }
+    if (last == n) continue;
+    out.part[n].coverage = Coverage::cut;
+    out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
+    out.part[n].note.clear();  // "no plane at knee_left" says less
+    add(out.part[n].note, "holds " + held + " too: no " + joint + " was found");
+  }
+}
+
+// The last guard: a whole part whose share beside the other whole ones no body has is not that part alone, or
+// not all of it. Shares of an adult's mass, mean of de Leva (1996), Table 4, male and female; from children
+// to the very heavy a part's share is within a factor of two of these.
+void doubt_impossible_shares(Segmentation& out) {
+  constexpr std::array<std::pair<std::string_view, double>, 10> shares{{{"head", 0.068},
+                                                                        {"upper_trunk", 0.157},
+                                                                        {"middle_trunk", 0.155},
+                                                                        {"lower_trunk", 0.118},
+                                                                        {"upper_arm", 0.026},
+                                                                        {"forearm", 0.015},
+                                                                        {"hand", 0.0059},
+                                                                        {"thigh", 0.145},
+                                                                        {"shank", 0.046},
+                                                                        {"foot", 0.0133}}};
+  constexpr double most = 2.8;
+  // the body that each part would belong to
+  std::array<double, parts.size()> body{};
+  std::vector<double> whole;
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (out.part[n].coverage != Coverage::whole) continue;
+    for (const auto& [name, share] : shares)
+      if (parts[n].name.starts_with(name)) body[n] = out.part[n].volume / share;
+    whole.push_back(body[n]);
+  }
+  if (whole.size() < 3) return;
+  const auto middle = whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2);
+  std::nth_element(whole.begin(), middle, whole.end());
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (body[n] == 0 || (body[n] < most * *middle && body[n] > *middle / most)) continue;
+    PartFinding& finding = out.part[n];
+    finding.coverage = Coverage::cut;
+    finding.confidence = std::min(finding.confidence, 0.1);
+    finding.note = std::string(body[n] > *middle ? "too large" : "too small") +
+                   " beside the other whole parts to be this part" +
+                   (finding.note.empty() ? "" : "; " + finding.note);
+  }
+}
+
+// An arm that lies on the trunk is parted from it by how deep the flesh is, not by anything that the scan
+// shows.
+void doubt_what_touches(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
+                        Segmentation& out) {
+  constexpr double much = 0.15;  // of the area of a cube of the part's volume
+  const auto area = contact_areas(a, owner, planes);
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    PartFinding& finding = out.part[n];
+    if (finding.volume == 0 || area[n] < much * std::pow(finding.volume, 2.0 / 3)) continue;
+    finding.confidence = std::min(finding.confidence, 0.4);
+    finding.note +=
+        (finding.note.empty() ? "" : "; ") +
+        fmt::format("touches other parts over {:.0f} cm2, where nothing shows the border", area[n] * 1e-2);
+  }
+}
+
+}  // namespace
+
+std::string_view name_of(Coverage coverage) {
+  switch (coverage) {
+    case Coverage::absent:
+      return "absent";
+    case Coverage::cut:
+      return "cut";
+    case Coverage::whole:
+      return "whole";
+  }
+  return "";
+}
+
+void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
+                 Segmentation& out) {
+  judge(a, owner, planes, out);
+  tell_what_is_not_parted(planes, out);
+  doubt_impossible_shares(out);
+  doubt_what_touches(a, owner, planes, out);
+}
+
+void warn_of_parts(Segmentation& out) {
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    const auto& finding = out.part[n];
+    if (finding.volume > 0 && finding.confidence < 0.5)
+      out.warnings.push_back(plain(parts[n].name) + ": its bounds are uncertain" +
+                             (finding.note.empty() ? "" : " (" + finding.note + ")"));
+    // left and right of a pair, both whole
+    const std::string name(parts[n].name);
+    if (!name.ends_with("_left")) continue;
+    const auto& other =
+        out.part[static_cast<std::size_t>(part_label(name.substr(0, name.size() - 5) + "_right"))];
+    if (finding.coverage != Coverage::whole || other.coverage != Coverage::whole) continue;
+    const double ratio = finding.volume / other.volume;
+    if (ratio < 0.8 || ratio > 1.25)
+      out.warnings.push_back(plain(name.substr(0, name.size() - 5)) + ": left and right differ by " +
+                             std::to_string(std::lround(100 * std::abs(ratio - 1))) +
+                             " % in volume; look at the labels");
+  }
+}
+
+void warn_of_joints(const Grid& grid, Segmentation& out) {
+  std::string outlined;
+  double most = 0, wrists = 0;
+  for (const auto& [name, mark] : out.landmarks) {
+    if (mark.source.starts_with("bone: between radius")) wrists = std::max(wrists, mark.deviation);
+    if (!mark.source.starts_with("bone: middle of the hum") &&
+        !mark.source.starts_with("bone: middle of the fem") &&
+        !mark.source.starts_with("bone: middle of the mal"))
+      continue;
+    outlined += (outlined.empty() ? "" : ", ") + plain(name);
+    most = std::max(most, 2 * mark.deviation);
+  }
+  if (!outlined.empty())
+    out.warnings.push_back(outlined +
+                           fmt::format(": the bones' round ends do not show well enough, so that the "
+                                       "outlines place the joint, within some {:.0f} mm",
+                                       most));
+  constexpr double usual = 5, uncertain = 7;  // mm
+  const double largest = grid.spacing().maxCoeff();
+  if (!out.landmarks.empty() && (largest > usual + 1e-3 || wrists > uncertain))
+    out.warnings.push_back(fmt::format("voxels of {:.1f} mm are large beside this body's joints", largest) +
+                           (wrists > uncertain
+                                ? fmt::format(": a wrist may lie up to {:.0f} mm off, and forearms and hands "
+                                              "end where it does",
+                                              2 * wrists)
+                                : std::string(": joints and the masses beside them are less certain")));
+}
+
+}  // namespace borelli

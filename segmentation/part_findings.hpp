@@ -1,0 +1,25 @@
+// What each part is worth: whole or cut, how sure its bounds are, and what a person should look at.
+#pragma once
+
+#include <cstdint>
+
+#include "segmentation/anatomy.hpp"
+#include "segmentation/part_planes.hpp"
+#include "segmentation/segment.hpp"
+
+namespace borelli {
+
+/// Fills `out.part` from its labels and landmarks. A part is cut where the scan's edge cuts it, where no
+/// plane parts it from the next one of its limb, and where its share beside the other whole parts is none
+/// that a body has; its confidence falls with the deviation of what bounds it, and where it touches what it
+/// does not join. `owner`: whose flesh each place of the work grid is.
+void judge_parts(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
+                 Segmentation& out);
+
+/// Adds a sentence for each part of low confidence, and for pairs whose sides differ by a fifth or more.
+void warn_of_parts(Segmentation& out);
+
+/// Adds sentences for joints that the scan shows too coarsely, or without what tells them best.
+void warn_of_joints(const Grid& scan, Segmentation& out);
+
+}  // namespace borelli
