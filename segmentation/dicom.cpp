@@ -216,7 +216,7 @@ Result<void> load_slice(const DicomSlice& slice, std::size_t k, StoredVoxels& al
   if (slice.padding && slice.modality == "CT")
     for (std::size_t row = 0; row < area; row += width)
       blank_padding(std::span(values).subspan(row, width),
-                    static_cast<float>(slice.slope * *slice.padding + slice.intercept), -1024);
+                    static_cast<float>(slice.slope * *slice.padding + slice.intercept), padding_hu);
   for (std::size_t n = 0; n < area; ++n) put(all.storage, k * area + n, values[n]);
   return {};
 }

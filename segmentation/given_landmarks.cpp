@@ -211,6 +211,27 @@ std::string landmark_of(std::string_view name) {
   return "";
 }
 
+std::vector<std::string> doubts_of_given(const Landmarks& given, const Landmarks& found) {
+  constexpr double far = 60;  // mm: beyond what any finding of ours is off by where it says so
+  std::vector<std::string> doubts;
+  for (const auto& [name, landmark] : given) {
+    const auto own = found.find(name);
+    if (own == found.end()) continue;
+    const double off = (landmark.point - own->second.point).norm();
+    if (off < far) continue;
+    const bool left = name.ends_with("_left");
+    std::string doubt = fmt::format("{} was placed {:.0f} mm from where the scan shows it", name, off);
+    if (left || name.ends_with("_right")) {
+      const std::string other = name.substr(0, name.rfind('_')) + (left ? "_right" : "_left");
+      if (const auto it = found.find(other);
+          it != found.end() && (landmark.point - it->second.point).norm() < 0.5 * off)
+        doubt += fmt::format(", near {}: are left and right confused (RAS for LPS)?", other);
+    }
+    doubts.push_back(doubt);
+  }
+  return doubts;
+}
+
 void put_given(const Landmarks& given, Landmarks& landmarks) {
   for (const auto& [name, landmark] : given) {
     const auto found = landmarks.find(name);

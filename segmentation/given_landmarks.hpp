@@ -30,6 +30,10 @@ Result<void> write_markups(const std::string& path, const Landmarks& landmarks);
 /// The landmark that a name stands for; empty where it is none of ours.
 std::string landmark_of(std::string_view name);
 
+/// What is to be said of landmarks that were given and lie far from what the scan shows: beside those found
+/// of the same name, or nearer to those of the other side.
+std::vector<std::string> doubts_of_given(const Landmarks& given, const Landmarks& found);
+
 /// Puts landmarks that were given in the place of those found. One that lies where it was found (within 0.01
 /// mm) was not moved and stays as found; one without a radius keeps that of the ball or cylinder found there.
 /// A shoulder without any gets that of a mean humeral head, 24 mm (Iannotti et al. 1992, J Bone Joint Surg

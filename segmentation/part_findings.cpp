@@ -190,6 +190,19 @@ void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const Part
   doubt_what_touches(a, owner, planes, out);
 }
 
+void warn_of_flesh_without_part(const Anatomy& a, const Volume<std::uint8_t>& owner, Segmentation& out) {
+  constexpr double much = 0.1e6, share = 0.01;  // mm^3; of the body in view
+  double body = 0, without = 0;
+  for (std::size_t o = 0; o < owner.voxels.size(); ++o)
+    if (a.body.voxels[o]) ++body, without += owner.voxels[o] == 0;
+  const double voxel = a.grid().voxel_volume();
+  if (without * voxel > much && without > share * body)
+    out.warnings.push_back(
+        fmt::format("{:.1f} of the {:.1f} l of body in view belong to no part that could be told, and are "
+                    "left out: limbs are told where the hips or shoulders that they hang on are in view",
+                    1e-6 * without * voxel, 1e-6 * body * voxel));
+}
+
 void warn_of_parts(Segmentation& out) {
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const auto& finding = out.part[n];

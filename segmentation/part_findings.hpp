@@ -16,6 +16,9 @@ namespace borelli {
 void judge_parts(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                  Segmentation& out);
 
+/// Adds a sentence where more than a little of the body in view is nobody's.
+void warn_of_flesh_without_part(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, Segmentation& out);
+
 /// Adds a sentence for each part of low confidence, and for pairs whose sides differ by a fifth or more.
 void warn_of_parts(Segmentation& out);
 

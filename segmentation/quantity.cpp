@@ -148,13 +148,22 @@ Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
 }
 
 struct Changes {
-  std::size_t below = 0, above = 0, not_finite = 0;
+  std::size_t below = 0, above = 0, not_finite = 0, padding = 0;
 };
+
+// The value that stands for what was not measured: one that no noise about air reaches, held by more voxels
+// than chance gives. NaN: there is none.
+double padding_of(const ValueRange& r) {
+  constexpr double below_noise = -1100, share = 1e-3;
+  return r.least < below_noise && at_least(r.at_least, share, r.count)
+             ? r.least
+             : std::numeric_limits<double>::quiet_NaN();
+}
 
 // int16 of each value, written over the bytes that it came from
 template <class T>
 Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double slope, double intercept,
-                double low, std::int16_t fill) {
+                double low, std::int16_t fill, double padding) {
   if (sizeof(T) < 2) storage.resize(count);
   unsigned char* const bytes = reinterpret_cast<unsigned char*>(storage.data());
   Changes changes;
@@ -165,6 +174,9 @@ Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double sl
     std::int16_t out = fill;
     if (!std::isfinite(value)) {
       ++changes.not_finite;
+    } else if (value == padding) {
+      ++changes.padding;
+      out = padding_hu;
     } else {
       changes.below += value<low, changes.above += value> 32767;
       out = static_cast<std::int16_t>(std::lrint(std::clamp(value, low, 32767.0)));
@@ -240,6 +252,7 @@ ValueRange value_range(const StoredVoxels& voxels, double slope, double intercep
       ++r.not_finite;
       return;
     }
+    r.at_least = v < least ? 1 : r.at_least + (v == least);
     least = std::min(least, v), greatest = std::max(greatest, v);
     r.fractional += v != std::floor(v);
   });
@@ -272,7 +285,8 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
                                    std::vector<std::string>& warnings) {
   double low = -32768;
   std::int16_t fill = 0;
-  if (quantity == FileQuantity::hu) low = -1024, fill = -1024;
+  double padding = std::numeric_limits<double>::quiet_NaN();
+  if (quantity == FileQuantity::hu) low = -1024, fill = -1024, padding = padding_of(range);
   if (quantity == FileQuantity::density_kgm3) low = 0;
   if (quantity == FileQuantity::density_gcm3) low = 0, slope *= 1000, intercept *= 1000;
   if (quantity == FileQuantity::mr) {
@@ -283,15 +297,15 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
     }
   }
   const Changes changes = with_scalar(voxels.scalar, [&]<class T>(T) {
-    return convert<T>(voxels.storage, voxels.count, slope, intercept, low, fill);
+    return convert<T>(voxels.storage, voxels.count, slope, intercept, low, fill, padding);
   });
   const auto tell = [&](std::size_t count, const std::string& what) {
     if (count > 0)
       warnings.push_back(std::to_string(count) + " voxels (" + percent(count, voxels.count) + ") " + what);
   };
-  tell(changes.below, quantity == FileQuantity::hu
-                          ? "below -1024 (padding, from " + number(range.least) + ") were set to -1024"
-                          : "below " + number(low) + " were set to " + number(low));
+  tell(changes.padding, "at " + number(range.least) + " are padding: the scan does not show what is there");
+  tell(changes.below,
+       "below " + number(low) + " (from " + number(range.least) + ") were set to " + number(low));
   tell(changes.above, "above 32767 (up to " + number(range.greatest) + ") were set to 32767");
   tell(changes.not_finite, "are not finite numbers and were taken as air (" + std::to_string(fill) + ")");
   return std::move(voxels.storage);

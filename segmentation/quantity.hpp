@@ -45,6 +45,7 @@ struct ValueRange {
   std::size_t count = 0;
   std::size_t not_finite = 0;  ///< NaN or infinite
   std::size_t fractional = 0;  ///< finite and not a whole number
+  std::size_t at_least = 0;    ///< equal to the least
 };
 ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept);
 
@@ -59,9 +60,9 @@ Result<QuantityReading> decide_quantity(const std::string& path, const StoredVox
                                         double intercept, const ValueRange& range,
                                         std::optional<FileQuantity> asked, const std::string& recorded);
 
-/// The values as int16, in place (no second copy of the volume): hu below -1024 is set to -1024, g/cm3 scaled
-/// to kg/m3, negative densities to 0, what is not finite to air; MR is scaled to fit where rounding would
-/// lose it. What was changed is said in `warnings`, with counts.
+/// The values as int16, in place (no second copy of the volume): hu that is padding is set to padding_hu,
+/// other hu below -1024 to -1024, g/cm3 scaled to kg/m3, negative densities to 0, what is not finite to air;
+/// MR is scaled to fit where rounding would lose it. What was changed is said in `warnings`, with counts.
 std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double intercept,
                                    const ValueRange& range, FileQuantity quantity,
                                    std::vector<std::string>& warnings);

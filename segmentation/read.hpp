@@ -30,8 +30,9 @@ struct ScannedVolume {
 };
 
 /// Reads a folder of DICOM slices or one file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd). Values as int16: hu
-/// clamped from below at -1024, g/cm3 scaled to kg/m3. Errors: missing or damaged file, more than one volume
-/// in it, colours, a quantity that is not given and that the values do not tell.
+/// clamped from below at -1024 but for padding (padding_hu), g/cm3 scaled to kg/m3. Errors: missing or
+/// damaged file, more than one volume in it, colours, a quantity that is not given and that the values do not
+/// tell.
 Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& options = {});
 
 /// Reads a label map and its names from a TSV (header "label<TAB>name"; where `names` is empty, the file of

@@ -2,9 +2,13 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "segmentation/anatomy.hpp"
 #include "segmentation/axial_bones.hpp"
@@ -87,6 +91,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
   find_limb_landmarks(a, trunk, limbs, out.landmarks);
   find_trunk_landmarks(a, trunk, limbs, out.landmarks);
   out.convention = options.convention;
+  out.warnings = doubts_of_given(options.given, out.landmarks);
   put_given(options.given, out.landmarks);
   if (options.convention != Convention::deleva1996) {
     find_column_levels(a, trunk, out.landmarks);
@@ -123,6 +128,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
   progress(0.9, "cutting at the joints");
   out.labels = label_voxels(volume, a, owner, planes, classes, options.threads);
   judge_parts(a, owner, planes, out);
+  if (!classes && (trunk.hip[0] || trunk.shoulder[0])) warn_of_flesh_without_part(a, owner, out);
   if (by_hand)
     out.warnings.push_back(
         "neither both hips nor both shoulders were found: parts are by the given landmarks alone");
@@ -141,55 +147,152 @@ bool has_body(const Anatomy& a) {
   return std::any_of(a.body.voxels.begin(), a.body.voxels.end(), [](std::uint8_t v) { return v != 0; });
 }
 
-Grid enlarged(Grid grid, double factor) {
-  grid.axes *= factor;
-  grid.origin *= factor;
-  return grid;
+// How a volume is looked at: a body that lies turned in the scanner along its own axes, and one of unusual
+// size as though it were of usual size, since the directions and lengths that bones, gaps and flesh are told
+// by are those of an adult who lies straight.
+struct View {
+  double size = 1;                                     // of the body, in parts of an adult's
+  Eigen::Matrix3d body = Eigen::Matrix3d::Identity();  // its left, back and up, in the patient frame
+  double turn() const { return Eigen::AngleAxisd(body).angle(); }
+
+  Grid seen(Grid grid) const {
+    grid.axes = body.transpose() * grid.axes / size;
+    grid.origin = body.transpose() * grid.origin / size;
+    return grid;
+  }
+  Landmarks seen(Landmarks landmarks) const {
+    return moved(std::move(landmarks), body.transpose(), 1 / size);
+  }
+  Landmarks unseen(Landmarks landmarks) const { return moved(std::move(landmarks), body, size); }
+
+ private:
+  static Landmarks moved(Landmarks landmarks, const Eigen::Matrix3d& turn, double factor) {
+    for (auto& [name, landmark] : landmarks) {
+      landmark.point = factor * (turn * landmark.point);
+      landmark.deviation *= factor, landmark.radius *= factor;
+    }
+    return landmarks;
+  }
+};
+
+// a body turned by more is looked at along its own axes (radians): hips and shoulders of bodies that lie
+// straight are up to some 3 degrees off them
+constexpr double straight = 6 * EIGEN_PI / 180;
+
+Eigen::Matrix3d axes_of(const Vector3d& left, const Vector3d& up) {
+  Eigen::Matrix3d axes;
+  axes.col(2) = up.normalized();
+  axes.col(0) = (left - left.dot(axes.col(2)) * axes.col(2)).normalized();
+  axes.col(1) = axes.col(2).cross(axes.col(0));
+  return axes;
 }
 
-Landmarks enlarged(Landmarks landmarks, double factor) {
-  for (auto& [name, landmark] : landmarks)
-    landmark.point *= factor, landmark.deviation *= factor, landmark.radius *= factor;
-  return landmarks;
+// the body's own axes, by hips and shoulders
+Eigen::Matrix3d axes_of(const Trunk& trunk) {
+  const auto across = [](const auto& pair) { return Vector3d(pair[0]->centre - pair[1]->centre); };
+  const auto middle = [](const auto& pair) { return Vector3d(0.5 * (pair[0]->centre + pair[1]->centre)); };
+  const Vector3d hips = across(trunk.hip), shoulders = across(trunk.shoulder);
+  return axes_of(hips.normalized() + shoulders.normalized(), middle(trunk.shoulder) - middle(trunk.hip));
 }
 
-// A body of unusual size is looked at as though it were of usual size: the lengths that bones, gaps and flesh
-// are told by are an adult's. `size`: of the body, in parts of an adult's. Nothing where hips and shoulders
-// of such a body are not both in the scan.
-std::optional<Segmentation> parts_at_size(const GreyVolume& volume, double size,
+// the same where no hips and shoulders are seen, by the body's form: up along its sections' centres, left
+// along their longer axis
+Eigen::Matrix3d axes_of_form(const Anatomy& a) {
+  const auto& g = a.grid();
+  double count = 0;
+  Vector3d sum = Vector3d::Zero();
+  Eigen::Matrix2d across = Eigen::Matrix2d::Zero();  // of all sections, about their own centres
+  std::vector<std::pair<Vector3d, double>> sections;
+  for (std::int64_t k = 0; k < g.size[2]; ++k) {
+    double n = 0;
+    Vector3d first = Vector3d::Zero();
+    Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        if (!a.body.at(i, j, k)) continue;
+        const Vector3d p =
+            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        first += p, ++n;
+        second += p.head<2>() * p.head<2>().transpose();
+      }
+    if (n == 0) continue;
+    first /= n;
+    across += second - n * first.head<2>() * first.head<2>().transpose();
+    sections.emplace_back(first, n);
+    sum += n * first, count += n;
+  }
+  if (count == 0) return Eigen::Matrix3d::Identity();
+  const Vector3d centre = sum / count;
+  Eigen::Vector2d rises = Eigen::Vector2d::Zero();
+  double heights = 0;
+  for (const auto& [c, n] : sections) {
+    const double z = c[2] - centre[2];
+    rises += n * z * (c - centre).head<2>();
+    heights += n * z * z;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(across);
+  Vector3d left(solver.eigenvectors()(0, 1), solver.eigenvectors()(1, 1), 0);
+  constexpr double round = 1.3;  // of second moments: no longer axis is told
+  if (solver.eigenvalues()[1] < round * solver.eigenvalues()[0]) left = Vector3d::UnitX();
+  if (left[0] < 0) left = -left;
+  // sections of a short piece tell little of the way upwards
+  constexpr double long_enough = 500;  // mm
+  const bool tall = a.step() * static_cast<double>(sections.size()) > long_enough;
+  return axes_of(
+      left, tall && heights > 0 ? Vector3d(rises[0] / heights, rises[1] / heights, 1) : Vector3d::UnitZ());
+}
+
+// The parts as a view shows them; nothing where hips and shoulders do not both come out as those of a
+// straight body of usual size.
+std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& view,
                                           const SegmentOptions& options, const Progress& progress) {
-  const GreyVolume usual{enlarged(volume.grid, 1 / size), volume.voxels, volume.quantity};
-  const Anatomy a = look(usual, options.step / size, options.threads);
+  const GreyVolume usual{view.seen(volume.grid), volume.voxels, volume.quantity};
+  const Anatomy a = look(usual, options.step / view.size, options.threads);
   if (!has_body(a)) return std::nullopt;
   const Trunk trunk = find_trunk(a);
   constexpr double least = 0.75, most = 1.25;  // no other size fits better by far
   if (!has_both(trunk) || trunk.scale < least || trunk.scale > most) return std::nullopt;
+  if (View{1, axes_of(trunk)}.turn() > 2 * straight) return std::nullopt;
   SegmentOptions as_usual = options;
-  as_usual.step /= size;
-  as_usual.given = enlarged(options.given, 1 / size);
+  as_usual.step /= view.size;
+  as_usual.given = view.seen(options.given);
   Segmentation out = parts_of(usual, a, trunk, nullptr, as_usual, progress);
   out.labels.grid = volume.grid;
-  out.landmarks = enlarged(out.landmarks, size);
-  for (PartFinding& part : out.part) part.volume *= size * size * size;
+  out.landmarks = view.unseen(std::move(out.landmarks));
+  for (PartFinding& part : out.part) part.volume *= view.size * view.size * view.size;
   for (const auto& [name, landmark] : options.given) out.landmarks[name] = landmark;
+  if (view.turn() > straight)
+    out.warnings.push_back(fmt::format(
+        "the body lies turned by {:.0f} degrees in the scanner: parts were found along its own axes",
+        view.turn() * 180 / EIGEN_PI));
   return out;
 }
 
-// The sizes at which to look again, given what an adult's lengths find: that which is found where it is
-// unusual, or a child's and a giant's where the scan may hold a whole trunk of that size.
-std::vector<double> other_sizes(const Anatomy& a, const Trunk& trunk) {
+// How to look again, given what an adult's directions and lengths find: along the axes and at the size that
+// are found where they are unusual; else along those of the body's form, and at a child's and a giant's size
+// where the scan may hold a whole trunk of that size.
+std::vector<View> other_views(const Anatomy& a, const Trunk& trunk) {
   constexpr double small = 0.82, large = 1.14;
   if (has_both(trunk)) {
-    if (trunk.scale >= small && trunk.scale <= large) return {};
-    return {trunk.scale};
+    View view;
+    if (trunk.scale < small || trunk.scale > large) view.size = trunk.scale;
+    if (const View own{1, axes_of(trunk)}; own.turn() > straight) view.body = own.body;
+    if (view.size == 1 && view.turn() == 0) return {};
+    return {view};
   }
-  if (trunk.shoulder[0]) return {};  // lungs bear those out: only the hips are not in view
+  std::vector<View> views;
+  const View form{1, axes_of_form(a)};
+  const bool turned = form.turn() > straight;
+  if (turned) views.push_back(form);
+  if (trunk.shoulder[0]) return views;  // lungs bear those out: only the hips are not in view
   constexpr double child = 0.68, giant = 1.22, trunk_and_more = 800;  // mm of an adult: from knee to chin
-  std::vector<double> sizes;
   const double height = a.step() * static_cast<double>(a.grid().size[2]);
-  for (const double size : {child, giant})
-    if (height > trunk_and_more * size) sizes.push_back(size);
-  return sizes;
+  for (const double size : {child, giant}) {
+    if (height <= trunk_and_more * size) continue;
+    views.push_back({size});
+    if (turned) views.push_back({size, form.body});
+  }
+  return views;
 }
 
 }  // namespace
@@ -214,6 +317,21 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
     if (options.progress) options.progress(share, what);
   };
 
+  for (const auto& [name, landmark] : options.given) {
+    constexpr double beyond = 100;  // mm: a joint may lie some way beyond the scan's end
+    const Vector3d index = volume.grid.index(landmark.point);
+    Vector3d inside;
+    for (int c = 0; c < 3; ++c)
+      inside[c] =
+          std::clamp(index[c], 0.0, static_cast<double>(volume.grid.size[static_cast<std::size_t>(c)] - 1));
+    if (const double off = (volume.grid.point(inside) - landmark.point).norm(); off > beyond)
+      return bad_use(
+          "landmarks",
+          fmt::format(
+              "{} lies {:.0f} mm outside the scan: are its coordinates in mm, and LPS as its file says?",
+              name, off));
+  }
+
   progress(0, "finding body and bones");
   Anatomy a = look(volume, options.step, options.threads);
   std::optional<ClassParts> classes;
@@ -228,8 +346,8 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   progress(0.45, "finding hips, shoulders and spine");
   const Trunk trunk = find_trunk(a);
   if (!classes)  // they know better
-    for (const double size : other_sizes(a, trunk))
-      if (auto found = parts_at_size(volume, size, options, progress)) {
+    for (const View& view : other_views(a, trunk))
+      if (auto found = parts_in_view(volume, view, options, progress)) {
         warn_of_joints(volume.grid, *found);
         progress(1, "");
         return *std::move(found);

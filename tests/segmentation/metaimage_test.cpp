@@ -51,7 +51,7 @@ TEST(MetaImage, ScalesAsItsHeaderSays) {
       "ElementSpacing",
       "ElementToIntensityFunctionSlope = 2\nElementToIntensityFunctionOffset = 10\nElementSpacing");
   ASSERT_TRUE(read) << read.error().message();
-  EXPECT_EQ(read->volume.voxels, (std::vector<std::int16_t>{-1024, 10, 90, 6010}));  // -1990 is padding
+  EXPECT_EQ(read->volume.voxels, (std::vector<std::int16_t>{padding_hu, 10, 90, 6010}));  // -1990
 }
 
 TEST(MetaImage, RoundTripIsExactAndShearIsRefused) {

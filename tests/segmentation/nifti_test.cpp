@@ -164,7 +164,7 @@ TEST(Nifti, EveryScalarTypeWithSlopeAndIntercept) {
   expect_values<double>(64, {-999.6, 0.4, 40.6, 3000}, 1, 0, {-1000, 0, 41, 3000});
 }
 
-TEST(Nifti, ClampsPaddingAndWhatInt16CannotHoldAndSaysSo) {
+TEST(Nifti, MarksPaddingClampsWhatInt16CannotHoldAndSaysSo) {
   ScratchFolder folder;
   HandMade file({3, 2, 2, 2, 1, 1, 1, 1}, 16, 32);
   file.sform(plain_rows);
@@ -173,9 +173,10 @@ TEST(Nifti, ClampsPaddingAndWhatInt16CannotHoldAndSaysSo) {
   const auto back = read_volume(folder / "a.nii", as_hu);
   ASSERT_TRUE(back) << back.error().message();
   EXPECT_EQ(back->volume.voxels,
-            (std::vector<std::int16_t>{-1024, -1024, -1024, 0, 40, 32767, -1024, -1024}));
+            (std::vector<std::int16_t>{padding_hu, padding_hu, -1024, 0, 40, 32767, -1024, -1024}));
   ASSERT_EQ(back->warnings.size(), 3u);
-  EXPECT_NE(back->warnings[0].find("2 voxels (25 %) below -1024"), std::string::npos) << back->warnings[0];
+  EXPECT_NE(back->warnings[0].find("2 voxels (25 %) at -3024 are padding"), std::string::npos)
+      << back->warnings[0];
   EXPECT_NE(back->warnings[1].find("1 voxels (12.5 %) above 32767"), std::string::npos) << back->warnings[1];
   EXPECT_NE(back->warnings[2].find("2 voxels (25 %) are not finite"), std::string::npos) << back->warnings[2];
 }

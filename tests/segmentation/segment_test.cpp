@@ -255,6 +255,33 @@ TEST(Segment, LandmarksGivenByHandReplaceThoseFound) {
   EXPECT_LT(left - right, 0.9e6);
 }
 
+// The same voxels under an affine that leaves the grid's own turn out: then the body itself lies turned.
+TEST(Segment, BodyThatLiesTurnedInTheScannerIsCutAlongItsOwnAxes) {
+  const auto body = build_phantom({});
+  ASSERT_TRUE(body) << body.error().message();
+  for (const Vector3d& turn : {Vector3d(0, 0, 20), Vector3d(15, 0, 0), Vector3d(0, 12, 0)}) {
+    SCOPED_TRACE(turn.transpose());
+    GridOptions how;
+    how.rotation_deg = turn;
+    Scan scan = voxelise(*body, phantom_grid(*body, how), {.noise_hu = 10});
+    scan.grey.grid.axes = how.spacing.asDiagonal();
+    scan.labels.grid = scan.grey.grid;
+    const auto found = segment(scan.grey);
+    ASSERT_TRUE(found) << found.error().message();
+    const auto agreement = dice(found->labels, scan.labels);
+    std::array<double, parts.size()> mine{}, exact{};
+    for (std::size_t o = 0; o < scan.labels.voxels.size(); ++o)
+      ++mine[found->labels.voxels[o]], ++exact[scan.labels.voxels[o]];
+    for (std::size_t n = 1; n < parts.size(); ++n) {
+      const bool small = parts[n].name.starts_with("hand") || parts[n].name.starts_with("foot");
+      EXPECT_GT(agreement[n], small ? 0.9 : 0.95) << parts[n].name;
+      EXPECT_NEAR(mine[n] / exact[n], 1, small ? 0.05 : 0.03) << parts[n].name;
+    }
+    ASSERT_FALSE(found->warnings.empty());
+    EXPECT_NE(found->warnings.back().find("lies turned by"), std::string::npos) << found->warnings.back();
+  }
+}
+
 TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
   GreyVolume volume;
   volume.grid.size = {30, 30, 30};
