@@ -71,6 +71,9 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
         if (it->second.source.starts_with("proportion"))
           finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
                           " placed by proportion";
+        if (const auto own = out.landmarks.find(joint);
+            own != out.landmarks.end() && own->second.source.starts_with("regression"))
+          finding.note += (finding.note.empty() ? "" : "; ") + joint + " placed by regression";
         // how an arm goes on beyond an elbow that is not in view is not seen
         if (joint.starts_with("elbow") && it->second.source.starts_with("proportion"))
           finding.confidence = std::min(finding.confidence, 0.4);

@@ -19,6 +19,7 @@
 #include "segmentation/column_levels.hpp"
 #include "segmentation/frame_points.hpp"
 #include "segmentation/given_landmarks.hpp"
+#include "segmentation/hip_regressions.hpp"
 #include "segmentation/joint_centres.hpp"
 #include "segmentation/landmark_seeds.hpp"
 #include "segmentation/limb_tips.hpp"
@@ -93,6 +94,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
   out.convention = options.convention;
   out.warnings = doubts_of_given(options.given, out.landmarks);
   put_given(options.given, out.landmarks);
+  place_unseen_hips(out.landmarks);
   if (options.convention != Convention::deleva1996) {
     find_column_levels(a, trunk, out.landmarks);
     seat_spine_joints(options.convention, out.landmarks);
@@ -124,6 +126,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
   put_given(options.given, out.landmarks);
   find_frame_points(a, trunk, owner, out.landmarks);
   put_given(options.given, out.landmarks);
+  place_unseen_hips(out.landmarks);  // the posterior spines tell the pelvis' tilt
   const PartPlanes planes(out.landmarks, options.convention);
   progress(0.9, "cutting at the joints");
   out.labels = label_voxels(volume, a, owner, planes, classes, options.threads);

@@ -169,8 +169,10 @@ std::vector<float> blurred_slice(const Anatomy& a, std::int64_t k, std::int64_t 
   return out;
 }
 
-// best column from `bottom` to `top` (slices), each step at most one voxel sideways (dynamic programming)
-void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, Trunk& trunk) {
+// Best column from `bottom` to `top` (slices), each step at most one voxel sideways (dynamic programming).
+// `far`: mm aside of x from which on a place counts for ever less; wings of a pelvis hold as much bone as a
+// column does.
+void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, double far, Trunk& trunk) {
   const auto& g = a.grid();
   const auto k0 =
       std::clamp<std::int64_t>(std::lround((bottom_z - g.origin[2]) / a.step()), 0, g.size[2] - 1);
@@ -199,7 +201,8 @@ void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, Trunk
         const double aside = a.step() * std::abs(static_cast<double>(i0 + u - mid));
         next[static_cast<std::size_t>(j * nu + u)] =
             top + score[static_cast<std::size_t>(j * g.size[0] + i0 + u)] -
-            static_cast<float>(0.015 * box * std::max(0.0, aside - 15));
+            static_cast<float>(0.015 * box *
+                               (std::max(0.0, aside - 15) + std::pow(std::max(0.0, aside - far), 2)));
         from[static_cast<std::size_t>(((k - k0) * ny + j) * nu + u)] = step;
       }
     std::swap(best, next);
@@ -264,7 +267,8 @@ Trunk find_trunk(const Anatomy& a) {
   double top = end;
   if (shoulders)
     top = std::min(end, 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 170);
-  find_spine(a, m[0], hips ? m[2] + 35 : a.grid().origin[2] + a.step(), top, trunk);
+  constexpr double never = 1e3, beside = 30;  // mm
+  find_spine(a, m[0], hips ? m[2] + 35 : a.grid().origin[2] + a.step(), top, hips ? never : beside, trunk);
   // de Leva's male: hips 176 mm apart (hip centres at half the inter-ASIS distance less 14 %), shoulder to
   // hip level 467 mm; the longer measure is the surer one
   if (hips && shoulders)

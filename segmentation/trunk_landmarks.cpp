@@ -1,6 +1,7 @@
 #include "segmentation/trunk_landmarks.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -184,37 +185,44 @@ std::optional<Vector3d> find_navel(const Anatomy& a, const Trunk& trunk, double 
   return navel;
 }
 
-void find_asis(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
+// The foremost place of bone in a box on one side: of the bone's front at each place, the middle of what lies
+// nearly as far forward as the foremost. x: from and to, outwards of `hip`, mm; z likewise, above it.
+std::optional<Vector3d> foremost_bone(const Anatomy& a, int side, const Vector3d& hip,
+                                      std::array<double, 2> x, std::array<double, 2> z) {
   const auto& g = a.grid();
+  std::vector<Vector3d> front;
+  double best = 1e9;
+  for (auto k = std::lround((hip[2] + z[0] - g.origin[2]) / a.step());
+       k <= std::lround((hip[2] + z[1] - g.origin[2]) / a.step()); ++k)
+    for (std::int64_t i = 0; i < g.size[0]; ++i) {
+      const double lateral = side_sign(side) * (g.origin[0] + a.step() * static_cast<double>(i) - hip[0]);
+      if (lateral < x[0] || lateral > x[1]) continue;
+      for (std::int64_t j = 0; j < g.size[1]; ++j) {
+        if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
+        front.push_back(voxel_point(g, i, j, k));
+        best = std::min(best, front.back()[1]);
+        break;
+      }
+    }
+  if (front.empty()) return std::nullopt;
+  Vector3d where = Vector3d::Zero();
+  int count = 0;
+  for (const auto& p : front)
+    if (p[1] < best + 4) where += p, ++count;
+  where /= count;
+  where[1] = best - 0.5 * a.step();
+  return where;
+}
+
+constexpr const char* iliac_source = "bone: foremost point of the iliac crest";
+
+void find_asis(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
+  const double s = trunk.scale;
   for (const int side : {left_side, right_side}) {
     const Vector3d hip = trunk.hip[static_cast<std::size_t>(side)]->centre;
-    const double low = hip[2] + 45 * trunk.scale, high = hip[2] + 130 * trunk.scale;
-    // the bone's front at each place, then the middle of what lies nearly as far forward as the foremost
-    // place
-    std::vector<Vector3d> front;
-    double best = 1e9;
-    for (auto k = std::lround((low - g.origin[2]) / a.step());
-         k <= std::lround((high - g.origin[2]) / a.step()); ++k)
-      for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const double x = g.origin[0] + a.step() * static_cast<double>(i);
-        const double lateral = side_sign(side) * (x - hip[0]);
-        if (lateral < -25 * trunk.scale || lateral > 75 * trunk.scale) continue;
-        for (std::int64_t j = 0; j < g.size[1]; ++j) {
-          if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
-          front.push_back(voxel_point(g, i, j, k));
-          best = std::min(best, front.back()[1]);
-          break;
-        }
-      }
-    Vector3d where = Vector3d::Zero();
-    int count = 0;
-    for (const auto& p : front)
-      if (p[1] < best + 4) where += p, ++count;
-    where /= std::max(1, count);
-    where[1] = best - 0.5 * a.step();
-    if (best < hip[1] - 15 * trunk.scale)
-      marks[std::string("asis") + side_suffix(side)] = {where, 6, 0,
-                                                        "bone: foremost point of the iliac crest"};
+    const auto place = foremost_bone(a, side, hip, {-25 * s, 75 * s}, {45 * s, 130 * s});
+    if (place && (*place)[1] < hip[1] - 15 * s - 0.5 * a.step())
+      marks[std::string("asis") + side_suffix(side)] = {*place, 6, 0, iliac_source};
   }
 }
 
@@ -222,6 +230,27 @@ void find_asis(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
 constexpr double vertex_to_neck = 242.9, neck_to_xiphion = 242.1, xiphion_to_omphalion = 215.5,
                  omphalion_to_hip = 145.7;
 constexpr double neck_to_hip = neck_to_xiphion + xiphion_to_omphalion + omphalion_to_hip;
+
+// The same where the scan ends above the femoral heads: about where hips would be below this neck. The spines
+// are foremost of the wings, whose bone goes back above them and below: what is foremost at the box's or the
+// scan's end is none of them.
+void find_asis_below(const Anatomy& a, const Trunk& trunk, double neck, Landmarks& marks) {
+  const double s = trunk.scale, level = neck - neck_to_hip * s;
+  std::array<std::optional<Vector3d>, 2> spine;
+  for (const int side : {left_side, right_side}) {
+    Vector3d hip(trunk.middle(level) + side_sign(side) * 86 * s, 0, level);
+    auto& place = spine[static_cast<std::size_t>(side)];
+    place = foremost_bone(a, side, hip, {-25 * s, 75 * s}, {20 * s, 150 * s});
+    if (!place) return;
+    const double above = (*place)[2] - level;
+    if (above < 25 * s || above > 140 * s || a.near_edge(*place, 10)) return;
+    if ((*place)[1] > trunk.spine_at((*place)[2])[1] - 30 * s) return;
+  }
+  if (std::abs((*spine[0])[2] - (*spine[1])[2]) > 30 * s) return;
+  for (const int side : {left_side, right_side})
+    marks[std::string("asis") + side_suffix(side)] = {*spine[static_cast<std::size_t>(side)], 6, 0,
+                                                      iliac_source};
+}
 
 // highest point of the head, over the neck; what is near an arm's bones is no head
 std::optional<Vector3d> find_vertex(const Anatomy& a, const Limbs& limbs, const Vector3d& neck,
@@ -309,6 +338,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
   const double top = has_neck    ? neck->second.point[2]
                      : shoulders ? neck_above_shoulders(trunk)
                                  : hip_level + neck_to_hip * trunk.scale;
+  if (!hips) find_asis_below(a, trunk, top, marks);
   const double bottom = hips ? hip_level : top - neck_to_hip * trunk.scale;
   const double length = top - bottom;
   const double spread = has_neck && hips ? 15 : 30;

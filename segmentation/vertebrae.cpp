@@ -124,18 +124,21 @@ double bone_beside(const Anatomy& a, const Trunk& trunk, double z) {
 
 std::optional<double> first_rib(const Anatomy& a, const Trunk& trunk, double near) {
   constexpr double rib = 150;     // mm^2: both sides' necks
+  constexpr double share = 0.2;   // of the most below: transverse processes hold less, in a slender body too
   constexpr double no_more = 24;  // above the first rib follows as much without one
   const double s = trunk.scale;
   std::optional<double> top;
-  double before = 0;  // bone in the slice below
+  double before = 0, most = 0;  // bone in the slice below, and in the one that holds most
   for (double z = near - 110 * s; z < near + 75 * s; z += a.step()) {
     if (!trunk.spine_holds(z)) continue;
     const double here = bone_beside(a, trunk, z) / (rib * s * s);
+    most = std::max(most, here);
+    const double limit = std::max(1.0, share * most);
     // where it falls through the limit, between the slices' middles
-    if (here >= 1)
+    if (here >= limit)
       top = z;
-    else if (before >= 1)
-      top = z - a.step() * (1 - here) / (before - here);
+    else if (before >= limit)
+      top = z - a.step() * (limit - here) / (before - here);
     else if (top && z - *top > no_more * s)
       break;
     before = here;

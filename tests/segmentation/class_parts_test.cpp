@@ -11,6 +11,7 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/segment.hpp"
 #include "tests/paths.hpp"
+#include "tests/segmentation/dice.hpp"
 
 namespace borelli {
 namespace {
@@ -28,17 +29,6 @@ Seen seen(double spacing) {
   grid.spacing.setConstant(spacing);
   out.scan = voxelise(out.body, phantom_grid(out.body, grid));
   return out;
-}
-
-std::array<double, parts.size()> dice(const LabelMap& a, const LabelMap& b) {
-  std::array<double, parts.size()> both{}, all{};
-  for (std::size_t o = 0; o < a.voxels.size(); ++o) {
-    if (a.voxels[o] == b.voxels[o]) both[a.voxels[o]] += 2;
-    ++all[a.voxels[o]];
-    ++all[b.voxels[o]];
-  }
-  for (std::size_t n = 0; n < both.size(); ++n) both[n] = all[n] > 0 ? both[n] / all[n] : 1;
-  return both;
 }
 
 ClassRule rule(std::initializer_list<std::string> names, ClassTissue tissue) {

@@ -326,7 +326,7 @@ TEST(Dicom, RealCtOfATrunk) {
   EXPECT_EQ(grid.size, (std::array<std::int64_t, 3>{512, 512, 160}));
   EXPECT_LT((grid.axes - Eigen::Matrix3d(Vector3d(1.03, 1.03, 3).asDiagonal())).norm(), 1e-9);
   EXPECT_LT((grid.origin - Vector3d(-276.3671, -263.6718, 1055)).norm(), 1e-9);
-  EXPECT_EQ(ct->least, -1024);
+  EXPECT_EQ(ct->least, padding_hu);
   EXPECT_TRUE(says(ct->warnings, "are padding: the scan does not show"));
   EXPECT_EQ(ct->modality, "CT");
 }

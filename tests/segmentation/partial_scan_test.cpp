@@ -9,6 +9,7 @@
 #include "segmentation/read.hpp"
 #include "segmentation/segment.hpp"
 #include "tests/paths.hpp"
+#include "tests/segmentation/dice.hpp"
 
 namespace borelli {
 namespace {
@@ -157,6 +158,50 @@ TEST_F(PartialPhantom, BellyWithHipsHasThem) {
   expect_coverage(belly,
                   {{"middle_trunk", cut}, {"lower_trunk", cut}, {"thigh_left", cut}, {"thigh_right", cut}});
   EXPECT_LT((belly.landmarks.at("hip_left").point - body_->landmarks.at("hip_left").point).norm(), 4);
+}
+
+// Pelvis in view down to below the iliac spines, heads not: thighs are what the planes through the spines
+// part off.
+TEST_F(PartialPhantom, HipsBelowTheScanAreThoseOfRegressions) {
+  using enum Coverage;
+  const auto first = slice_at("hip_left", 45), last = scan_->grey.grid.size[2] - 1;
+  const Segmentation cut_above = found(first, last);
+  for (const std::string side : {"_left", "_right"}) {
+    const Landmark& hip = cut_above.landmarks.at("hip" + side);
+    EXPECT_TRUE(hip.source.starts_with("regression: Harrington 2007 by pelvis width")) << hip.source;
+    const Vector3d off = hip.point - body_->landmarks.find("hip" + side)->second.point;
+    EXPECT_LT(off.cwiseAbs().maxCoeff(), 2 * hip.deviation) << off.transpose();
+    EXPECT_GT(hip.deviation, 8);
+    const auto& thigh = cut_above.part[static_cast<std::size_t>(part_label("thigh" + side))];
+    EXPECT_EQ(name_of(thigh.coverage), "cut");
+    EXPECT_NE(thigh.note.find("placed by regression"), std::string::npos) << thigh.note;
+  }
+  LabelMap exact = scan_->labels;
+  exact.grid = cut_above.labels.grid;
+  const auto slice = static_cast<std::ptrdiff_t>(exact.grid.size[0] * exact.grid.size[1]);
+  exact.voxels.erase(exact.voxels.begin(), exact.voxels.begin() + first * slice);
+  exact.voxels.resize(cut_above.labels.voxels.size());
+  const auto agreement = dice(cut_above.labels, exact);
+  for (const char* part : {"lower_trunk", "middle_trunk", "thigh_left", "thigh_right"})
+    EXPECT_GT(agreement[static_cast<std::size_t>(part_label(part))], 0.9) << part;
+}
+
+TEST(PartialScan, IcrpMalesHipsByRegressionLieWhereHisHeadsAre) {
+  const std::string icrp = test::shared_folder() + "/volumes/icrp_am/AM_hu.nii.gz";
+  if (!std::filesystem::exists(icrp)) GTEST_SKIP() << "the ICRP male is not beside the checkout";
+  const auto scan = read_volume(icrp);
+  ASSERT_TRUE(scan) << scan.error().message();
+  const Segmentation whole = found_in(scan->volume);
+  const Vector3d head = whole.landmarks.at("hip_left").point;
+  const auto first = std::lround(scan->volume.grid.index(head + Vector3d(0, 0, 35))[2]);
+  const Segmentation upper = found_in(cropped(scan->volume, first, scan->volume.grid.size[2] - 1));
+  for (const std::string side : {"_left", "_right"}) {
+    ASSERT_TRUE(upper.landmarks.contains("hip" + side));
+    const Landmark& hip = upper.landmarks.at("hip" + side);
+    EXPECT_TRUE(hip.source.starts_with("regression")) << hip.source;
+    const Vector3d off = hip.point - whole.landmarks.at("hip" + side).point;
+    EXPECT_LT(off.cwiseAbs().maxCoeff(), 2 * hip.deviation) << off.transpose();
+  }
 }
 
 // The upper 45 % and a chest: hips were once found in them, and thighs below.

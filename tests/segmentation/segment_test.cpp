@@ -2,6 +2,7 @@
 // table and landmarks, and against the ICRP male's own bones.
 #include "segmentation/segment.hpp"
 #include "tests/paths.hpp"
+#include "tests/segmentation/dice.hpp"
 
 #include <gtest/gtest.h>
 
@@ -30,17 +31,6 @@ Segmentation found_in(const GreyVolume& volume, double step = 3) {
   auto found = segment(volume, options);
   EXPECT_TRUE(found) << found.error().message();
   return found ? *found : Segmentation{};
-}
-
-std::array<double, parts.size()> dice(const LabelMap& a, const LabelMap& b) {
-  std::array<double, parts.size()> both{}, all{};
-  for (std::size_t o = 0; o < a.voxels.size(); ++o) {
-    if (a.voxels[o] == b.voxels[o]) both[a.voxels[o]] += 2;
-    ++all[a.voxels[o]];
-    ++all[b.voxels[o]];
-  }
-  for (std::size_t n = 0; n < both.size(); ++n) both[n] = all[n] > 0 ? both[n] / all[n] : 1;
-  return both;
 }
 
 // Issue 2's promise: masses within 3 % each (hands and feet 5 %), joint centres within 4 mm.

@@ -1,0 +1,23 @@
+// How well two label maps agree, part by part.
+#pragma once
+
+#include <array>
+
+#include "segmentation/parts.hpp"
+#include "segmentation/volume.hpp"
+
+namespace borelli {
+
+/// Dice's coefficient per part, of maps on the same grid; 1 where neither holds the part.
+inline std::array<double, parts.size()> dice(const LabelMap& a, const LabelMap& b) {
+  std::array<double, parts.size()> both{}, all{};
+  for (std::size_t o = 0; o < a.voxels.size(); ++o) {
+    if (a.voxels[o] == b.voxels[o]) both[a.voxels[o]] += 2;
+    ++all[a.voxels[o]];
+    ++all[b.voxels[o]];
+  }
+  for (std::size_t n = 0; n < both.size(); ++n) both[n] = all[n] > 0 ? both[n] / all[n] : 1;
+  return both;
+}
+
+}  // namespace borelli

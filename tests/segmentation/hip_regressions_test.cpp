@@ -1,0 +1,102 @@
+// Hips that are not in view, against the published equations as they were transcribed elsewhere, and against
+// heads that a part of the scan leaves out.
+#include "segmentation/hip_regressions.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <sstream>
+#include <string>
+
+#include "tests/paths.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// A sum of terms such as -0.24*PD and 7.9, at given values of its names.
+double value(const std::string& equation, const std::map<std::string, double>& names) {
+  static const std::regex term(R"(([+-]?)([0-9.]+)(?:\*([A-Z]+))?)");
+  double sum = 0;
+  for (std::sregex_iterator it(equation.begin(), equation.end(), term), end; it != end; ++it)
+    sum += ((*it)[1] == "-" ? -1 : 1) * std::stod((*it)[2]) *
+           ((*it)[3].matched ? names.at((*it)[3].str()) : 1.0);
+  return sum;
+}
+
+TEST(HipRegressions, AreThePublishedEquations) {
+  const std::string path = test::shared_folder() + "/reference/hip_centre_regressions.csv";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "the published regressions are not there: " << path;
+  std::map<std::string, std::map<std::string, std::string>> published;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream in(line);
+    std::string method, axis, equation;
+    if (line.starts_with('#') || !std::getline(in, method, ',') || !std::getline(in, axis, ',') ||
+        !std::getline(in, equation))
+      continue;
+    published[method][axis] = equation;
+  }
+  for (const PelvisSize& pelvis : {PelvisSize{236, 107, 900}, PelvisSize{180, 131, 655}})
+    for (const auto& [regression, name] :
+         {std::pair{HipRegression::harrington, "Harrington2007_full"},
+          {HipRegression::harrington_width, "Harrington_PW_only(Sangeux2015)"},
+          {HipRegression::hara, "Hara2016"},
+          {HipRegression::bell, "Bell1989"}}) {
+      SCOPED_TRACE(name);
+      ASSERT_TRUE(published.contains(name));
+      const std::map<std::string, double> names{
+          {"PW", pelvis.width}, {"PD", *pelvis.depth}, {"LL", *pelvis.leg}};
+      const auto centre = hip_centre(regression, pelvis);
+      ASSERT_TRUE(centre);
+      EXPECT_NEAR((*centre)[0], value(published[name]["X"], names), 1e-9);
+      EXPECT_NEAR((*centre)[1], value(published[name]["Y"], names), 1e-9);
+      EXPECT_NEAR((*centre)[2], value(published[name]["Z"], names), 1e-9);
+    }
+  const PelvisSize width{236, {}, {}};
+  EXPECT_FALSE(hip_centre(HipRegression::harrington, width));
+  EXPECT_FALSE(hip_centre(HipRegression::hara, width));
+}
+
+// A pelvis turned about and shifted in space has its hips there; what was seen stays.
+TEST(HipRegressions, ArePlacedInThePelvisAsItLies) {
+  const double deg = M_PI / 180;
+  const Eigen::Matrix3d turn =
+      (Eigen::AngleAxisd(20 * deg, Vector3d::UnitZ()) * Eigen::AngleAxisd(-12 * deg, Vector3d::UnitX()))
+          .toRotationMatrix();
+  const Vector3d shift(40, -30, 900);
+  const auto at = [&](double left, double back, double up) {
+    return Landmark{turn * Vector3d(left, back, up) + shift, 3, 0, "bone"};
+  };
+  Landmarks marks{{"asis_left", at(118, 0, 0)},
+                  {"asis_right", at(-118, 0, 0)},
+                  {"psis_left", at(45, 150, 0)},
+                  {"psis_right", at(-45, 150, 0)},
+                  {"medial_malleolus_left", at(118, 0, -880)},
+                  {"medial_malleolus_right", at(-118, 0, -880)}};
+  place_unseen_hips(marks);
+  // Harrington, by hand: X = -.24 150 - 9.9, Y = -.16 236 - .04 880 - 7.1, Z = .28 150 + .16 236 + 7.9
+  EXPECT_LT((marks.at("hip_left").point - at(87.66, 45.9, -80.06).point).norm(), 1e-9);
+  EXPECT_LT((marks.at("hip_right").point - at(-87.66, 45.9, -80.06).point).norm(), 1e-9);
+  EXPECT_LT((marks.at("mid_hip").point - at(0, 45.9, -80.06).point).norm(), 1e-9);
+  EXPECT_EQ(marks.at("hip_left").source, "regression: Harrington 2007");
+  EXPECT_GT(marks.at("hip_left").deviation, 7.9);  // 12.3 +- 5.9 mm over three coordinates
+
+  marks["hip_left"] = at(90, 50, -75);
+  place_unseen_hips(marks);
+  EXPECT_EQ(marks.at("hip_left").source, "bone");
+  EXPECT_TRUE(marks.at("hip_right").source.starts_with("regression"));
+
+  Landmarks one_spine{{"asis_left", at(118, 0, 0)}};
+  place_unseen_hips(one_spine);
+  EXPECT_EQ(one_spine.size(), 1U);
+}
+
+}  // namespace
+}  // namespace borelli
