@@ -112,6 +112,12 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
   for (double s = from; s <= last && broad == 0; s += LimbWay::spacing)
     if (smooth_section(way, s) >= 1.25 * thin) broad = widest(way, s, s + 24 * scale);
   if (broad == 0) broad = widest(way, std::min(joints.middle + 200 * scale, last), last);
+  // where the bones of a bent wrist meet, its waist is less narrow than the hand's own farther on
+  constexpr double carpus = 36;
+  if (waist > broad + carpus * scale) {
+    const double low = narrowest(way, broad, broad + carpus * scale);
+    waist = section(way, low) < 0.6 * section(way, broad) ? low : 0;
+  }
   joints.end = gap_near(way, broad, 24 * scale).value_or(waist > 0 ? waist : broad + 9 * scale);
   return joints;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace borelli {
 namespace {
@@ -136,6 +137,48 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   return way;
 }
 
+constexpr float longest_limb = 3000;  // mm of way
+
+Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
+  Limbs limbs;
+  limbs.territory = std::move(territory);
+  for (std::size_t n = 1; n < limbs.way.size(); ++n) {
+    const bool leg = n <= 2;
+    const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
+    if (head) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
+  }
+  return limbs;
+}
+
+// Ways along bones where the trunk's bones reach no farther than bone goes on from their seeds, and less than
+// a gap beyond: the rest is the limbs', however far from their heads.
+Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Volume<float>& cost,
+                                 const Volume<std::uint8_t>& seeds) {
+  constexpr double along_bone = 150, beyond = 30;  // mm of way: half a rib's reach; less than a gap costs
+  constexpr auto axial = static_cast<std::uint8_t>(Limb::axial);
+  Volume<float> open = cost;
+  for (std::size_t o = 0; o < open.voxels.size(); ++o)
+    if (a.off_bone.voxels[o] > 0) open.voxels[o] = no_way;
+  const auto joined = geodesic(open, seeds, false, static_cast<float>(along_bone * trunk.scale));
+  Volume<std::uint8_t> wider = seeds;
+  for (std::size_t o = 0; o < wider.voxels.size(); ++o)
+    if (joined.owner.voxels[o] == axial) wider.voxels[o] = axial;
+  const auto kept = geodesic(cost, wider, false, static_cast<float>(beyond));
+  open = cost;
+  for (std::size_t o = 0; o < wider.voxels.size(); ++o) {
+    if (kept.owner.voxels[o] == axial) open.voxels[o] = no_way;
+    if (wider.voxels[o] == axial) wider.voxels[o] = 0;
+  }
+  Geodesic territory = geodesic(open, wider, true, longest_limb);
+  for (std::size_t o = 0; o < wider.voxels.size(); ++o)
+    if (kept.owner.voxels[o] == axial) {
+      territory.owner.voxels[o] = axial;
+      territory.length.voxels[o] = kept.length.voxels[o];
+      territory.from[o] = static_cast<std::uint32_t>(o);
+    }
+  return territory;
+}
+
 }  // namespace
 
 Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
@@ -153,13 +196,19 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
     if (trunk.shoulder[n])
       mark_ball(a, *trunk.shoulder[n], side == left_side ? Limb::arm_left : Limb::arm_right, seeds);
   }
-  Limbs limbs;
-  limbs.territory = geodesic(cost, seeds, true, 3000);
-  for (std::size_t n = 1; n < limbs.way.size(); ++n) {
-    const bool leg = n <= 2;
-    const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
-    if (head) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
-  }
+  Limbs limbs = limbs_of(a, trunk, geodesic(cost, seeds, true, longest_limb));
+  // A hand on the hip lies as near to the pelvis' bones as its own do to each other, and the way to it from
+  // there is shorter than along its arm.
+  constexpr double far_enough = 500, gained = 100;  // mm; of a whole arm's way some 700
+  const auto ends_early = [&](int side) {
+    return limbs.arm(side).present && !limbs.arm(side).cut &&
+           limbs.arm(side).length() < far_enough * trunk.scale;
+  };
+  if (!ends_early(left_side) && !ends_early(right_side)) return limbs;
+  Limbs kept = limbs_of(a, trunk, territory_of_kept_trunk(a, trunk, cost, seeds));
+  for (const int side : {left_side, right_side})
+    if (ends_early(side) && kept.arm(side).length() > limbs.arm(side).length() + gained * trunk.scale)
+      return kept;
   return limbs;
 }
 

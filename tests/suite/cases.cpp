@@ -79,6 +79,12 @@ std::vector<Case> cases() {
   c.touching = left_arm;
   all.push_back(c);
 
+  // the back of the hand on the pelvis' wing: bones of both lie a gap of some 8 mm apart
+  c.name = "hand_behind_hip", c.what = "hand behind the hip";
+  c.body.sex = Sex::female;
+  c.body.variation = 206, c.scan.seed = 205;
+  all.push_back(c);
+
   all.push_back(scanned("cut_at_neck", "ends at the neck", 18, {-far, -far, -far}, {far, far, 1560}));
   all.push_back(scanned("cut_at_knee", "ends above the knees", 19, {-far, -far, 590}, {far, far, far}));
   all.push_back(scanned("cut_on_left", "the left arm half outside", 20, {-far, -far, -far}, {225, far, far}));
