@@ -229,7 +229,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const Vector3d down = (knee_line - trunk.hip[n]->centre).normalized();
   const Section end = section_of(a, limbs, limb, knee_line, down, 9, 65);
   const JointEnd k = joint_end(a, limbs, limb, side, end.centre - condyle * scale * down, down, left,
-                               {33 * scale, 15 * scale, 30 * scale, 15, 25 * scale, 58 * scale, 0.35, 1, 0});
+                               {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0});
   marks["knee" + at] =
       found(k.centre, k.deviation,
             k.measured ? "bone: cylinder on the femoral condyles" : "bone: middle of the femoral condyles",
