@@ -11,6 +11,7 @@
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/cut_lines.hpp"
 #include "pipeline/deface.hpp"
+#include "pipeline/fit_pictures.hpp"
 #include "pipeline/glb.hpp"
 #include "pipeline/histogram.hpp"
 #include "pipeline/palette.hpp"
@@ -172,6 +173,25 @@ json joints_of(const Landmarks& landmarks) {
   return list;
 }
 
+/// About the pictures whose grey values stand in `bytes`, one after another.
+json fits_of(const std::vector<FitPicture>& pictures, std::vector<std::uint8_t>& bytes) {
+  json fits = json::array();
+  for (const FitPicture& picture : pictures) {
+    fits.push_back({{"joint", picture.joint},
+                    {"radius", picture.fit.radius},
+                    {"deviation", picture.fit.deviation},
+                    {"source", picture.fit.source},
+                    {"side", picture.side},
+                    {"planes", json::array()}});
+    for (const FitPlane& plane : picture.planes) {
+      fits.back()["planes"].push_back(plane.name);
+      bytes.insert(bytes.end(), plane.grey.begin(), plane.grey.end());
+    }
+  }
+  return {
+      {"pixels", FitPicture::pixels}, {"fits", fits}};
+}
+
 /// The planes by which the parts were cut, as lines in the picture from the front; null where the convention
 /// is none of ours, or none of its planes shows.
 json cuts_of(const ReportInputs& inputs, const Thumbnail& copy) {
@@ -279,6 +299,11 @@ Result<std::string> report_page(const ReportInputs& inputs) {
     report["cuts"] = cuts_of(inputs, copy);
     if (inputs.grey) blocks.emplace_back("grey", view_of(copy.grey));
     if (inputs.labels) blocks.emplace_back("labels", view_of(copy.labels));
+  }
+  std::vector<std::uint8_t> fits;
+  if (inputs.grey && inputs.landmarks) {
+    report["fits"] = fits_of(fit_pictures(*inputs.grey, *inputs.landmarks), fits);
+    if (!fits.empty()) blocks.emplace_back("fits", view_of(fits));
   }
   if (!inputs.glb.empty()) blocks.emplace_back("body", inputs.glb);
 

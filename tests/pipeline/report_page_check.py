@@ -108,6 +108,13 @@ def check_scan(browser):
                 "([...document.querySelectorAll('.slice-controls label')].find(l => l.textContent == 'Parts').querySelector('input'))")
     expect(picture(browser, ".view.axial canvas")["hash"] != before["hash"], "the parts' opacity changes nothing")
     expect(browser.run("document.querySelectorAll('.coronal-sum circle').length") == 15, "not 15 joint centres drawn")
+    # the report's left hip, a sphere: two pictures of four radii, with its circle in the middle
+    expect(browser.run("document.querySelectorAll('.fit').length") == 2, "not two close-ups of the one sphere")
+    for n in (1, 2):
+        expect(picture(browser, f".fit:nth-child({n}) canvas")["colours"] > 3, f"close-up {n} of the sphere is blank")
+    r, at, side = browser.run("(c => [c.r.baseVal.value, c.cx.baseVal.value, c.ownerSVGElement.width.baseVal.value])"
+                              "(document.querySelector('.fit circle.core'))")
+    expect(abs(r / side - 0.25) < 1e-9 and abs(at / side - 0.5) < 1e-9, "the sphere's circle is not where the fit is")
     # where the left knee (97, 0, 440) mm is drawn, by the picture's own size: the copy reaches from -292 to 292 mm
     # and from the grid's end at -26 mm to 1756 mm, a voxel of 12 mm more or less
     x, y = browser.run("""(() => { const text = [...document.querySelectorAll('.coronal-sum text')].find(t => t.textContent == 'Left knee');

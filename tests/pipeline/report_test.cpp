@@ -210,6 +210,7 @@ TEST_F(Report, DrawsItselfInABrowser) {
   fs::create_directories(folder);
   motion.multiplier_names = {"grip[0]", "grip[1]"};
   motion.multipliers = Rows::Constant(std::ssize(motion.times), 2, 5);
+  joints["hip_left"].radius = 25;
   ReportInputs full = inputs();
   for (json& part : full.table["parts"])
     part["deviations"] = {{"mass_kg", {{"total", 0.25}}}, {"mass_pct", {{"total", 0.5}}}};

@@ -6,6 +6,7 @@ import { motionCharts } from './charts.js';
 import { jointTable, makeCoronal } from './coronal.js';
 import { readBlock, readReport } from './data.js';
 import { fixed, h, seconds, section, significant } from './dom.js';
+import { makeFits } from './fits.js';
 import { makeHistogram } from './histogram.js';
 import { makeMassChart } from './masses.js';
 import { makePlayer } from './player.js';
@@ -22,7 +23,7 @@ const readings = {
 
 async function build() {
   const report = readReport();
-  const [body, grey, labels] = await Promise.all(['body', 'grey', 'labels'].map(readBlock));
+  const [body, grey, labels, fits] = await Promise.all(['body', 'grey', 'labels', 'fits'].map(readBlock));
   const rows = rowsOf(report);
   const facts = new Map(rows.filter((r) => Number.isFinite(r.mass)).map((r) => [r.name, r]));
   const page = document.getElementById('page');
@@ -54,7 +55,7 @@ async function build() {
     }
   }
   if (rows.length > 0) page.append(anatomy(report, rows, redraws));
-  if (report.volume && (grey || labels)) page.append(scan(report, grey, labels, redraws));
+  if (report.volume && (grey || labels)) page.append(scan(report, grey, labels, fits, redraws));
   if (report.motion) page.append(motionSection(report.motion, player, redraws));
   const last = account(report);
   if (last) page.append(last);
@@ -129,7 +130,7 @@ function anatomy(report, rows, redraws) {
   return section('inertia', 'Parts and their inertia', chart.element, makeTables(report, rows, sources));
 }
 
-function scan(report, grey, labels, redraws) {
+function scan(report, grey, labels, fits, redraws) {
   const volume = makeVolume({ ...report.source, ...report.volume }, grey, labels);
   const shown = report.parts.filter(({ label }) => label !== undefined);
   const slices = makeSlices(volume, shown);
@@ -148,6 +149,16 @@ function scan(report, grey, labels, redraws) {
       ),
     );
   }
+  if (fits)
+    content.push(
+      h('h3', {}, 'Spheres and cylinders on bone'),
+      h(
+        'p',
+        { class: 'quiet' },
+        'Where the circle runs along the bone’s edge, the joint centre is measured; where it does not, do not believe it.',
+      ),
+      makeFits(report.fits, fits),
+    );
   if (report.histogram?.all.length > 1) {
     const chart = makeHistogram(report.histogram, report.source.quantity);
     redraws.push(chart.draw);
