@@ -23,6 +23,7 @@ json settings_of(const RunSettings& s) {
           {"quantity", s.quantity ? json(quantity_name(*s.quantity)) : json()},
           {"sex", s.sex},
           {"pose", s.pose},
+          {"stature_m", s.stature_m},
           {"density_curve", s.density_curve},
           {"convention", s.convention},
           {"frames", s.frames},
@@ -77,7 +78,7 @@ std::vector<Stage> stages_of(RunData& data) {
        {{"segmentation/landmarks.json"}}});
   stages.push_back({"inertia",
                     {"segmentation"},
-                    pick(all, {"sex", "pose", "density_curve", "convention", "frames"}),
+                    pick(all, {"sex", "pose", "stature_m", "density_curve", "convention", "frames"}),
                     {"inertia/table.csv", "inertia/table.json"},
                     mute(integrate_parts),
                     {{"inertia/table.csv", "inertia/table.json"}, {"inertia/table.json"}}});

@@ -31,7 +31,8 @@ struct RunSettings {
   std::string label_mapping;  ///< from its classes to parts (class_mapping.hpp); empty: it holds parts
   std::string landmarks;  ///< landmarks placed by hand (given_landmarks.hpp), which override what is found
   std::string sex;        ///< "male", "female", or empty: nothing to compare with
-  std::string pose;       ///< "supine", "standing" ...: how the person lay or stood
+  std::string pose;       ///< "supine", "standing" ...: how the person lay or stood; empty: as DICOM says
+  double stature_m = 0;   ///< sole to vertex; 0: not known
   std::string density_curve;              ///< empty: the default
   std::string convention = "deleva1996";  ///< of the cuts, see cuts.hpp; of given labels, how they were cut
   std::string frames = "joints";          ///< of the segments: "joints" or "isb"

@@ -38,11 +38,12 @@ Result<json> hand_on(RunData& data, Segmentation& found, const ScannedVolume& sc
   return answer;
 }
 
-MeasureOptions measuring(const RunSettings& settings) {
+MeasureOptions measuring(const RunSettings& settings, const ScannedVolume& scan) {
   MeasureOptions options;
   options.density_curve = settings.density_curve;
   options.sex = settings.sex;
-  options.pose = settings.pose;
+  options.pose = settings.pose.empty() ? scan.pose : settings.pose;
+  options.stature_m = settings.stature_m;
   options.cuts = settings.convention;
   options.frames = settings.frames;
   options.threads = settings.threads;
@@ -133,7 +134,7 @@ Result<json> integrate_parts(RunData& data) {
   if (!scan) return tl::unexpected(scan.error());
   const auto segmentation = data.segmentation();
   if (!segmentation) return tl::unexpected(segmentation.error());
-  MeasureOptions options = measuring(data.settings);
+  MeasureOptions options = measuring(data.settings, **scan);
   options.segments = (*segmentation)->asked;
   const GreyVolume* weighed = &(*scan)->volume;
   if (weighed->quantity == Quantity::mr) {

@@ -264,6 +264,17 @@ std::vector<std::int16_t> interpolate(const std::vector<std::int16_t>& from, con
   return to;
 }
 
+// how the patient lay: the code's last letters, after head or feet first
+std::string pose_of(std::string_view patient_position) {
+  if (patient_position.size() < 3) return "";
+  const auto way = patient_position.substr(2);
+  if (way == "S") return "supine";
+  if (way == "P") return "prone";
+  if (way == "DL") return "on the left side";
+  if (way == "DR") return "on the right side";
+  return "";
+}
+
 ScannedVolume describe(const SliceStack& stack, const QuantityReading& reading) {
   const DicomSlice& first = stack.slices.front();
   ScannedVolume scanned;
@@ -271,6 +282,7 @@ ScannedVolume describe(const SliceStack& stack, const QuantityReading& reading) 
                                first.packing.empty() ? "" : ", packed as " + first.packing);
   scanned.series_description = first.series_description;
   scanned.modality = first.modality;
+  scanned.pose = pose_of(first.patient_position);
   scanned.reading = reading.statement;
   scanned.volume.grid = stack.grid;
   scanned.volume.quantity = held_as(reading.quantity);

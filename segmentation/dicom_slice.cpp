@@ -67,6 +67,7 @@ DicomSlice take(const std::string& path, const DicomElements& elements) {
   slice.path = path;
   slice.instance_uid = elements.text(0x00080018), slice.series_uid = elements.text(0x0020000e);
   slice.modality = elements.text(0x00080060), slice.series_description = elements.text(0x0008103e);
+  slice.patient_position = elements.text(0x00185100);
   slice.rescale_type = elements.text(0x00281054);
   slice.rows = elements.number(0x00280010).value_or(0),
   slice.columns = elements.number(0x00280011).value_or(0);

@@ -29,8 +29,9 @@ struct DicomSlice {
   std::string instance_uid, series_uid;
   std::string modality;  ///< "CT", "MR", ...
   std::string series_description;
-  std::string rescale_type;  ///< "HU", "US" (unspecified) or empty
-  std::string packing;       ///< how the pixels are packed, in words; empty where they are not
+  std::string patient_position;  ///< as DICOM codes it: "HFS" is head first, supine (PS3.3, C.7.3.1.1.2)
+  std::string rescale_type;      ///< "HU", "US" (unspecified) or empty
+  std::string packing;           ///< how the pixels are packed, in words; empty where they are not
   int columns = 0, rows = 0;
   int samples_per_pixel = 1, frames = 1;
   std::optional<Eigen::Vector3d> position;                 ///< centre of the first pixel, mm, LPS

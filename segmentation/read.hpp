@@ -24,6 +24,7 @@ struct ScannedVolume {
   std::string format;                 ///< e.g. "NIfTI-1, int16" or "DICOM, 160 slices"
   std::string series_description;     ///< DICOM only; else the file's own free text
   std::string modality;               ///< DICOM only: "CT", "MR", ...
+  std::string pose;                   ///< DICOM only: "supine", "prone" ..., or empty where it is not said
   std::string reading;                ///< what the voxels hold and why they were taken as that
   double least = 0, greatest = 0;     ///< values as stored in `volume`
   std::vector<std::string> warnings;  ///< what was chosen, mended or left aside, one sentence each

@@ -313,6 +313,11 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
               "density_kgm3)");
   if (volume.grid.count() == 0 || volume.voxels.size() != volume.grid.count())
     return failure("segmentation", "the volume holds no voxels");
+  if (volume.quantity == Quantity::hu && *std::min_element(volume.voxels.begin(), volume.voxels.end()) >= 0)
+    return failure(
+        "segmentation",
+        "these CT numbers show neither air nor fat, since none is below 0: were they stored with 1024 "
+        "added? Subtract it, or say what they are (--quantity density_kgm3)");
   if (!(options.step >= finest_step && options.step <= coarsest_step))
     return bad_use("segmentation", fmt::format("the work grid's step is {:.6g} mm: choose {:g} to {:g} mm",
                                                options.step, finest_step, coarsest_step));

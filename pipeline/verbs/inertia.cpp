@@ -27,17 +27,14 @@ struct InertiaSettings {
   std::vector<std::string> outputs;
 };
 
-Result<GreyVolume> read_grey(const InertiaSettings& settings, std::string& reading) {
+Result<ScannedVolume> read_scan(const InertiaSettings& settings) {
   ReadOptions options;
   if (!settings.quantity.empty()) {
     const auto quantity = parse_quantity(settings.quantity);
     if (!quantity) return tl::unexpected(quantity.error());
     options.quantity = *quantity;
   }
-  auto scan = read_volume(settings.volume, options);
-  if (!scan) return tl::unexpected(scan.error());
-  reading = scan->reading;
-  return std::move(scan->volume);
+  return read_volume(settings.volume, options);
 }
 
 // the map of all parts that a map of some segments was taken from (segmentation_files.hpp); empty where there
@@ -50,9 +47,9 @@ std::string parts_beside(const std::string& labels) {
 }
 
 Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int threads) {
-  std::string reading;
-  const auto grey = read_grey(settings, reading);
-  if (!grey) return tl::unexpected(grey.error());
+  const auto scan = read_scan(settings);
+  if (!scan) return tl::unexpected(scan.error());
+  const GreyVolume& grey = scan->volume;
   Landmarks landmarks;
   if (!settings.landmarks.empty()) {
     auto read = read_given_landmarks(settings.landmarks);
@@ -62,6 +59,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   }
   MeasureOptions options = settings.measure;
   options.threads = threads;
+  if (options.pose.empty()) options.pose = scan->pose;
   if (settings.sampling == "points") options.sampling = Sampling::points;
   if (settings.sampling == "averages") options.sampling = Sampling::averages;
   PartCompleteness completeness;
@@ -72,8 +70,8 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     classes = std::move(*read);
   }
   std::optional<MrReading> mr;
-  if (grey->quantity == Quantity::mr) {
-    auto read = read_mr(*grey, classes ? &*classes : nullptr, threads);
+  if (grey.quantity == Quantity::mr) {
+    auto read = read_mr(grey, classes ? &*classes : nullptr, threads);
     if (!read) return tl::unexpected(read.error());
     mr = std::move(*read);
     for (const auto& warning : mr->warnings) fmt::print(stderr, "warning: {}\n", warning);
@@ -82,8 +80,8 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   if (!classes) {
     labels = read_labels(settings.labels, settings.names);
     if (!labels) return tl::unexpected(labels.error());
-    if (!same_grid(labels->grid, grey->grid) && same_lattice(labels->grid, grey->grid))
-      labels = labels_on(*labels, grey->grid, threads);
+    if (!same_grid(labels->grid, grey.grid) && same_lattice(labels->grid, grey.grid))
+      labels = labels_on(*labels, grey.grid, threads);
   } else {
     SegmentOptions parting;
     parting.threads = threads, parting.given = std::move(landmarks), parting.classes = &*classes;
@@ -92,7 +90,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
       if (!cuts) return tl::unexpected(cuts.error());
       parting.convention = *cuts;
     }
-    auto found = segment(mr ? flat_body(*mr) : *grey, parting);
+    auto found = segment(mr ? flat_body(*mr) : grey, parting);
     if (!found) return tl::unexpected(found.error());
     for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
     completeness = completeness_of(found->part);
@@ -115,10 +113,10 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     options.cuts = std::move(*cuts);
   }
   if (!settings.convention.empty()) options.cuts = settings.convention;
-  auto table = measure(mr ? mr->density : *grey, std::move(*labels), landmarks, options, completeness);
+  auto table = measure(mr ? mr->density : grey, std::move(*labels), landmarks, options, completeness);
   if (!table) return tl::unexpected(table.error());
   table->source.volume = settings.volume;
-  table->source.quantity = reading;
+  table->source.quantity = scan->reading;
   return table;
 }
 
@@ -303,7 +301,8 @@ void add_inertia(CLI::App& program, Command& command) {
       ->check(number_within(0.3, 2.8));
   verb->add_option("--sex", settings->measure.sex, "male or female: shows published values beside")
       ->check(CLI::IsMember({"male", "female"}));
-  verb->add_option("--pose", settings->measure.pose, "How the person lay or stood, e.g. supine");
+  verb->add_option("--pose", settings->measure.pose,
+                   "How the person lay or stood, e.g. supine (default: as DICOM says)");
   verb->add_option("-o,--output", settings->outputs, "Table to write, .csv or .json; may be given twice");
   verb->callback([&command, settings, verb] {
     const bool blur_chosen = verb->count("--blur-reach") > 0;

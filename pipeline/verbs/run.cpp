@@ -141,7 +141,9 @@ void add_run(CLI::App& program, Command& command) {
       "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer): they override what is found");
   verb->add_option("--sex", s.sex, "male or female: shows published values beside")
       ->check(CLI::IsMember({"male", "female"}));
-  verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine");
+  verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine (default: as DICOM says)");
+  verb->add_option("--stature", s.stature_m, "Sole to vertex, m: for group tables (inertia --compare)")
+      ->check(positive_number());
   verb->add_option("--density-curve", s.density_curve, "From CT numbers to density, by name");
   verb->add_option("--convention", s.convention,
                    "How parts are cut: deleva1996, dempster or bone; of given --labels, how they were cut")

@@ -87,6 +87,7 @@ Result<json> volume_info(const std::string& path, const ReadOptions& options) {
   info["format"] = scanned->format;
   if (!scanned->modality.empty()) info["modality"] = scanned->modality;
   if (!scanned->series_description.empty()) info["description"] = scanned->series_description;
+  if (!scanned->pose.empty()) info["pose"] = scanned->pose;
   info["quantity"] = quantity_name(scanned->volume.quantity);
   info["holds"] = scanned->reading;
   info["least"] = scanned->least, info["greatest"] = scanned->greatest;
@@ -115,6 +116,7 @@ std::string volume_info_text(const json& info) {
   line("format", info["format"]);
   if (info.contains("modality")) line("modality", info["modality"]);
   if (info.contains("description")) line("description", info["description"]);
+  if (info.contains("pose")) line("pose", info["pose"]);
   line("holds", info["holds"].is_null() ? "not clear (see below)" : info["holds"].get<std::string>());
   line("voxels", numbers("voxels"));
   line("spacing", numbers("spacing_mm") + " mm");

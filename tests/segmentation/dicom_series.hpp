@@ -21,6 +21,7 @@ struct TestSlice {
   std::string series = "1.2.3.1", instance;
   std::string modality = "CT", description = "body", acquisition = "1",
               image_type = "ORIGINAL\\PRIMARY\\AXIAL";
+  std::string patient_position;
   int columns = 6, rows = 5;
   Eigen::Vector3d position{-10, -20, 30}, along_row{1, 0, 0}, along_column{0, 1, 0};
   double column_spacing = 0.75, row_spacing = 0.5;
@@ -77,6 +78,7 @@ inline void write_slice(const std::string& path, const TestSlice& s) {
   set(0x0028, 0x0030, fmt::format("{}\\{}", s.row_spacing, s.column_spacing));
   set(0x0028, 0x1053, fmt::format("{}", s.slope)), set(0x0028, 0x1052, fmt::format("{}", s.intercept));
   set(0x0028, 0x1054, "HU");
+  if (!s.patient_position.empty()) set(0x0018, 0x5100, s.patient_position);
   if (s.frames > 1) set(0x0028, 0x0008, std::to_string(s.frames));
   if (s.padding) {
     gdcm::DataElement padding(gdcm::Tag(0x0028, 0x0120), 0, s.is_signed ? gdcm::VR::SS : gdcm::VR::US);

@@ -329,6 +329,27 @@ TEST(Dicom, RealCtOfATrunk) {
   EXPECT_EQ(ct->least, padding_hu);
   EXPECT_TRUE(says(ct->warnings, "are padding: the scan does not show"));
   EXPECT_EQ(ct->modality, "CT");
+  EXPECT_EQ(ct->pose, "supine");
+}
+
+// The codes of PS3.3, C.7.3.1.1.2.
+TEST(Dicom, PoseIsThePatientsPosition) {
+  for (const auto& [code, pose] : {std::pair{"HFS", "supine"},
+                                   {"FFS", "supine"},
+                                   {"HFP", "prone"},
+                                   {"FFP", "prone"},
+                                   {"HFDL", "on the left side"},
+                                   {"FFDR", "on the right side"},
+                                   {"XX", ""},
+                                   {"", ""}}) {
+    ScratchFolder folder;
+    TestSlice slice;
+    slice.patient_position = code;
+    write_series(folder, slice, 3, {0, 0, 2.5});
+    const auto read = read_volume(folder.path());
+    ASSERT_TRUE(read) << read.error().message();
+    EXPECT_EQ(read->pose, pose) << code;
+  }
 }
 
 // The same three slices in every encoding that DCMTK's programs write, and read here: implicit and big-endian

@@ -280,6 +280,13 @@ TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
   const auto air = segment(volume);
   ASSERT_FALSE(air);
   EXPECT_NE(air.error().message().find("no body"), std::string::npos);
+  volume.voxels.assign(27000, 0);
+  volume.at(10, 10, 10) = 1100;
+  const auto raised = segment(volume);
+  ASSERT_FALSE(raised);
+  EXPECT_NE(raised.error().message().find("stored with 1024 added"), std::string::npos)
+      << raised.error().message();
+  volume.voxels.assign(27000, -1000);
   volume.quantity = Quantity::mr;
   const auto mr = segment(volume);
   ASSERT_FALSE(mr);
