@@ -188,8 +188,7 @@ json fits_of(const std::vector<FitPicture>& pictures, std::vector<std::uint8_t>&
       bytes.insert(bytes.end(), plane.grey.begin(), plane.grey.end());
     }
   }
-  return {
-      {"pixels", FitPicture::pixels}, {"fits", fits}};
+  return {{"pixels", FitPicture::pixels}, {"fits", fits}};
 }
 
 /// The planes by which the parts were cut, as lines in the picture from the front; null where the convention
