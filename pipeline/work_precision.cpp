@@ -26,6 +26,14 @@ constexpr double reference_patience = 40;
 // a run that is so near to the reference's own error tells nothing of its own
 constexpr double reference_margin = 10;
 
+/// Which row of a given reference is of that time; its number of rows: none. `length` is of the run, s.
+std::size_t row_at(const GivenReference& given, double time, double length) {
+  const double near = 1e-9 * length;
+  const auto found = std::lower_bound(given.times.begin(), given.times.end(), time - near);
+  return found == given.times.end() || *found > time + near ? given.times.size()
+                                                            : std::size_t(found - given.times.begin());
+}
+
 class Chart {
  public:
   Chart(const Scene& scene, const System& system, const WorkPrecisionSettings& settings,
@@ -45,7 +53,7 @@ class Chart {
     chart_.scene = system_.scene;
     chart_.has_constraints = system_.rows > 0;
     chart_.has_impacts = !system_.contacts.empty();
-    find_reference();
+    settings_.reference ? take_reference() : find_reference();
     std::vector<std::string> methods = settings_.methods;
     if (methods.empty()) {
       methods = integrator_names();
@@ -110,6 +118,29 @@ class Chart {
     return {row - 1, worst};
   }
 
+  /// The given one's rows at the output times, which work_precision() has seen to be there.
+  void take_reference() {
+    const GivenReference& given = *settings_.reference;
+    Trajectory& t = trajectory_.emplace();
+    t.solids = system_.solids;
+    for (int i = 0; i <= settings_.outputs; ++i) {
+      const double at = system_.initial.t + i * how_.output_interval;
+      const std::size_t row = row_at(given, at, how_.end_time - system_.initial.t);
+      t.times.push_back(at);
+      const auto first = given.poses.begin() + long(row * system_.solids.size());
+      t.poses.insert(t.poses.end(), first, first + long(system_.solids.size()));
+    }
+    last_row_ = std::size_t(settings_.outputs);
+    chart_.reference = {.found = true,
+                        .runs = {given.name},
+                        .position = given.error,
+                        .orientation = given.error,
+                        .horizon = how_.end_time,
+                        .words = fmt::format("Reference: {}, as given, taken to be good to {:.1g} of the "
+                                             "scene's length and {:.1g} rad.",
+                                             given.name, given.error, given.error)};
+  }
+
   void find_reference() {
     // one step methods of high order of unlike making; implicit ones where these cannot get through
     const char* stiff = system_.rows > 0 ? "arkode" : "cvode";
@@ -170,7 +201,7 @@ class Chart {
   }
 
   RunErrors errors_of(const Trajectory& t, std::size_t stride) const {
-    RunErrors e{nothing, nothing, nothing, nothing, nothing};
+    RunErrors e{nothing, nothing, nothing, nothing, nothing, nothing};
     const Certificate& c = t.certificate;
     if (c.energy_turnover > 0) e.energy = c.energy_drift / c.energy_turnover;
     if (!c.residuals.empty()) {
@@ -178,10 +209,27 @@ class Chart {
       for (const ConstraintResidual& r : c.residuals) e.constraint = std::max(e.constraint, r.position);
     }
     compare(t.poses.data(), t.times.size(), stride, e);
-    if (chart_.has_impacts && std::isfinite(e.position))
+    if (chart_.has_impacts && std::isfinite(e.position) && !settings_.reference) {
       e.impacts = impact_time_error(impacts_of(c), impacts_of(trajectory_->certificate), system_.initial.t,
                                     chart_.reference.horizon);
+      std::vector<Eigen::Vector3d> momenta;
+      for (Eigen::Index row = 1; row < t.linear_momentum.rows(); ++row)
+        momenta.push_back(t.linear_momentum.row(row).transpose());
+      e.momentum = momentum_error(momenta, stride);
+    }
     return e;
+  }
+
+  /// Of the momenta at every stride-th output after the start.
+  double momentum_error(const std::vector<Eigen::Vector3d>& momenta, std::size_t stride) const {
+    const Rows& reference = trajectory_->linear_momentum;
+    double worst = 0, largest = 0;
+    for (std::size_t i = 0; i < momenta.size() && (i + 1) * stride <= last_row_; ++i)
+      worst =
+          std::max(worst, (momenta[i] - reference.row(Eigen::Index((i + 1) * stride)).transpose()).norm());
+    for (std::size_t row = 0; row <= last_row_; ++row)
+      largest = std::max(largest, reference.row(Eigen::Index(row)).norm());
+    return largest > 0 && !momenta.empty() ? worst / largest : nothing;
   }
 
   static std::vector<double> impacts_of(const Certificate& c) {
@@ -212,11 +260,13 @@ class Chart {
     point.reason = run ? "" : run.error().message();
     if (!run) return seconds;
     point.evaluations = run->evaluations;
-    point.errors = {nothing, nothing, run->energy, run->constraint, nothing};
+    point.errors = {nothing, nothing, run->energy, run->constraint, nothing, nothing};
     std::vector<Pose> poses(centres_.size());  // (of the start: it is not compared)
     poses.insert(poses.end(), run->poses.begin(), run->poses.end());
     compare(poses.data(), times.size() + 1, stride, point.errors);
-    if (chart_.has_impacts && !run->impacts.empty() && std::isfinite(point.errors.position))
+    if (!chart_.has_impacts || settings_.reference || !std::isfinite(point.errors.position)) return seconds;
+    point.errors.momentum = momentum_error(run->momenta, stride);
+    if (!run->impacts.empty())
       point.errors.impacts = impact_time_error(run->impacts, impacts_of(trajectory_->certificate),
                                                system_.initial.t, chart_.reference.horizon);
     return seconds;
@@ -336,6 +386,17 @@ Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSett
   if (settings.outputs < 1 || settings.repeats < 1 || !(settings.budget > 0) || settings.equations.empty() ||
       settings.constraints.empty())
     return bad_use("work-precision", "needs at least one output time, one repeat, and time for a run");
+  if (const auto& given = settings.reference) {
+    const double start = system->initial.t, length = scene.simulation.end_time - start;
+    for (int i = 0; i <= settings.outputs; ++i)
+      if (const double at = start + i * length / settings.outputs;
+          row_at(*given, at, length) == given->times.size())
+        return bad_use(
+            given->name,
+            fmt::format("has no row at t = {:.9g} s: it is to have one every {:.9g} s, as runs are "
+                        "compared at {} times (--outputs)",
+                        at, length / settings.outputs, settings.outputs));
+  }
   return Chart(scene, *system, settings, observer, others).run();
 }
 

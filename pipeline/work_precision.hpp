@@ -3,8 +3,9 @@
 //
 // Error of a run: over output times that all runs share, the largest distance of any solid's gravity centre
 // from the reference's, over the scene's length (System::length), and the largest angle between their
-// orientations. The reference is made by two unlike methods at extreme tolerances; what they differ by is its
-// error. Where the motion is chaotic rounding alone parts the two: then only the times before that count.
+// orientations. The reference is given, or made by two unlike methods at extreme tolerances; what they differ
+// by is its error. Where the motion is chaotic rounding alone parts the two: then only the times before that
+// count.
 //
 // A run whose steps are longer than the time between outputs is compared at the outputs that its steps end
 // on.
@@ -17,12 +18,15 @@
 #pragma once
 
 #include <functional>
+#include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "dynamics/pose.hpp"
 #include "dynamics/scene.hpp"
+#include "pipeline/reference_file.hpp"
 
 namespace borelli {
 
@@ -47,8 +51,9 @@ struct OtherRun {
   std::vector<Pose> poses;  ///< X_WS of each solid, in the scene's order: [time * solids + solid]
   double seconds = 0;       ///< of processor time, without what came before the first step
   long evaluations = 0;
-  double energy = 0, constraint = 0;  ///< as in RunErrors; NaN where there is nothing to compare
-  std::vector<double> impacts = {};   ///< s, when; empty: not told
+  double energy = 0, constraint = 0;          ///< as in RunErrors; NaN where there is nothing to compare
+  std::vector<double> impacts = {};           ///< s, when; empty: not told
+  std::vector<Eigen::Vector3d> momenta = {};  ///< kg m/s, total, at the output times; empty: not told
 };
 
 /// A method of another program that can run the scene.
@@ -71,6 +76,8 @@ struct WorkPrecisionSettings {
   int outputs = 20;     ///< times that runs are compared at, evenly spread over the scene's
   int repeats = 3;      ///< of each run; the median of their times counts
   double budget = 0.5;  ///< s of processor time; a ladder ends with the first run that takes longer
+  /// A reference that holds the output times; where there is none it is made.
+  std::optional<GivenReference> reference = {};
 };
 
 /// Sizes without a unit but where one is said. NaN: there is nothing to compare.
@@ -79,6 +86,8 @@ struct RunErrors {
   double energy;                 ///< largest drift over what was turned over
   double constraint;             ///< largest residual of a row, in the row's unit (m or rad)
   double impacts;                ///< s: of the times of impacts (impact_time_error)
+  /// Of scenes with contacts: of the total linear momentum at the output times, over the reference's largest.
+  double momentum = std::numeric_limits<double>::quiet_NaN();
 };
 
 struct WorkPrecisionPoint {
@@ -122,8 +131,9 @@ struct WorkPrecisionObserver {
       [](const std::vector<WorkPrecisionPoint>&) {};
 };
 
-/// Runs the scene through all variants, and through `others`. Fails where the scene does not compile, or a
-/// setting makes no sense; a run that fails is a point with its reason.
+/// Runs the scene through all variants, and through `others`. Fails where the scene does not compile, a
+/// setting makes no sense, or a given reference has no row at an output time; a run that fails is a point
+/// with its reason.
 Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSettings& settings,
                                      const WorkPrecisionObserver& observer = {},
                                      const std::vector<OtherMethod>& others = {});

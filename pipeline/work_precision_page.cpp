@@ -31,7 +31,8 @@ constexpr Quantity quantities[] = {
     {"orientation", "orientation", "largest error of orientation (rad)", &RunErrors::orientation},
     {"energy", "energy", "largest drift of energy / energy turned over", &RunErrors::energy},
     {"constraint", "constraints", "largest residual of a constraint (m or rad)", &RunErrors::constraint},
-    {"impacts", "times of impacts", "largest error of an impact's time (s)", &RunErrors::impacts}};
+    {"impacts", "times of impacts", "largest error of an impact's time (s)", &RunErrors::impacts},
+    {"momentum", "momentum", "largest error of momentum / largest momentum", &RunErrors::momentum}};
 
 struct Cost {
   const char *file, *title, *axis;
@@ -57,6 +58,7 @@ std::string tip(const WorkPrecision& chart, const WorkPrecisionPoint& p) {
   add("energy", p.errors.energy, "");
   add("constraints", p.errors.constraint, "");
   add("impacts", p.errors.impacts, " s");
+  add("momentum", p.errors.momentum, "");
   if (!p.trusted) out += fmt::format("\nnot trusted: {}", p.reason);
   return out;
 }
@@ -240,7 +242,7 @@ std::vector<std::pair<std::string, Plot>> work_precision_plots(const WorkPrecisi
 std::string work_precision_csv(const WorkPrecision& chart) {
   std::string out = "# " + chart.reference.words +
                     "\nmethod,equations,constraints,setting,finished,trusted,seconds,evaluations,position,"
-                    "orientation_rad,energy,constraint,impacts_s,reason\n";
+                    "orientation_rad,energy,constraint,impacts_s,momentum,reason\n";
   for (const WorkPrecisionPoint& p : chart.points) {
     const Variant& v = chart.variants[p.variant];
     out += fmt::format("{},{},{},{:.17g},{},{},{:.6g},{}", v.method,

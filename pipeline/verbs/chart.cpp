@@ -21,7 +21,8 @@ namespace borelli {
 namespace {
 
 struct Options {
-  std::string scene, folder = "chart";
+  std::string scene, folder = "chart", reference;
+  std::optional<double> reference_error;
   ModelOptions model;
   std::vector<std::string> equations = {"recursive", "lagrange"}, constraints = {"projection", "baumgarte"};
   std::optional<double> end;
@@ -44,14 +45,16 @@ class KeptPoints {
       return x.is_null() ? std::numeric_limits<double>::quiet_NaN() : x.get<double>();
     };
     for (const auto& p : kept.at("points"))
-      out.push_back({p[0],
-                     p[1],
-                     p[2],
-                     p[3],
-                     p[4],
-                     p[5],
-                     p[6],
-                     {number(p[7]), number(p[8]), number(p[9]), number(p[10]), number(p[11])}});
+      if (p.size() == 13)
+        out.push_back(
+            {p[0],
+             p[1],
+             p[2],
+             p[3],
+             p[4],
+             p[5],
+             p[6],
+             {number(p[7]), number(p[8]), number(p[9]), number(p[10]), number(p[11]), number(p[12])}});
     return out;
   }
 
@@ -60,7 +63,7 @@ class KeptPoints {
     for (const WorkPrecisionPoint& p : points)
       all.push_back({p.variant, p.setting, p.finished, p.trusted, p.reason, p.seconds, p.evaluations,
                      p.errors.position, p.errors.orientation, p.errors.energy, p.errors.constraint,
-                     p.errors.impacts});
+                     p.errors.impacts, p.errors.momentum});
     return write_whole(file_, nlohmann::json{{"asked", asked_}, {"points", all}}.dump());
   }
 
@@ -114,6 +117,17 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
   for (const auto* names : {&methods, &o.equations, &o.constraints})
     for (const std::string& name : *names) asked += ' ' + name;
   asked += fmt::format(" {} {} {}", settings.outputs, settings.repeats, settings.budget);
+  if (!o.reference.empty()) {
+    std::vector<std::string> solids;
+    for (const Solid& solid : scene.solids) solids.push_back(solid.name);
+    auto given = read_reference(o.reference, solids);
+    if (!given) return tl::unexpected(given.error());
+    given->error = o.reference_error.value_or(given->error);
+    asked += fmt::format(" {} {}", o.reference, given->error);
+    settings.reference = std::move(*given);
+  } else if (o.reference_error) {
+    return bad_use("--reference-error", "is of a file that --reference gives: give both, or neither");
+  }
   const KeptPoints kept(folder / "chart.partial.json", asked);
 
   ProgressBar bar(command.json);
@@ -177,6 +191,12 @@ void add_chart(CLI::App& program, Command& command) {
                    "Processor time of a run, s; a method's ladder ends with the first that takes longer")
       ->check(positive_number())
       ->capture_default_str();
+  verb->add_option("--reference", o->reference,
+                   "A motion known better than any run (a closed form): CSV or HDF5 as simulate writes them, "
+                   "with a row at each output time");
+  verb->add_option("--reference-error", o->reference_error,
+                   "What that is off by, over the scene's length and in rad (default: 1e-12)")
+      ->check(positive_number());
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }
 

@@ -1,6 +1,7 @@
 // The chart of cost against error: its errors against closed forms, its front against its definition.
 #include "pipeline/work_precision_page.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
 #include "tests/paths.hpp"
+#include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
 namespace {
@@ -72,6 +74,69 @@ TEST(WorkPrecision, ErrorsAreThoseOfTheClosedForm) {
   ASSERT_GE(of_rk4.size(), 6u);
   EXPECT_NEAR(std::log2(of_rk4[4] / of_rk4[5]), 4, 0.2);
   EXPECT_DOUBLE_EQ(chart.points[0].setting, 4 * 0.25);  // the coarsest: over four outputs
+}
+
+// The closed form itself as the reference, by a file that a user writes.
+TEST(WorkPrecision, AReferenceMayBeGiven) {
+  const TestFolder folder;
+  const Scene scene = oscillator();
+  const std::string solid = scene.solids[0].name;
+  std::string text = fmt::format(
+      "# x = cos 2t\ntime [s],\"note, of nothing\",position {0}.x [m],position {0}.y [m],position {0}.z [m],"
+      "orientation {0}.w [1],orientation {0}.x [1],orientation {0}.y [1],orientation {0}.z [1]\n",
+      solid);
+  std::string late = text;
+  for (int i = 0; i <= 40; ++i) {
+    const double t = 0.125 * i;  // (every second row is an output's)
+    const std::string row = fmt::format("{:.17g},-,{:.17g},0,0,1,0,0,0\n", t, std::cos(2 * t));
+    text += row;
+    if (i != 20) late += row;
+  }
+  const std::string file = folder.write("closed.csv", text);
+  WorkPrecisionSettings settings;
+  settings.methods = {"rk4", "dop853"};
+  settings.equations = {Equations::recursive};
+  settings.repeats = 1;
+  settings.budget = 0.02;
+  settings.reference = read_reference(file, {solid}).value();
+  settings.reference->error = 1e-15;
+  const WorkPrecision chart = work_precision(scene, settings).value();
+  EXPECT_EQ(chart.reference.runs, std::vector<std::string>{"closed.csv"});
+  EXPECT_EQ(chart.reference.position, 1e-15);
+  ASSERT_GT(chart.points.size(), 6u);
+  for (const WorkPrecisionPoint& p : chart.points) {
+    if (p.variant != 0) continue;
+    EXPECT_NEAR(p.errors.position, largest_error(scene, p, "rk4", settings.outputs), 1e-14);
+  }
+
+  settings.reference = read_reference(folder.write("late.csv", late), {solid}).value();
+  const auto refused = work_precision(scene, settings);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("late.csv: has no row at t = 2.5 s"), std::string::npos)
+      << refused.error().message();
+  const auto without = [&](const std::string& content, const std::vector<std::string>& solids) {
+    const auto read = read_reference(folder.write("bad.csv", content), solids);
+    return read ? std::string("read") : read.error().message();
+  };
+  EXPECT_NE(without(text, {"other"}).find(":2: has no column 'position other.x [m]'"), std::string::npos);
+  EXPECT_NE(without(text + "6,-,x,0,0,1,0,0,0\n", {solid}).find(":44: has no number in column 3"),
+            std::string::npos);
+  EXPECT_NE(without(text + "6,-,1,0,0,1,1,0,0\n", {solid}).find("not of unit length"), std::string::npos);
+  EXPECT_NE(without(text + "5,-,1,0,0,1,0,0,0\n", {solid}).find("times do not rise"), std::string::npos);
+
+  // as a user would: simulate's own table, good to some 1e-10
+  const std::string sample = test::source_folder() + "/samples/pendulum.toml", out = folder / "run.csv";
+  ASSERT_EQ(
+      run_program("simulate " + sample + " --accuracy 1e-9 --end 1 --output-interval 0.05 -o " + out).code,
+      0);
+  const std::string chart_it = "chart " + sample +
+                               " --end 1 --methods rk4 --budget 0.005 --repeats 1 --json -o " +
+                               folder.path().string();
+  const ProgramRun run = run_program(chart_it + " --reference " + out + " --reference-error 1e-9");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("run.csv"), std::string::npos);
+  EXPECT_EQ(run_program(chart_it + " --reference-error 1e-9").code, 2);
+  EXPECT_EQ(run_program(chart_it + " --reference " + (folder / "none.csv").string()).code, 2);
 }
 
 // The same oscillator by another program: its closed form, off by its step squared.

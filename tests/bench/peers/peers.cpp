@@ -115,6 +115,7 @@ OtherMethod other_method(const Tree& tree, const std::shared_ptr<Peer>& peer, st
       if (at < ours.since_start.size())
         out.energy = std::max(out.energy,
                               std::abs(energy(tree, moving) - first - ours.since_start[at]) / ours.turnover);
+      out.momenta.push_back(momentum(tree, moving));
       out.constraint = std::max({out.constraint, residual(tree, moving), penetration(tree, moving)});
       for (const Tree::Seat& seat : tree.seats) {
         const Pose own{seat.R, seat.p};
@@ -218,8 +219,8 @@ std::string orders_table(const WorkPrecision& chart) {
 /// Of each method the run that is off least in position, by what contacts are judged by.
 std::string contacts_table(const WorkPrecision& chart) {
   std::string out =
-      "| method | ms | position | times of impacts (s) | sinks in by (m) | energy |\n"
-      "| --- | ---: | --- | --- | --- | --- |\n";
+      "| method | ms | position | times of impacts (s) | sinks in by (m) | energy | momentum |\n"
+      "| --- | ---: | --- | --- | --- | --- | --- |\n";
   const auto number = [](double x) { return std::isfinite(x) ? fmt::format("{:.1e}", x) : std::string("-"); };
   for (std::size_t v = 0; v < chart.variants.size(); ++v) {
     const WorkPrecisionPoint* best = nullptr;
@@ -227,9 +228,10 @@ std::string contacts_table(const WorkPrecision& chart) {
       if (p.variant == v && p.finished && p.trusted && (!best || p.errors.position < best->errors.position))
         best = &p;
     if (best)
-      out += fmt::format("| {} | {:.3g} | {} | {} | {} | {} |\n", name_of(chart.variants[v]),
+      out += fmt::format("| {} | {:.3g} | {} | {} | {} | {} | {} |\n", name_of(chart.variants[v]),
                          1e3 * best->seconds, number(best->errors.position), number(best->errors.impacts),
-                         number(best->errors.constraint), number(best->errors.energy));
+                         number(best->errors.constraint), number(best->errors.energy),
+                         number(best->errors.momentum));
   }
   return out;
 }

@@ -302,6 +302,12 @@ Start start_of(const Tree& tree) {
   return out;
 }
 
+Vector3d momentum(const Tree& tree, const Moving* links) {
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t i = 0; i < tree.links.size(); ++i) sum += tree.links[i].mass * links[i].centre;
+  return sum;
+}
+
 double energy(const Tree& tree, const Moving* links) {
   if (!tree.joint_springs.empty() || !tree.turns.empty()) return std::numeric_limits<double>::quiet_NaN();
   double sum = 0;

@@ -112,6 +112,9 @@ struct Start {
 };
 Start start_of(const Tree& tree);
 
+/// kg m/s, of all links.
+Eigen::Vector3d momentum(const Tree& tree, const Moving* links);
+
 /// J: kinetic energy, and that of weight and springs. NaN where torques or springs on joints act.
 double energy(const Tree& tree, const Moving* links);
 
