@@ -20,8 +20,8 @@ constexpr double all = std::numeric_limits<double>::infinity();
 
 class Mapping {
  public:
-  Mapping(StabilityMap& map, const StabilitySettings& settings, const std::function<void(double)>& progress)
-      : map_(map), settings_(settings), progress_(progress) {}
+  Mapping(StabilityMap& map, const StabilitySettings& settings, const StabilityObserver& observer)
+      : map_(map), settings_(settings), observer_(observer) {}
 
   void run() {
     const std::size_t columns = map_.sweep.scenes.size(), methods = map_.methods.size();
@@ -33,14 +33,26 @@ class Mapping {
     }
     for (std::size_t m = 0; m < methods; ++m)
       for (std::size_t c = 0; c < columns; ++c) {
+        if (take_known(m, c)) continue;
         climb(m, c, systems[c]);
         if (deviations[c] && settings_constraints(systems[c]) == ConstraintTreatment::projection)
           map_.limits.back().linear = linear_limit(map_.methods[m], *deviations[c]);
-        progress_(double(m * columns + c + 1) / double(methods * columns));
+        observer_.progress(double(m * columns + c + 1) / double(methods * columns));
+        observer_.column_ends(map_);
       }
   }
 
  private:
+  bool take_known(std::size_t method, std::size_t column) {
+    const auto here = [&](const auto& one) { return one.method == method && one.column == column; };
+    const auto limit = std::find_if(observer_.known_limits.begin(), observer_.known_limits.end(), here);
+    if (limit == observer_.known_limits.end()) return false;
+    map_.limits.push_back(*limit);
+    std::copy_if(observer_.known_cells.begin(), observer_.known_cells.end(), std::back_inserter(map_.cells),
+                 here);
+    return true;
+  }
+
   ConstraintTreatment settings_constraints(const Result<System>& system) const {
     return settings_.constraints.value_or(system->settings.constraints);
   }
@@ -81,7 +93,7 @@ class Mapping {
 
   StabilityMap& map_;
   const StabilitySettings& settings_;
-  const std::function<void(double)>& progress_;
+  const StabilityObserver& observer_;
 };
 
 }  // namespace
@@ -91,7 +103,7 @@ const Ladder& StabilityMap::ladder_of(std::size_t method) const {
 }
 
 Result<StabilityMap> stability_map(Sweep sweep, const StabilitySettings& settings,
-                                   const std::function<void(double)>& progress) {
+                                   const StabilityObserver& observer) {
   const auto first = std::find_if(sweep.scenes.begin(), sweep.scenes.end(), [](const auto& s) { return s; });
   if (sweep.scenes.empty()) return bad_use("stability", "needs a scene");
   if (first == sweep.scenes.end()) return tl::unexpected(sweep.scenes.front().error());
@@ -116,7 +128,7 @@ Result<StabilityMap> stability_map(Sweep sweep, const StabilitySettings& setting
     return bad_use("stability", fmt::format("runs have {} to {} steps; expected 8 at least, and no fewer at "
                                             "most than at least",
                                             settings.lengths.least, settings.lengths.most));
-  Mapping(map, settings, progress).run();
+  Mapping(map, settings, observer).run();
   return map;
 }
 

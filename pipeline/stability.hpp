@@ -58,11 +58,18 @@ struct StabilityMap {
   const Ladder& ladder_of(std::size_t method) const;
 };
 
-/// Runs all of it. `progress` is told the share that is done. Fails where a setting makes no sense, or no
-/// scene of the sweep can be read.
-Result<StabilityMap> stability_map(
-    Sweep sweep, const StabilitySettings& settings,
-    const std::function<void(double)>& progress = [](double) {});
+/// What a map that was broken off has found already, and who is told of each column of a method that ends.
+struct StabilityObserver {
+  std::function<void(double)> progress = [](double) {};  ///< the share that is done
+  std::vector<StabilityCell> known_cells = {};
+  std::vector<StabilityLimit> known_limits = {};  ///< of whole columns
+  std::function<void(const StabilityMap&)> column_ends = [](const StabilityMap&) {};
+};
+
+/// Runs all of it but what is known. Fails where a setting makes no sense, or no scene of the sweep can be
+/// read.
+Result<StabilityMap> stability_map(Sweep sweep, const StabilitySettings& settings,
+                                   const StabilityObserver& observer = {});
 
 /// Of a scene's text (`file` names it): a column for each value of the numbers at `paths`, all set alike.
 Result<Sweep> sweep_of_number(const std::string& text, const std::string& file,

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
 #include "dynamics/integrator.hpp"
@@ -11,6 +12,7 @@
 #include "pipeline/long_runs.hpp"
 #include "pipeline/picture.hpp"
 #include "pipeline/stability_page.hpp"
+#include "pipeline/stages.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
@@ -113,6 +115,74 @@ void print(const StabilityMap& map) {
                limit_words(limit.trusted));
 }
 
+// What a map that was broken off leaves, to be taken up by the same command.
+class KeptColumns {
+ public:
+  /// `asked`: all that the runs depend on.
+  KeptColumns(std::filesystem::path file, const std::string& asked)
+      : file_(std::move(file)), asked_(digest_of_bytes(asked)) {}
+
+  void read(StabilityObserver& observer) const {
+    const auto text = read_whole(file_);
+    if (!text) return;
+    const auto kept = nlohmann::json::parse(*text, nullptr, false);
+    if (kept.is_discarded() || kept.value("asked", "") != asked_) return;  // of another map
+    const auto limit = [](const nlohmann::json& x) {
+      return x.is_null()     ? std::numeric_limits<double>::quiet_NaN()
+             : x.is_string() ? std::numeric_limits<double>::infinity()
+                             : x.get<double>();
+    };
+    for (const auto& c : kept.at("cells"))
+      observer.known_cells.push_back({c[0],
+                                      c[1],
+                                      c[2],
+                                      {.outcome = Outcome(c[3].get<int>()),
+                                       .reason = c[4],
+                                       .end = c[5],
+                                       .steps = c[6],
+                                       .evaluations = c[7],
+                                       .energy = limit(c[8]),
+                                       .constraint = limit(c[9])}});
+    for (const auto& l : kept.at("limits")) {
+      observer.known_limits.push_back({l[0], l[1], limit(l[2]), limit(l[3])});
+      if (!l[4].empty()) observer.known_limits.back().linear = limit(l[4][0]);
+    }
+  }
+
+  Result<void> write(const StabilityMap& map) const {
+    nlohmann::json cells = nlohmann::json::array(), limits = nlohmann::json::array();
+    for (const StabilityCell& c : map.cells)
+      cells.push_back({c.method, c.column, c.setting, int(c.tried.outcome), c.tried.reason, c.tried.end,
+                       c.tried.steps, c.tried.evaluations, number(c.tried.energy),
+                       number(c.tried.constraint)});
+    for (const StabilityLimit& l : map.limits) {
+      nlohmann::json linear = nlohmann::json::array();
+      if (l.linear) linear.push_back(number(*l.linear));
+      limits.push_back({l.method, l.column, number(l.stable), number(l.trusted), linear});
+    }
+    return write_whole(file_, nlohmann::json{{"asked", asked_}, {"cells", cells}, {"limits", limits}}.dump());
+  }
+
+  void remove() const { std::filesystem::remove(file_); }
+
+ private:
+  std::filesystem::path file_;
+  std::string asked_;
+};
+
+/// All that a map's runs depend on.
+std::string asked_for(const Options& o, const Sweep& sweep) {
+  std::string out = BORELLI_VERSION;
+  for (const std::string* one : {&o.step, &o.tolerance, &o.equations}) out += ' ' + *one + ';';
+  out += fmt::format("{} {} {};", o.constraints.value_or(""), o.lengths.least, o.lengths.most);
+  for (const std::string& method : o.methods) out += ' ' + method;
+  for (const Result<Scene>& scene : sweep.scenes) {
+    const auto text = scene ? write_scene(*scene) : tl::unexpected(scene.error());
+    out += '\n' + (text ? *text : text.error().message());
+  }
+  return out;
+}
+
 Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   StabilitySettings settings;
@@ -133,14 +203,24 @@ Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   if (!sweep) return tl::unexpected(sweep.error());
   ProgressBar bar(command.json);
   bar.begin("stability");
-  const auto map = stability_map(std::move(*sweep), settings, [&](double fraction) { bar.update(fraction); });
+  const KeptColumns kept(folder / "stability.partial.json", asked_for(o, *sweep));
+  StabilityObserver observer;
+  Result<void> written;
+  kept.read(observer);
+  observer.progress = [&](double fraction) { bar.update(fraction); };
+  observer.column_ends = [&](const StabilityMap& so_far) {
+    if (written) written = kept.write(so_far);
+  };
+  const auto map = stability_map(std::move(*sweep), settings, observer);
   if (!map) return tl::unexpected(map.error());
+  if (!written) return tl::unexpected(written.error());
   bar.end(fmt::format("{} runs", map->cells.size()));
   if (auto done = write_plots(stability_plots(*map), folder); !done) return tl::unexpected(done.error());
   for (const auto& [name, text] :
        {std::pair("stability.csv", stability_csv(*map)), std::pair("limits.csv", stability_limits_csv(*map)),
         std::pair("stability.html", stability_page(*map))})
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
+  kept.remove();
   if (o.failing)
     for (const auto& [name, text] : failing_scenes(*map, settings))
       if (auto done = write_whole(folder / "failing" / name, text); !done)

@@ -43,6 +43,28 @@ StabilityMap mapped(Sweep columns, const std::vector<std::string>& methods, cons
   return stability_map(std::move(columns), settings).value();
 }
 
+TEST(Stability, GoesOnFromWhatIsKnown) {
+  StabilitySettings settings;
+  settings.methods = {"rk4", "verlet", "dopri5"};
+  settings.steps = parse_ladder("1e-2:10:5", "steps").value();
+  settings.lengths.most = 500;
+  const Sweep columns = sweep(oscillator, "spring.stiffness", "4,100");
+  StabilityObserver first, second;
+  int climbed = 0;
+  first.column_ends = [&](const StabilityMap& so_far) {
+    if (++climbed != 3) return;
+    second.known_cells = so_far.cells, second.known_limits = so_far.limits;
+  };
+  const StabilityMap whole = stability_map(columns, settings, first).value();
+  EXPECT_EQ(climbed, 6);
+  int more = 0;
+  second.column_ends = [&](const StabilityMap&) { ++more; };
+  const StabilityMap again = stability_map(columns, settings, second).value();
+  EXPECT_EQ(more, 3);
+  EXPECT_EQ(stability_csv(again), stability_csv(whole));
+  EXPECT_EQ(stability_limits_csv(again), stability_limits_csv(whole));
+}
+
 TEST(Stability, LimitsOfAnUndampedSpringAreThoseOfTheory) {
   const StabilityMap map =
       mapped(sweep(oscillator, "spring.stiffness", "4,1e4,1e8"),

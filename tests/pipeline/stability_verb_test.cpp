@@ -1,4 +1,5 @@
 // `borelli stability` as a person uses it, and the scenes that make methods fail, which must go on failing.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/scene_file.hpp"
 #include "pipeline/outcome.hpp"
+#include "pipeline/whole_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
@@ -58,6 +60,33 @@ TEST(StabilityVerb, TakesSeveralScenesAndModelsOfOthers) {
                   "--methods rk4 --json -o " + folder.path().string());
   ASSERT_EQ(mjcf.code, 0) << mjcf.err;
   EXPECT_EQ(json::parse(mjcf.out, nullptr, false)["runs"], 2);
+}
+
+TEST(StabilityVerb, GoesOnWhereItWasBrokenOff) {
+  const TestFolder folder;
+  const std::string asked = "stability " + samples +
+                            "heavy_top.toml --vary top.mass=1:10:4 --methods rk4,verlet,dopri5 "
+                            "--json -o ";
+  const auto text = [&](const std::string& name) { return read_whole(folder / name).value(); };
+  ASSERT_EQ(run_program(asked + (folder / "whole").string()).code, 0);
+  // killed after ever more tenths of a second, until it comes to its end
+  const std::string partial = "broken/stability.partial.json";
+  bool was_partial = false;
+  std::string kept;
+  for (int tenths = 1; tenths < 600 && !std::filesystem::exists(folder / "broken/stability.html"); ++tenths) {
+    const ProgramRun run = run_program(asked + (folder / "broken").string(),
+                                       fmt::format("timeout -s KILL {:.1f}", 0.1 * tenths));
+    if (run.code != 0 && std::filesystem::exists(folder / partial)) {
+      was_partial = true;
+      const auto now = json::parse(text(partial));
+      EXPECT_GE(now["limits"].size(), kept.empty() ? 0 : json::parse(kept)["limits"].size());
+      kept = now.dump();
+    }
+  }
+  EXPECT_TRUE(was_partial);
+  EXPECT_FALSE(std::filesystem::exists(folder / partial));
+  for (const char* name : {"stability.csv", "limits.csv"})
+    EXPECT_EQ(text("broken/" + std::string(name)), text("whole/" + std::string(name))) << name;
 }
 
 TEST(StabilityVerb, RunsLong) {
