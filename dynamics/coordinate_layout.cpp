@@ -1,7 +1,6 @@
 #include "dynamics/coordinate_layout.hpp"
 
 #include <algorithm>
-#include <set>
 
 namespace borelli {
 
@@ -13,7 +12,6 @@ void lay_out_coordinates(System& system, const std::vector<std::vector<int>>& ch
       step.u += system.nv;
     }
   const int size = system.size();
-  std::set<int> pattern;
   for (std::size_t b = 0; b < system.bodies.size(); ++b) {
     Body& body = system.bodies[b];
     body.first_support = int(system.support.size());
@@ -25,9 +23,10 @@ void lay_out_coordinates(System& system, const std::vector<std::vector<int>>& ch
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s) own += system.steps[s].nv;
     for (int i = body.support_count - own; i < body.support_count; ++i)
       for (int j = 0; j <= i; ++j)
-        pattern.insert(std::max(support[i], support[j]) * size + std::min(support[i], support[j]));
+        system.pattern.push_back(std::max(support[i], support[j]) * size + std::min(support[i], support[j]));
   }
-  system.pattern.assign(pattern.begin(), pattern.end());
+  // (each is there once, since a coordinate is one body's own)
+  std::sort(system.pattern.begin(), system.pattern.end());
 
   std::vector<int> parent(system.nv, -1);  // of each free coordinate, the free one before it
   for (std::size_t s = 0; s < system.steps.size(); ++s) {

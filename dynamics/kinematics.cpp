@@ -1,3 +1,5 @@
+// Vectors of three numbers are written one by one (see articulated.cpp).
+#define EIGEN_UNALIGNED_VECTORIZE 0
 #include "dynamics/kinematics.hpp"
 
 #include "dynamics/dual.hpp"
@@ -52,46 +54,56 @@ void place(const Placement& placement, PoseOf<T>& X) {
   }
 }
 
-/// Moves a body's frame on by one switch, and with it its angular velocity and the rate of that; if carried,
-/// also the velocity of its origin and the rate of that.
+/// A frame on its way from a body's parent to the body.
 template <class T>
-void advance(const Step& step, const Placement& placement, const SwitchKind& kind, bool accelerated,
-             KinematicsOf<T>& k, BodyMotionOf<T>& body) {
-  const bool carried = k.equations == Equations::recursive;
-  const Vector3<T> before = body.X.p;
-  place(placement, body.X);
-  const int u = step.u;
-  std::visit(
-      [&](const auto& motion) { motion.advance(k.q.data() + step.q, body.X, &k.angular[u], &k.linear[u]); },
-      kind);
+struct Way {
+  PoseOf<T> X;
+  Vector3<T> w, wdot, v, vdot;  ///< v: of the origin
+};
+
+/// Moves a frame on by one switch, and with it its angular velocity and the rate of that; if carried, also
+/// the velocity of its origin and the rate of that. Compiled for each kind of switch by itself.
+template <class Kind, class T>
+void advance(const Kind& kind, const Step& step, const Placement& placement, bool carried, bool accelerated,
+             KinematicsOf<T>& k, Way<T>& to) {
+  const Vector3<T> before = to.X.p;
+  place(placement, to.X);
+  Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
+  kind.advance(k.q.data() + step.q, to.X, angular, linear);
+  const T* const speed = k.u.data() + step.u;
+  const T* const acceleration = k.acceleration.data() + step.u;
+  const bool rates = accelerated || step.drive >= 0;
   Vector3<T> w = Vector3<T>::Zero();
-  if (step.rotates)
-    for (int i = u; i < u + step.nv; ++i) w += k.u[i] * k.angular[i];
-  const Vector3<T> convective = 2 * body.w + w;
-  for (int i = u; i < u + step.nv; ++i) k.origin[i] = body.X.p;
+  for (int i = 0; i < Kind::nv; ++i) {
+    if (Kind::rotates) w += speed[i] * angular[i];
+    k.angular[step.u + i] = angular[i];
+    k.linear[step.u + i] = linear[i];
+    k.origin[step.u + i] = to.X.p;
+  }
+  const Vector3<T> convective = 2 * to.w + w;
   if (carried) {
-    if (step.slides || placement.form != Placement::Form::identity) {
-      const Vector3<T> r = body.X.p - before, wr = body.w.cross(r);
-      body.origin_v += wr;
-      body.origin_vdot += body.wdot.cross(r) + body.w.cross(wr);
+    if (Kind::slides || placement.form != Placement::Form::identity) {
+      const Vector3<T> r = to.X.p - before, wr = to.w.cross(r);
+      to.v += wr;
+      to.vdot += to.wdot.cross(r) + to.w.cross(wr);
     }
-    if (step.slides) {
+    if (Kind::slides) {
       Vector3<T> v = Vector3<T>::Zero();
-      for (int i = u; i < u + step.nv; ++i) {
-        v += k.u[i] * k.linear[i];
-        if (accelerated || step.drive >= 0) body.origin_vdot += k.acceleration[i] * k.linear[i];
+      for (int i = 0; i < Kind::nv; ++i) {
+        v += speed[i] * linear[i];
+        if (rates) to.vdot += acceleration[i] * linear[i];
       }
-      body.origin_v += v;
-      body.origin_vdot += convective.cross(v);
+      to.v += v;
+      to.vdot += convective.cross(v);
     }
   } else {
-    for (int i = u; i < u + step.nv; ++i) k.convective[i] = convective;
+    for (int i = 0; i < Kind::nv; ++i) k.convective[step.u + i] = convective;
   }
-  if (!step.rotates) return;
-  body.wdot += body.w.cross(w);
-  body.w += w;
-  if (accelerated || step.drive >= 0)
-    for (int i = u; i < u + step.nv; ++i) body.wdot += k.acceleration[i] * k.angular[i];
+  if (!Kind::rotates) return;
+  to.wdot += to.w.cross(w);
+  to.w += w;
+  if (rates)
+    for (int i = 0; i < Kind::nv; ++i) to.wdot += acceleration[i] * angular[i];
 }
 
 /// First derivatives of the gravity centre over the support, its velocity and acceleration.
@@ -187,17 +199,23 @@ template <class T>
 void update_all(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
                 const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
   set_coordinates(system, parameters, t, q, v, a, k);
+  const bool carried = k.equations == Equations::recursive;
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
     BodyMotionOf<T>& m = k.bodies[b];
     const BodyMotionOf<T>& parent = k.bodies[body.parent];
-    m.X = parent.X;
-    m.w = parent.w;
-    m.wdot = parent.wdot;
-    m.origin_v = parent.origin_v;
-    m.origin_vdot = parent.origin_vdot;
+    Way<T> to{parent.X, parent.w, parent.wdot, parent.origin_v, parent.origin_vdot};
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
-      advance(system.steps[s], parameters.placements[s], parameters.kinds[s], a != nullptr, k, m);
+      std::visit(
+          [&]<class Kind>(const Kind& kind) {
+            advance<Kind, T>(kind, system.steps[s], parameters.placements[s], carried, a != nullptr, k, to);
+          },
+          parameters.kinds[s]);
+    m.X = to.X;
+    m.w = to.w;
+    m.wdot = to.wdot;
+    m.origin_v = to.v;
+    m.origin_vdot = to.vdot;
     if (!body.touched) continue;
     if (k.equations == Equations::recursive)
       move_centre(inertials[b], m);
@@ -206,9 +224,15 @@ void update_all(const System& system, const Parameters& parameters, const Inerti
   }
 }
 
+BORELLI_INLINED
+void update_numbers(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
+                    double t, const double* q, const double* v, const double* a, Kinematics& k) {
+  update_all(system, parameters, inertials, t, q, v, a, k);
+}
+
 BORELLI_LANES_FOR_PROCESSOR
-void update_lanes(const System& system, const Parameters& parameters, const InertialsOf<Lanes>& inertials,
-                  double t, const Lanes* q, const Lanes* v, const Lanes* a, KinematicsOf<Lanes>& k) {
+void update_numbers(const System& system, const Parameters& parameters, const InertialsOf<Lanes>& inertials,
+                    double t, const Lanes* q, const Lanes* v, const Lanes* a, KinematicsOf<Lanes>& k) {
   update_all(system, parameters, inertials, t, q, v, a, k);
 }
 
@@ -217,10 +241,10 @@ void update_lanes(const System& system, const Parameters& parameters, const Iner
 template <class T>
 void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                        double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
-  if constexpr (std::is_same_v<T, Lanes>)
-    update_lanes(system, parameters, inertials, t, q, v, a, k);
-  else
+  if constexpr (std::is_same_v<T, DualNumber>)
     update_all(system, parameters, inertials, t, q, v, a, k);
+  else
+    update_numbers(system, parameters, inertials, t, q, v, a, k);
 }
 
 SecondDerivative second_derivative(const System& system, const Kinematics& kinematics, int k, int i, int j) {

@@ -1,9 +1,11 @@
+// Vectors of three numbers are written one by one (see articulated.cpp).
+#define EIGEN_UNALIGNED_VECTORIZE 0
 #include "dynamics/recursive.hpp"
 
 #include "dynamics/armature.hpp"
-
 #include "dynamics/dual.hpp"
 #include "dynamics/lanes.hpp"
+#include "dynamics/processor.hpp"
 
 namespace borelli {
 
@@ -13,16 +15,23 @@ using Eigen::Vector3;
 namespace {
 
 /// Whether the frame after a step has its origin where the one before it has.
-bool stays(const System& system, const Parameters& parameters, int step) {
-  return !system.steps[step].slides && parameters.placements[step].form == Placement::Form::identity;
+template <class Kind>
+bool stays(const Parameters& parameters, int step) {
+  return !Kind::slides && parameters.placements[step].form == Placement::Form::identity;
 }
 
-/// From the origin of the frame before a step of a body to that after it.
+/// From the origin of the frame before each step to that after it.
 template <class T>
-Vector3<T> moved(const System& system, const KinematicsOf<T>& k, const Body& body, int step) {
-  const Vector3<T>& before =
-      step > body.first_step ? k.origin[system.steps[step - 1].u] : k.bodies[body.parent].X.p;
-  return k.origin[system.steps[step].u] - before;
+void find_arms(const System& system, const KinematicsOf<T>& k, RecursionOf<T>& recursion) {
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+    const Body& body = system.bodies[b];
+    const Vector3<T>* before = &k.bodies[body.parent].X.p;
+    for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
+      const Vector3<T>* here = &k.origin[system.steps[s].u];
+      recursion.arm[s] = *here - *before;
+      before = here;
+    }
+  }
 }
 
 template <class T>
@@ -32,18 +41,27 @@ void add(const Wrench<T>& wrench, Wrench<T>& to) {
 }
 
 /// The power of a wrench along the unit twist of coordinate u.
-template <class T>
-T power(const KinematicsOf<T>& k, const Step& step, int u, const Wrench<T>& wrench) {
-  if (!step.slides) return k.angular[u].dot(wrench.n);
-  if (!step.rotates) return k.linear[u].dot(wrench.f);
-  return k.angular[u].dot(wrench.n) + k.linear[u].dot(wrench.f);
+template <class Kind, class T>
+T power(const KinematicsOf<T>& k, int u, const Wrench<T>& wrench) {
+  if constexpr (!Kind::slides)
+    return k.angular[u].dot(wrench.n);
+  else if constexpr (!Kind::rotates)
+    return k.linear[u].dot(wrench.f);
+  else
+    return k.angular[u].dot(wrench.n) + k.linear[u].dot(wrench.f);
 }
 
-/// R tensor R^T
+/// R tensor R^T, with less work where the body's axes are principal ones.
 template <class T, class Tensor>
 Matrix3<T> tensor_in_world(const Matrix3<T>& R, const Tensor& tensor) {
-  const Matrix3<T> half = R * tensor;
-  Matrix3<T> I;
+  Matrix3<T> half, I;
+  bool principal = false;
+  if constexpr (std::is_same_v<T, double>)
+    principal = tensor(0, 1) == 0 && tensor(0, 2) == 0 && tensor(1, 2) == 0;
+  if (principal)
+    for (int j = 0; j < 3; ++j) half.col(j) = R.col(j) * tensor(j, j);
+  else
+    half.noalias() = R * tensor;
   for (int i = 0; i < 3; ++i)
     for (int j = i; j < 3; ++j) I(j, i) = I(i, j) = half.row(i).dot(R.row(j));
   return I;
@@ -67,12 +85,26 @@ RecursionOf<T>::RecursionOf(const System& system)
       inertia(own.size()),
       applied(own.size()),
       carried(own.size()),
-      acted(own.size()) {}
+      acted(own.size()),
+      before(system.steps.size()),
+      arm(system.steps.size()) {
+  std::vector<int> last(system.bodies.size(), -1);
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+    const Body& body = system.bodies[b];
+    last[b] = last[body.parent];
+    for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
+      before[s] = last[b];
+      last[b] = s;
+    }
+  }
+}
+
+namespace {
 
 template <class T>
-void find_own_forces(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
-                     const KinematicsOf<T>& kinematics, const EffortSumsOf<T>& efforts,
-                     RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms) {
+void find_own_forces_of(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                        const KinematicsOf<T>& kinematics, const EffortSumsOf<T>& efforts,
+                        RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms) {
   terms.kinetic = 0;
   terms.potential = efforts.potential;
   terms.group_kinetic.setZero();
@@ -111,25 +143,28 @@ void find_own_forces(const System& system, const Parameters& parameters, const I
 }
 
 template <class T>
-void find_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
-                  const EffortSumsOf<T>& efforts, RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms) {
+void find_efforts_of(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+                     const EffortSumsOf<T>& efforts, RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms) {
+  find_arms(system, kinematics, recursion);
   recursion.carried = recursion.inertia;
   recursion.acted = recursion.applied;
   for (int b = int(system.bodies.size()) - 1; b > 0; --b) {
     const Body& body = system.bodies[b];
-    Wrench<T>& inertia = recursion.carried[b];
-    Wrench<T>& applied = recursion.acted[b];
-    for (int s = body.first_step + body.step_count - 1; s >= body.first_step; --s) {
-      const Step& step = system.steps[s];
-      for (int u = step.u; u < step.u + step.nv; ++u) {
-        terms.B[u] = power(kinematics, step, u, inertia);
-        terms.Q[u] = efforts.coordinate[u] + power(kinematics, step, u, applied);
-      }
-      if ((s == body.first_step && body.parent == 0) || stays(system, parameters, s)) continue;
-      const Vector3<T> r = moved(system, kinematics, body, s);
-      inertia.n += r.cross(inertia.f);
-      applied.n += r.cross(applied.f);
-    }
+    Wrench<T> inertia = recursion.carried[b], applied = recursion.acted[b];
+    for (int s = body.first_step + body.step_count - 1; s >= body.first_step; --s)
+      std::visit(
+          [&]<class Kind>(const Kind&) {
+            const int u = system.steps[s].u;
+            for (int i = u; i < u + Kind::nv; ++i) {
+              terms.B[i] = power<Kind>(kinematics, i, inertia);
+              terms.Q[i] = efforts.coordinate[i] + power<Kind>(kinematics, i, applied);
+            }
+            if (recursion.before[s] < 0 || stays<Kind>(parameters, s)) return;
+            const Vector3<T> r = recursion.arm[s];
+            inertia.n += r.cross(inertia.f);
+            applied.n += r.cross(applied.f);
+          },
+          parameters.kinds[s]);
     if (body.parent == 0) continue;
     add(inertia, recursion.carried[body.parent]);
     add(applied, recursion.acted[body.parent]);
@@ -137,45 +172,60 @@ void find_efforts(const System& system, const Parameters& parameters, const Kine
   add_armature_to_bias(system, parameters, kinematics, terms);
 }
 
+/// The columns of a step: what moves the composite along its coordinates, as powers along its own and those
+/// of all that carries it.
+template <class Kind, class T>
+void find_columns(const System& system, const Parameters& parameters, const KinematicsOf<T>& k, int s,
+                  const CompositeBody<T>& composite, const RecursionOf<T>& recursion,
+                  LagrangeTermsOf<T>& terms) {
+  const int u = system.steps[s].u;
+  const Matrix3<T> second = composite.second.full();
+  Wrench<T> wrench[Kind::nv + 1];
+  for (int i = 0; i < Kind::nv; ++i) {
+    const Vector3<T>&w = k.angular[u + i], &l = k.linear[u + i];
+    if (Kind::rotates) wrench[i] = {second * w, w.cross(composite.first)};
+    if (Kind::slides) add<T>({composite.first.cross(l), composite.mass * l}, wrench[i]);
+    for (int j = 0; j <= i; ++j) terms.A(u + i, u + j) = power<Kind>(k, u + j, wrench[i]);
+  }
+  bool there = stays<Kind>(parameters, s);
+  for (int via = s, above = recursion.before[s]; above >= 0; via = above, above = recursion.before[above]) {
+    if (!there) {
+      const Vector3<T> r = recursion.arm[via];
+      for (int i = 0; i < Kind::nv; ++i) wrench[i].n += r.cross(wrench[i].f);
+    }
+    std::visit(
+        [&]<class Above>(const Above&) {
+          const int to = system.steps[above].u;
+          for (int j = to; j < to + Above::nv; ++j)
+            for (int i = 0; i < Kind::nv; ++i)
+              terms.A(std::max(u + i, j), std::min(u + i, j)) = power<Above>(k, j, wrench[i]);
+          there = stays<Above>(parameters, above);
+        },
+        parameters.kinds[above]);
+  }
+}
+
 template <class T>
-void find_mass_matrix(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
-                      RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms) {
+void find_mass_matrix_of(const System& system, const Parameters& parameters,
+                         const KinematicsOf<T>& kinematics, RecursionOf<T>& recursion,
+                         LagrangeTermsOf<T>& terms) {
+  find_arms(system, kinematics, recursion);
   recursion.composites = recursion.own;
-  T* entries = terms.A.data();
-  for (int entry : system.pattern) entries[entry] = 0;
   for (int b = int(system.bodies.size()) - 1; b > 0; --b) {
     const Body& body = system.bodies[b];
-    auto& composite = recursion.composites[b];
-    for (int s = body.first_step + body.step_count - 1; s >= body.first_step; --s) {
-      const Step& step = system.steps[s];
-      const Matrix3<T> second = composite.second.full();
-      for (int u = step.u; u < step.u + step.nv; ++u) {
-        const Vector3<T>&w = kinematics.angular[u], &l = kinematics.linear[u];
-        Wrench<T> wrench;  // what moves all of it along the coordinate
-        if (step.rotates) wrench = {second * w, w.cross(composite.first)};
-        if (step.slides) add<T>({composite.first.cross(l), composite.mass * l}, wrench);
-        int above = s, at = b;  // down to the root: its power along each coordinate
-        for (int i = step.u; i <= u; ++i) terms.A(u, i) = power(kinematics, step, i, wrench);
-        while (above > system.bodies[at].first_step || system.bodies[at].parent != 0) {
-          if (!stays(system, parameters, above))
-            wrench.n += moved(system, kinematics, system.bodies[at], above).cross(wrench.f);
-          if (above == system.bodies[at].first_step) {
-            at = system.bodies[at].parent;
-            above = system.bodies[at].first_step + system.bodies[at].step_count;
-          }
-          --above;
-          const Step& other = system.steps[above];
-          for (int i = other.u; i < other.u + other.nv; ++i)
-            terms.A(std::max(u, i), std::min(u, i)) = power(kinematics, other, i, wrench);
-        }
-      }
-      if ((s == body.first_step && body.parent == 0) || stays(system, parameters, s)) continue;
-      const Vector3<T> r = moved(system, kinematics, body, s);
-      Symmetric3<T> change = coupling<T>(r, composite.first);
-      change += point_inertia<T>(composite.mass, r);
-      composite.second += change;
-      composite.first += composite.mass * r;
-    }
+    CompositeBody<T> composite = recursion.composites[b];
+    for (int s = body.first_step + body.step_count - 1; s >= body.first_step; --s)
+      std::visit(
+          [&]<class Kind>(const Kind&) {
+            find_columns<Kind, T>(system, parameters, kinematics, s, composite, recursion, terms);
+            if (recursion.before[s] < 0 || stays<Kind>(parameters, s)) return;
+            const Vector3<T> r = recursion.arm[s];
+            Symmetric3<T> change = coupling<T>(r, composite.first);
+            change += point_inertia<T>(composite.mass, r);
+            composite.second += change;
+            composite.first += composite.mass * r;
+          },
+          parameters.kinds[s]);
     if (body.parent == 0) continue;
     auto& parent = recursion.composites[body.parent];
     parent.mass += composite.mass;
@@ -183,6 +233,54 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
     parent.second += composite.second;
   }
   add_armature_to_mass_matrix(system, parameters, terms);
+}
+
+// Over numbers themselves everything is inlined.
+BORELLI_INLINED
+void find_own_forces_of_numbers(const System& system, const Parameters& parameters,
+                                const InertialsOf<double>& inertials, const Kinematics& kinematics,
+                                const EffortSums& efforts, Recursion& recursion, LagrangeTerms& terms) {
+  find_own_forces_of(system, parameters, inertials, kinematics, efforts, recursion, terms);
+}
+BORELLI_INLINED
+void find_efforts_of_numbers(const System& system, const Parameters& parameters, const Kinematics& kinematics,
+                             const EffortSums& efforts, Recursion& recursion, LagrangeTerms& terms) {
+  find_efforts_of(system, parameters, kinematics, efforts, recursion, terms);
+}
+BORELLI_INLINED
+void find_mass_matrix_of_numbers(const System& system, const Parameters& parameters,
+                                 const Kinematics& kinematics, Recursion& recursion, LagrangeTerms& terms) {
+  find_mass_matrix_of(system, parameters, kinematics, recursion, terms);
+}
+
+}  // namespace
+
+template <class T>
+void find_own_forces(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                     const KinematicsOf<T>& kinematics, const EffortSumsOf<T>& efforts,
+                     RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms) {
+  if constexpr (std::is_same_v<T, double>)
+    find_own_forces_of_numbers(system, parameters, inertials, kinematics, efforts, recursion, terms);
+  else
+    find_own_forces_of(system, parameters, inertials, kinematics, efforts, recursion, terms);
+}
+
+template <class T>
+void find_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+                  const EffortSumsOf<T>& efforts, RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms) {
+  if constexpr (std::is_same_v<T, double>)
+    find_efforts_of_numbers(system, parameters, kinematics, efforts, recursion, terms);
+  else
+    find_efforts_of(system, parameters, kinematics, efforts, recursion, terms);
+}
+
+template <class T>
+void find_mass_matrix(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+                      RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms) {
+  if constexpr (std::is_same_v<T, double>)
+    find_mass_matrix_of_numbers(system, parameters, kinematics, recursion, terms);
+  else
+    find_mass_matrix_of(system, parameters, kinematics, recursion, terms);
 }
 
 #define BORELLI_RECURSIVE_OVER(T)                                                                           \

@@ -31,6 +31,8 @@ struct RecursionOf {
   std::vector<CompositeBody<T>> own, composites;  ///< per body
   std::vector<Wrench<T>> inertia, applied;        ///< per body: own inertial force, what acts on it
   std::vector<Wrench<T>> carried, acted;          ///< the same of all that it carries
+  std::vector<int> before;                        ///< per step: the step that carries it; -1: the world
+  std::vector<Eigen::Vector3<T>> arm;  ///< per step: from the origin of the frame before to its own
 };
 using Recursion = RecursionOf<double>;
 

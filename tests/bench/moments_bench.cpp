@@ -2,8 +2,8 @@
 // less: order 0 and, for the second filter, orders 1 and 2) and beside a plain read of the same bytes.
 //
 // Two volumes: `body`, an elliptic body of 16 parts that fills 40 % of its box, and `full`, where every voxel
-// is in a part. ITK runs on a 256 x 256 x 128 cut of them, since it takes long. All report voxels of the
-// volume per second.
+// is in a part; and `body` of up to 2000 slices. ITK runs on a 256 x 256 x 128 cut of them, since it takes
+// long. All report voxels of the volume per second.
 #include <benchmark/benchmark.h>
 #include <itkImage.h>
 #include <itkLabelImageToStatisticsLabelMapFilter.h>
@@ -83,12 +83,35 @@ void read_bytes(benchmark::State& state) {
   report(state, scan);
 }
 
-void borelli_moments(benchmark::State& state) {
-  const Scan& scan = scan_of(static_cast<int>(state.range(0)));
+GreyWeights densities() {
   GreyWeights weights(65536);
   for (int g = -32768; g < 32768; ++g) weights[static_cast<std::size_t>(g + 32768)] = std::max(0., 1000. + g);
+  return weights;
+}
+
+void borelli_moments(benchmark::State& state) {
+  const Scan& scan = scan_of(static_cast<int>(state.range(0)));
+  const GreyWeights weights = densities();
   for (auto _ : state) benchmark::DoNotOptimize(label_moments(scan.labels, scan.grey, weights, 1));
   report(state, scan);
+}
+
+// Of 512 x 512 x n voxels: the slices of `body`, over and over.
+void moments_of_size(benchmark::State& state) {
+  const Scan& body = scan_of(0);
+  Scan scan = body;
+  const auto lengthen = [&](auto& to, const auto& from) {
+    to.grid.size[2] = state.range(0);
+    to.voxels.resize(to.grid.count());
+    for (std::size_t n = 0; n < to.voxels.size(); n += from.voxels.size())
+      std::copy_n(from.voxels.begin(), std::min(from.voxels.size(), to.voxels.size() - n),
+                  to.voxels.begin() + static_cast<std::ptrdiff_t>(n));
+  };
+  lengthen(scan.labels, body.labels);
+  lengthen(scan.grey, body.grey);
+  const GreyWeights weights = densities();
+  for (auto _ : state) benchmark::DoNotOptimize(label_moments(scan.labels, scan.grey, weights, 1));
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(scan.labels.grid.count()));
 }
 
 template <class T>
@@ -137,6 +160,14 @@ void itk_label_image_to_statistics_label_map(benchmark::State& state) {
 
 BENCHMARK(read_bytes)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(borelli_moments)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
+BENCHMARK(moments_of_size)
+    ->Unit(benchmark::kMillisecond)
+    ->Arg(64)
+    ->Arg(128)
+    ->Arg(256)
+    ->Arg(512)
+    ->Arg(1000)
+    ->Arg(2000);
 BENCHMARK(itk_label_statistics)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(itk_label_image_to_statistics_label_map)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
 
