@@ -321,7 +321,10 @@ std::string svg(const Plot& plot) {
   // a name of its own, since several plots may stand on one page
   const std::size_t frame = std::hash<std::string>()(plot.title + plot.x.label + plot.y.label);
   const double top = 36 + draw_legend(legend, plot, 48, frame) + 4;
-  const PlotScale x = scale_of(plot.x, plot.curves, &Curve::x, 8, 0),
+  // marks stand clear of the frame
+  const bool marks =
+      std::any_of(plot.curves.begin(), plot.curves.end(), [](const Curve& c) { return c.marks; });
+  const PlotScale x = scale_of(plot.x, plot.curves, &Curve::x, 8, marks ? 0.02 : 0),
                   y = scale_of(plot.y, plot.curves, &Curve::y, 6, 0.03);
   if (!plot.tiles.empty()) body += patterns(frame);
   draw_tiles(body, plot, x, y, top, frame);

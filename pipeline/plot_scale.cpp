@@ -74,7 +74,7 @@ PlotScale scale_of(const Axis& axis, const std::vector<Curve>& curves, std::vect
     low /= factor, high *= factor;
   } else if (margin > 0) {
     const double more = margin * (high - low);
-    low -= more, high += more;
+    low = low < 0 ? low - more : std::max(0., low - more), high += more;
   }
   scale.low = axis.low.value_or(low), scale.high = axis.high.value_or(high);
   if (axis.logarithmic)

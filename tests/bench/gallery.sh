@@ -2,7 +2,7 @@
 # All charts on one page, losses included: tests/bench/gallery.sh [--quick] [FOLDER]
 #
 # Runs what makes charts (built by the preset "release" with BORELLI_TESTS=ON) and leaves FOLDER/index.html (default:
-# gallery/). What is whole already is not made again: remove its folder, or all, to have it anew. Some hours on one core;
+# gallery/). What is whole already is not made again: remove its folder, or all, to have it anew. About half an hour;
 # with --quick minutes: shorter runs, fewer scenes, the same page.
 set -euo pipefail
 budget=0.1 repeats=3 quick=
