@@ -239,8 +239,4 @@ Inertial to_inertial(const Moments& moments, const Grid& grid, Sampling sampling
   return {mass, mm * grid.point(mean), second.trace() * Eigen::Matrix3d::Identity() - second};
 }
 
-double volume(const Moments& moments, const Grid& grid) {
-  return static_cast<double>(moments.voxels) * grid.voxel_volume() * 1e-9;
-}
-
 }  // namespace borelli

@@ -70,7 +70,4 @@ enum class Sampling {
 /// the grid's axes (patient, LPS) in metres. Without weight all is zero.
 Inertial to_inertial(const Moments& moments, const Grid& grid, Sampling sampling);
 
-/// Volume of the voxels counted, m^3.
-double volume(const Moments& moments, const Grid& grid);
-
 }  // namespace borelli

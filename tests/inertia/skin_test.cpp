@@ -115,6 +115,31 @@ TEST(Skin, OfABlurredHandHoldsTwoPercentWhichGrowingBringsBack) {
   EXPECT_NEAR(mass_error(grow_skin(scan.labels), scan.grey, BelowAir::hold), 0, 5e-4);
 }
 
+// However tightly the label map is cut: at half, or where a voxel holds nine tenths of body.
+TEST(Skin, VolumeOfABlurredHandIsThatOfTheEllipsoid) {
+  Image image = draw_hand(2, true);
+  blur(image, 1);
+  Scan scan = scan_of(image);
+  const auto weights = density_weights(Quantity::hu, straight_curve(), BelowAir::straight);
+  const double exact = 4. / 3 * std::numbers::pi * hand_semi.prod() / scan.grey.grid.voxel_volume();
+  for (const double share : {0.5, 0.9}) {
+    double counted = 0;
+    for (std::size_t o = 0; o < image.voxels.size(); ++o)
+      counted += scan.labels.voxels[o] = image.voxels[o] > air_hu + share * (hand_hu - air_hu);
+    const auto grown = label_moments(grow_skin(scan.labels, 4), scan.grey, *weights);
+    const auto volumes = volumes_with_skin(scan.labels, scan.grey, *weights, *grown, 4);
+    ASSERT_TRUE(volumes) << volumes.error().message();
+    EXPECT_NEAR(volumes->all[1] / exact, 1, 5e-4) << share;  // as its mass
+    EXPECT_GT(volumes->skin[1], 0.1 * exact);
+    if (share > 0.5) {
+      EXPECT_LT(counted / exact, 0.95);
+    }
+  }
+  scan.labels.voxels.assign(scan.labels.voxels.size(), 0);
+  const auto none = label_moments(scan.labels, scan.grey, *weights);
+  EXPECT_EQ(volumes_with_skin(scan.labels, scan.grey, *weights, *none)->all[1], 0);
+}
+
 TEST(Skin, TensorOfABlurredHandIsRightWithGrowthAndSheppard) {
   const Image image = draw_hand(3, true);
   const Scan scan = scan_of(image);

@@ -90,7 +90,8 @@ TEST(SegmentRows, AGroupIsWhatOneLabelForItsPartsGives) {
     const InertiaRow& one = row(as_one, group.part);
     // rounding: sums of some 1e5 voxels, in another order
     EXPECT_NEAR(group.inertial.mass, one.inertial.mass, 1e-11 * one.inertial.mass) << group.part;
-    EXPECT_NEAR(group.volume, one.volume, 1e-11 * one.volume);
+    // the skin's share of volume is by the tissue under it, one mean for each label
+    EXPECT_NEAR(group.volume, one.volume, 2e-3 * one.volume);
     EXPECT_LT((group.inertial.centre - one.inertial.centre).norm(), 1e-11) << group.part;
     EXPECT_LT((group.inertial.tensor - one.inertial.tensor).cwiseAbs().maxCoeff(),
               1e-10 * one.inertial.tensor.maxCoeff())
