@@ -22,8 +22,8 @@ struct PlotScale {
   }
 };
 
-/// Of the values that curves have on an axis, a share `margin` added at either end (not beyond 0) and widened to round
-/// numbers, unless the axis gives its bounds; with about `pieces` ticks.
+/// Of the values that curves have on an axis, a share `margin` added at either end (not beyond 0) and widened
+/// to round numbers, unless the axis gives its bounds; with about `pieces` ticks.
 PlotScale scale_of(const Axis& axis, const std::vector<Curve>& curves, std::vector<double> Curve::*values,
                    int pieces, double margin);
 
