@@ -122,6 +122,11 @@ bool HeadsInBody::cuts(const FoundSphere& ball, double off) const {
   return below(ball) - off < std::max(near, ball.radius + 2);
 }
 
+bool HeadsInBody::cuts_from_above(const FoundSphere& ball) const {
+  constexpr double near = 55;  // such balls lie up to 30 mm below the head that they are a piece of
+  return high_ - ball.centre[2] < near;
+}
+
 bool HeadsInBody::on_femur(const FoundSphere& ball, int side) const {
   const Anatomy& a = anatomy_;
   constexpr double far = 120, detour = 1.3;  // mm

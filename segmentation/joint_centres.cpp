@@ -215,9 +215,8 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const double scale = trunk.scale;
   const Vector3d left = body_left(trunk);
   const FoundSphere& head = *trunk.hip[n];
-  // without its lower part a head is hardly told from its socket: some half a radius off
-  marks["hip" + at] = found(head.centre, std::max(head.cut ? head.radius / 2 : 1.5, 2 * head.deviation),
-                            head.cut ? "bone: sphere on a femoral head that the scan's end cuts"
+  marks["hip" + at] = found(head.centre, std::max(head.cut ? head.radius : 1.5, 2 * head.deviation),
+                            head.cut ? "bone: sphere on a femoral head that the scan's end may cut"
                                      : "bone: sphere on the femoral head",
                             head.radius);
 
@@ -230,11 +229,17 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const Section end = section_of(a, limbs, limb, knee_line, down, 9, 65);
   const JointEnd k = joint_end(a, limbs, limb, side, end.centre - condyle * scale * down, down, left,
                                {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0});
+  // beyond a right angle outlines of both bones lie in each other's way
+  const double beyond = joints.middle + 150 * scale;
+  const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
+  constexpr double bent = 0.26;  // cosine of 75 degrees
+  const bool folded = way.length() > beyond && shank.normalized().dot(down) < bent;
+  const double deviation = !k.measured && folded ? 45 * scale : k.deviation;
   marks["knee" + at] =
-      found(k.centre, k.deviation,
+      found(k.centre, deviation,
             k.measured ? "bone: cylinder on the femoral condyles" : "bone: middle of the femoral condyles",
             k.radius);
-  put_sides(marks, "knee", at, k, k.deviation + 2, "bone: femoral epicondyle");
+  put_sides(marks, "knee", at, k, deviation + 2, "bone: femoral epicondyle");
 
   if (joints.end == 0) return;
   // straight on along the shank: the way itself turns into the foot before the joint
@@ -263,8 +268,11 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const std::string at = side_suffix(side);
   const double scale = trunk.scale;
   const Vector3d left = body_left(trunk);
-  marks["shoulder" + at] = found(trunk.shoulder[n]->centre, std::max(2.0, 2 * trunk.shoulder[n]->deviation),
-                                 "bone: sphere on the humeral head", trunk.shoulder[n]->radius);
+  const FoundSphere& head = *trunk.shoulder[n];
+  marks["shoulder" + at] = found(head.centre, std::max(head.cut ? head.radius : 2.0, 2 * head.deviation),
+                                 head.cut ? "bone: sphere on a humeral head that the scan's end may cut"
+                                          : "bone: sphere on the humeral head",
+                                 head.radius);
 
   const JointsAlongWay joints = arm_joints(way, scale);
   if (joints.middle == 0) return;
@@ -306,7 +314,19 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   constexpr double straight = 0.35;  // sine of 20 degrees
   Landmark &medial = marks["elbow_medial" + at], &lateral = marks["elbow_lateral" + at];
   const Vector3d outwards = side_sign(side) * bent.cross(down);
-  if (bent.norm() > straight && outwards.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
+  if (bent.norm() > straight) {
+    if (outwards.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
+    return;
+  }
+  // a straight one: as though the arm had swung there by the shortest way. How it turned about itself on the
+  // way up, nothing tells
+  const Vector3d swung = Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), down) *
+                         Vector3d(side_sign(side) * Vector3d::UnitX());
+  if (swung.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
+  constexpr double raised = 0.5;  // 120 degrees
+  if (down[2] > raised)
+    for (Landmark* place : {&medial, &lateral})
+      place->deviation = std::max(place->deviation, 0.5 * (lateral.point - medial.point).norm());
 }
 
 }  // namespace

@@ -118,7 +118,11 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
     const double low = narrowest(way, broad, broad + carpus * scale);
     waist = section(way, low) < 0.6 * section(way, broad) ? low : 0;
   }
-  joints.end = gap_near(way, broad, 24 * scale).value_or(waist > 0 ? waist : broad + 9 * scale);
+  const auto gap = gap_near(way, broad, 24 * scale);
+  joints.end = gap.value_or(waist > 0 ? waist : broad + 9 * scale);
+  // where the scan cuts the arm, a broad place by its end is no wrist without a hand beyond
+  constexpr double hand_in_view = 40;
+  if (way.cut && !gap && way.length() < joints.end + hand_in_view * scale) joints.end = 0;
   return joints;
 }
 

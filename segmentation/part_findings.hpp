@@ -16,6 +16,13 @@ namespace borelli {
 void judge_parts(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                  Segmentation& out);
 
+/// Of a scan that shows the hips and not the shoulders: arms in view hang on nothing that was found, and
+/// their flesh may have gone to the trunk and the thighs. Where slices above the hips (level `hips`, mm) show
+/// pieces beside the trunk that a part holds, this part is cut, and thighs too where such pieces reach down
+/// to them.
+void doubt_what_holds_arms(const Anatomy& anatomy, const Volume<std::uint8_t>& owner,
+                           const PartPlanes& planes, double hips, Segmentation& out);
+
 /// Adds a sentence where more than a little of the body in view is nobody's.
 void warn_of_flesh_without_part(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, Segmentation& out);
 

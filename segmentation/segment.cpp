@@ -131,6 +131,8 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
   progress(0.9, "cutting at the joints");
   out.labels = label_voxels(volume, a, owner, planes, classes, options.threads);
   judge_parts(a, owner, planes, out);
+  if (!classes && !by_hand && trunk.hip[0] && !trunk.shoulder[0])
+    doubt_what_holds_arms(a, owner, planes, std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]), out);
   if (!classes && (trunk.hip[0] || trunk.shoulder[0])) warn_of_flesh_without_part(a, owner, out);
   if (by_hand)
     out.warnings.push_back(

@@ -126,6 +126,8 @@ void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<Foun
       heads->left.cut = body.cuts(heads->left), heads->right.cut = body.cuts(heads->right);
     }
   }
+  for (FoundSphere* head : {&heads->left, &heads->right})
+    head->cut = head->cut || body.cuts_from_above(*head);
   trunk.hip[left_side] = heads->left;
   trunk.hip[right_side] = heads->right;
 }
@@ -140,9 +142,10 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, const std::vector
     if (hips && std::abs(m[0] - 0.5 * (trunk.hip[0]->centre[0] + trunk.hip[1]->centre[0])) > 80) return false;
     return body.at_shoulders(l, r);
   };
-  const auto heads = find_heads(a, balls, shoulders_apart, 50, fits,
-                                [](const FoundSphere&, const FoundSphere&) { return true; });
+  auto heads = find_heads(a, balls, shoulders_apart, 50, fits,
+                          [](const FoundSphere&, const FoundSphere&) { return true; });
   if (!heads) return;
+  for (FoundSphere* head : {&heads->left, &heads->right}) head->cut = body.cuts_from_above(*head);
   trunk.shoulder[left_side] = heads->left;
   trunk.shoulder[right_side] = heads->right;
 }

@@ -256,13 +256,35 @@ void find_asis_below(const Anatomy& a, const Trunk& trunk, double neck, Landmark
 std::optional<Vector3d> find_vertex(const Anatomy& a, const Limbs& limbs, const Vector3d& neck,
                                     double scale) {
   const auto& g = a.grid();
-  for (std::int64_t k = g.size[2] - 1; k > 0; --k) {
+  // a forearm on the head hides where its flesh ends: the scalp is no thicker than a finger over the skull,
+  // which ends at the first slice without bone
+  constexpr double scalp = 12, in_skull = 130;
+  Vector3d crown = neck;  // middle of the skull's last slice
+  double reach = 130;
+  const auto shows_bone = [&](std::int64_t k) {
     Vector3d sum = Vector3d::Zero();
     int count = 0;
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         const Vector3d p = voxel_point(g, i, j, k);
-        if (!a.body.at(i, j, k) || (p - neck).head<2>().norm() > 130 * scale) continue;
+        if (a.bone.at(i, j, k) &&
+            limbs.territory.owner.at(i, j, k) == static_cast<std::uint8_t>(Limb::axial) &&
+            (p - neck).head<2>().norm() < 130 * scale)
+          sum += p, ++count;
+      }
+    if (count > 0) crown = sum / count, reach = 45;
+    return count > 0;
+  };
+  std::int64_t last = std::lround(g.index(neck + Vector3d(0, 0, in_skull * scale))[2]);
+  while (last >= 0 && last < g.size[2] && shows_bone(last)) ++last;
+  last = std::min(g.size[2] - 1, last + std::lround(scalp * scale / a.step()));
+  for (std::int64_t k = last; k > 0; --k) {
+    Vector3d sum = Vector3d::Zero();
+    int count = 0;
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const Vector3d p = voxel_point(g, i, j, k);
+        if (!a.body.at(i, j, k) || (p - crown).head<2>().norm() > reach * scale) continue;
         const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
         if (owner == Limb::arm_left || owner == Limb::arm_right) continue;
         sum += p;
