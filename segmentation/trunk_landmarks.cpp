@@ -253,7 +253,7 @@ void find_asis_below(const Anatomy& a, const Trunk& trunk, double neck, Landmark
 }
 
 // highest point of the head, over the neck; what is near an arm's bones is no head
-std::optional<Vector3d> find_vertex(const Anatomy& a, const Limbs& limbs, const Vector3d& neck,
+std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const Vector3d& neck,
                                     double scale) {
   const auto& g = a.grid();
   // a forearm on the head hides where its flesh ends: the scalp is no thicker than a finger over the skull,
@@ -278,6 +278,7 @@ std::optional<Vector3d> find_vertex(const Anatomy& a, const Limbs& limbs, const 
   std::int64_t last = std::lround(g.index(neck + Vector3d(0, 0, in_skull * scale))[2]);
   while (last >= 0 && last < g.size[2] && shows_bone(last)) ++last;
   last = std::min(g.size[2] - 1, last + std::lround(scalp * scale / a.step()));
+  bool hidden = false;  // by an arm on it
   for (std::int64_t k = last; k > 0; --k) {
     Vector3d sum = Vector3d::Zero();
     int count = 0;
@@ -286,7 +287,10 @@ std::optional<Vector3d> find_vertex(const Anatomy& a, const Limbs& limbs, const 
         const Vector3d p = voxel_point(g, i, j, k);
         if (!a.body.at(i, j, k) || (p - crown).head<2>().norm() > reach * scale) continue;
         const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
-        if (owner == Limb::arm_left || owner == Limb::arm_right) continue;
+        if (owner == Limb::arm_left || owner == Limb::arm_right) {
+          hidden = true;
+          continue;
+        }
         sum += p;
         ++count;
       }
@@ -296,7 +300,8 @@ std::optional<Vector3d> find_vertex(const Anatomy& a, const Limbs& limbs, const 
     // a head that the scan's end cuts has no small top
     if (count * a.step() * a.step() > 5000) return std::nullopt;
     if (vertex[2] < neck[2] + 120 * scale) return std::nullopt;
-    return vertex;
+    constexpr double usual = 3, beside_an_arm = 10;  // mm
+    return Landmark{vertex, hidden ? beside_an_arm : usual, 0, "skin: highest point of the head"};
   }
   return std::nullopt;
 }
@@ -333,9 +338,9 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
   }
   if (!level_seen(a, z)) return;
   if (const auto vertex = find_vertex(a, limbs, trunk.spine_at(z), trunk.scale)) {
-    marks["vertex"] = {*vertex, 3, 0, "skin: highest point of the head"};
+    marks["vertex"] = *vertex;
     if (neck.deviation > 15) {
-      z = 0.5 * (z + (*vertex)[2] - vertex_to_neck * trunk.scale);
+      z = 0.5 * (z + vertex->point[2] - vertex_to_neck * trunk.scale);
       neck.deviation = 12, neck.source = "proportion: between shoulders and vertex";
     }
   }

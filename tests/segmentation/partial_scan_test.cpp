@@ -1,6 +1,7 @@
 // Scans that show a piece of a body: what is in view is found, what is not is never invented.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -158,6 +159,45 @@ TEST_F(PartialPhantom, BellyWithHipsHasThem) {
   expect_coverage(belly,
                   {{"middle_trunk", cut}, {"lower_trunk", cut}, {"thigh_left", cut}, {"thigh_right", cut}});
   EXPECT_LT((belly.landmarks.at("hip_left").point - body_->landmarks.at("hip_left").point).norm(), 4);
+}
+
+// The scan ends between armpits and humeral heads: what the trunk and the thighs hold of the arms is not told
+// apart, and told of.
+TEST_F(PartialPhantom, ArmsWithoutShouldersDoNotPassForTrunk) {
+  const Segmentation legs_and_arms = found(0, slice_at("shoulder_left", -12));
+  const auto finding = [&](const char* part) {
+    return legs_and_arms.part[static_cast<std::size_t>(part_label(part))];
+  };
+  for (const char* part : {"middle_trunk", "thigh_left", "thigh_right"}) {
+    EXPECT_EQ(name_of(finding(part).coverage), "cut") << part;
+    EXPECT_LE(finding(part).confidence, 0.2) << part;
+  }
+  EXPECT_TRUE(std::ranges::any_of(legs_and_arms.warnings, [](const std::string& text) {
+    return text.find("whose shoulders are not in view") != std::string::npos;
+  }));
+}
+
+TEST_F(PartialPhantom, ForearmsThatTheScanCutsHaveNoWrists) {
+  for (const double above : {8.0, 20.0}) {
+    const Segmentation upper = found(slice_at("wrist_left", above), scan_->grey.grid.size[2] - 1);
+    for (const std::string side : {"_left", "_right"}) {
+      EXPECT_FALSE(upper.landmarks.contains("wrist" + side)) << above;
+      EXPECT_EQ(name_of(upper.part[static_cast<std::size_t>(part_label("forearm" + side))].coverage), "cut");
+      EXPECT_EQ(name_of(upper.part[static_cast<std::size_t>(part_label("hand" + side))].coverage), "absent");
+    }
+  }
+}
+
+TEST_F(PartialPhantom, CutHumeralHeadsSaySo) {
+  for (const double above : {0.0, 8.0, 16.0}) {
+    const Segmentation lower = found(slice_at("hip_left", -60), slice_at("shoulder_left", above));
+    for (const std::string name : {"shoulder_left", "shoulder_right"}) {
+      const auto it = lower.landmarks.find(name);
+      if (it == lower.landmarks.end()) continue;
+      const Vector3d off = it->second.point - body_->landmarks.at(name).point;
+      EXPECT_LT(off.cwiseAbs().maxCoeff(), 2 * it->second.deviation) << name << " " << above;
+    }
+  }
 }
 
 // Pelvis in view down to below the iliac spines, heads not: thighs are what the planes through the spines

@@ -273,6 +273,30 @@ TEST(Segment, BodyThatLiesTurnedInTheScannerIsCutAlongItsOwnAxes) {
   }
 }
 
+// A straight arm swung up has the outer epicondyle inwards of the inner one; a forearm on the head is no
+// head.
+TEST(Segment, RaisedArmsKeepTheirEpicondylesAndTheHeadItsVertex) {
+  PhantomOptions options;
+  options.variation = 632;
+  options.pose_deg = {{"shoulder_left_abduction", 150},  {"shoulder_left_flexion", 0},
+                      {"shoulder_left_rotation", -85},   {"elbow_left_flexion", 100},
+                      {"shoulder_right_abduction", 115}, {"shoulder_right_flexion", 0}};
+  const auto body = build_phantom(options);
+  ASSERT_TRUE(body) << body.error().message();
+  GridOptions how;
+  how.spacing = Vector3d::Constant(3);
+  const auto found = segment(voxelise(*body, phantom_grid(*body, how), {.noise_hu = 10}).grey);
+  ASSERT_TRUE(found) << found.error().message();
+  for (const char* name : {"elbow_medial_right", "elbow_lateral_right"}) {
+    const Landmark& mark = found->landmarks.at(name);
+    EXPECT_LT((mark.point - body->landmarks.at(name).point).norm(), 8) << name;
+    EXPECT_LT(mark.deviation, 12) << name;
+  }
+  const Landmark& vertex = found->landmarks.at("vertex");
+  EXPECT_NEAR(vertex.point[2], body->landmarks.at("vertex").point[2], 2 * vertex.deviation);
+  EXPECT_LE(vertex.deviation, 10);
+}
+
 TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
   GreyVolume volume;
   volume.grid.size = {30, 30, 30};
@@ -375,7 +399,7 @@ TEST(Segment, IcrpMaleCutThroughItsFemoralHeadsSaysSo) {
   const Segmentation found = found_in(cut);
   for (const char* name : {"hip_left", "hip_right"}) {
     const Landmark& hip = found.landmarks.at(name);
-    EXPECT_NE(hip.source.find("cuts"), std::string::npos) << hip.source;
+    EXPECT_NE(hip.source.find("may cut"), std::string::npos) << hip.source;
     const double off = (hip.point - all.landmarks.at(name).point).norm();
     EXPECT_LT(off, 12) << name;
     EXPECT_LT(off, 2 * hip.deviation) << name;
