@@ -122,8 +122,7 @@ bool HeadsInBody::cuts(const FoundSphere& ball, double off) const {
   return below(ball) - off < std::max(near, ball.radius + 2);
 }
 
-bool HeadsInBody::cuts_from_above(const FoundSphere& ball) const {
-  constexpr double near = 55;  // such balls lie up to 30 mm below the head that they are a piece of
+bool HeadsInBody::cuts_from_above(const FoundSphere& ball, double near) const {
   return high_ - ball.centre[2] < near;
 }
 

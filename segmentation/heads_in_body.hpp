@@ -26,7 +26,7 @@ class HeadsInBody {
   /// the head lower by `off` mm.
   bool cuts(const FoundSphere& ball, double off = 0) const;
   /// The same of the scan's upper end: what is left of a head then passes for a smaller one, lower down.
-  bool cuts_from_above(const FoundSphere& ball) const;
+  bool cuts_from_above(const FoundSphere& ball, double near) const;
   /// Between and below shoulders lie the tops of the lungs, which narrow upwards there and end soon above;
   /// what roofs the heads must be in view. Legs have no lungs, and ribs no lung that ends.
   bool at_shoulders(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;

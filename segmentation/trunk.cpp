@@ -110,6 +110,10 @@ std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>&
   return best;
 }
 
+// mm between a head's centre and the scan's upper end: balls that are a piece of a head lie up to 30 mm below
+// it; without the ilium's top, whose spines stand some 80 mm above the hips, a hip was 20 mm off
+constexpr double below_end = 55, below_ilium = 85;
+
 void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
                Trunk& trunk) {
   const auto fits = [&](const Vector3d& l, const Vector3d& r) { return body.near_hips(l, r); };
@@ -127,7 +131,7 @@ void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<Foun
     }
   }
   for (FoundSphere* head : {&heads->left, &heads->right})
-    head->cut = head->cut || body.cuts_from_above(*head);
+    head->cut = head->cut || body.cuts_from_above(*head, below_ilium);
   trunk.hip[left_side] = heads->left;
   trunk.hip[right_side] = heads->right;
 }
@@ -145,7 +149,7 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, const std::vector
   auto heads = find_heads(a, balls, shoulders_apart, 50, fits,
                           [](const FoundSphere&, const FoundSphere&) { return true; });
   if (!heads) return;
-  for (FoundSphere* head : {&heads->left, &heads->right}) head->cut = body.cuts_from_above(*head);
+  for (FoundSphere* head : {&heads->left, &heads->right}) head->cut = body.cuts_from_above(*head, below_end);
   trunk.shoulder[left_side] = heads->left;
   trunk.shoulder[right_side] = heads->right;
 }

@@ -222,7 +222,9 @@ void find_asis(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
     const Vector3d hip = trunk.hip[static_cast<std::size_t>(side)]->centre;
     const auto place = foremost_bone(a, side, hip, {-25 * s, 75 * s}, {45 * s, 130 * s});
     if (place && (*place)[1] < hip[1] - 15 * s - 0.5 * a.step())
-      marks[std::string("asis") + side_suffix(side)] = {*place, 6, 0, iliac_source};
+      // where the scan's end hides the ilium's top, the foremost of what shows of it is lower down
+      marks[std::string("asis") + side_suffix(side)] = {
+          *place, trunk.hip[static_cast<std::size_t>(side)]->cut ? 30.0 : 6.0, 0, iliac_source};
   }
 }
 
