@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "dynamics/rotation_vector.hpp"
 #include "dynamics/simulate.hpp"
 
 namespace borelli {
@@ -25,6 +26,13 @@ constexpr const char* stiff_method = "arkode";
 // a change that is so many times too much off is not tried again
 constexpr double hopeless = 10;
 
+// so many of what is left are tried in pairs
+constexpr std::size_t paired = 10;
+
+// instants that motions are compared at, to a step of the whole model's, and altogether
+constexpr double instants_to_a_step = 4;
+constexpr int most_instants = 20000;
+
 double processor_time() {
   timespec now;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -32,8 +40,7 @@ double processor_time() {
 }
 
 bool moves(const Switch& one) {
-  return !std::holds_alternative<Fixed>(one.kind) && !std::holds_alternative<Locked>(one.motion) &&
-         !std::holds_alternative<Driven>(one.motion);
+  return !std::holds_alternative<Fixed>(one.kind) && !std::holds_alternative<Locked>(one.motion);
 }
 
 /// Coordinates that are locked together.
@@ -45,6 +52,7 @@ struct Change {
   double error = 0;
   int beside = -1;
   std::string reason = {};
+  bool pair = false;  ///< of two others
 };
 
 std::vector<Change> changes_of(const Scene& scene) {
@@ -114,30 +122,30 @@ class Search {
     out_.tolerance = settings_.tolerance;
     out_.accuracy = std::clamp(settings_.tolerance / margin, 1e-11, 0.1);
     if (auto named = name_quantities(); !named) return tl::unexpected(named.error());
+    out_.instants = settings_.outputs;
     const double begun = processor_time();
     progress_("the whole model", 0);
     auto full = motion(*system);
+    if (full && resolve(*full)) full = motion(*system);
     if (!full)
       return failure(scene_.name,
                      fmt::format("its motion cannot be had to {:g}, a hundredth of the tolerance: {}",
                                  out_.accuracy, full.error().message()));
     full_ = std::move(*full);
-    for (const CoordinateInfo& info : full_.coordinates) {
-      const Eigen::VectorXd q = full_.q.row(0).segment(info.q_index, info.q_size);
-      start_[info.name] = {q.begin(), q.end()};
-    }
+    note_start(*system);
     out_.smallest = scene_;
     add_model("", 0, "", *system);
     left_ = changes_of(scene_);
     const double all = double(left_.size());
-    while (Change* next = choose()) {
-      progress_(next->words, 1 - double(left_.size()) / all);
+    for (Change* next; (next = choose()) || (pair_up() && (next = choose()));) {
+      progress_(next->words, std::max(0., 1 - double(left_.size()) / all));
       if (next->beside < taken_)
         attempt(*next);
       else
         take(*next);
     }
-    for (const Change& one : left_) out_.refusals.push_back({one.words, one.error, one.reason});
+    for (const Change& one : left_)
+      if (!one.pair) out_.refusals.push_back({one.words, one.error, one.reason});
     out_.refusals.insert(out_.refusals.end(), gone_.begin(), gone_.end());
     out_.seconds = processor_time() - begun;
     return std::move(out_);
@@ -157,6 +165,38 @@ class Search {
       out_.quantities.push_back(text);
     }
     return {};
+  }
+
+  /// Whether more instants than now are needed to see all that the motion does; takes so many.
+  bool resolve(const Trajectory& t) {
+    std::vector<double> steps = t.step_sizes;
+    if (steps.empty()) return false;
+    const auto twentieth = steps.begin() + long(steps.size() / 20);
+    std::nth_element(steps.begin(), twentieth, steps.end());
+    const double wanted = std::ceil(instants_to_a_step * (t.times.back() - t.times.front()) / *twentieth);
+    const int most = std::max(settings_.outputs, most_instants), before = out_.instants;
+    out_.sparse = wanted > most;
+    out_.instants = std::clamp(int(std::min(wanted, double(most))), before, most);
+    return out_.instants > before;
+  }
+
+  /// Where each coordinate starts, on the constraints and drives.
+  void note_start(const System& system) {
+    for (const CoordinateInfo& info : full_.coordinates) {
+      const Eigen::VectorXd q = full_.q.row(0).segment(info.q_index, info.q_size);
+      start_[info.name] = {q.begin(), q.end()};
+    }
+    for (std::size_t i = 0; i < system.driven.size(); ++i) {
+      const CoordinateInfo& info = system.driven[i];
+      const auto at = full_.driven_positions.row(0).segment(info.v_index, info.v_size);
+      if (info.v_size == 1) {
+        start_[info.name] = {at[0]};
+        continue;
+      }
+      const Eigen::Vector3d turn = at.transpose();
+      const Quaternion q = product(system.parameters.drives[i].initial, exponential(turn));
+      start_[info.name] = {q.begin(), q.end()};
+    }
   }
 
   /// To the accuracy.
@@ -186,7 +226,7 @@ class Search {
   }
 
   Result<Trajectory> simulated(const System& system, SimulationSettings how) {
-    how.output_interval = (how.end_time - system.initial.t) / settings_.outputs;
+    how.output_interval = (how.end_time - system.initial.t) / out_.instants;
     ++out_.runs;
     auto t = simulate(system, system.initial, how);
     if (t) out_.evaluations += t->certificate.evaluations;
@@ -239,6 +279,34 @@ class Search {
     return old == left_.end() ? nullptr : &*old;
   }
 
+  /// Adds pairs of what is left and off least, if that was not done beside what is locked now. Whether there
+  /// is anything new to try.
+  bool pair_up() {
+    if (paired_beside_ == taken_) return false;
+    paired_beside_ = taken_;
+    std::vector<const Change*> singles;
+    for (const Change& one : left_)
+      if (!one.pair && std::isfinite(one.error)) singles.push_back(&one);
+    std::stable_sort(singles.begin(), singles.end(),
+                     [](const Change* a, const Change* b) { return a->error < b->error; });
+    singles.resize(std::min(singles.size(), paired));
+    std::vector<Change> pairs;
+    for (std::size_t i = 0; i < singles.size(); ++i)
+      for (std::size_t j = i + 1; j < singles.size(); ++j) {
+        Change both{.words = singles[i]->words + " and " + singles[j]->words,
+                    .coordinates = singles[i]->coordinates,
+                    .pair = true};
+        const auto& more = singles[j]->coordinates;
+        const bool apart = std::none_of(more.begin(), more.end(), [&](const std::string& name) {
+          return std::find(both.coordinates.begin(), both.coordinates.end(), name) != both.coordinates.end();
+        });
+        both.coordinates.insert(both.coordinates.end(), more.begin(), more.end());
+        if (apart) pairs.push_back(std::move(both));
+      }
+    left_.insert(left_.end(), pairs.begin(), pairs.end());
+    return !pairs.empty();
+  }
+
   /// What it is off by, beside what is locked already; `rough` or to the accuracy.
   std::pair<double, std::string> tried(Change& change, const Scene& scene, bool rough) {
     const auto system = compile(scene);
@@ -254,7 +322,7 @@ class Search {
   void attempt(Change& change) {
     tried(change, with(out_.smallest, change), true);
     if (!(change.error > hopeless * settings_.tolerance)) return;
-    gone_.push_back({change.words, change.error});
+    if (!change.pair) gone_.push_back({change.words, change.error});
     left_.erase(left_.begin() + (&change - left_.data()));
   }
 
@@ -266,11 +334,13 @@ class Search {
     out_.smallest = std::move(scene);
     ++taken_;
     add_model(change.words, error.first, error.second, compile(out_.smallest).value());
-    forget(change.coordinates);
+    std::vector<std::string> locked = change.coordinates;
+    std::erase_if(left_, [](const Change& one) { return one.pair; });
+    forget(locked);
   }
 
   /// Leaves out what is locked now.
-  void forget(const std::vector<std::string> locked) {
+  void forget(const std::vector<std::string>& locked) {
     std::vector<Change> left;
     for (Change& one : left_) {
       std::erase_if(one.coordinates, [&](const std::string& name) {
@@ -287,7 +357,7 @@ class Search {
 
   void add_model(const std::string& change, double error, const std::string& worst, const System& system) {
     EconomyModel model{.change = change, .error = error, .worst = worst};
-    model.coordinates = system.nv;
+    model.coordinates = system.size();
     model.bodies = int(system.bodies.size()) - 1;
     model.rows = system.rows;
     SimulationSettings how = single_run();
@@ -318,6 +388,7 @@ class Search {
   std::map<std::string, std::vector<double>> start_;  ///< positions of the assembled start, by coordinate
   std::vector<MotionQuantity> quantities_;
   std::vector<Change> left_;
+  int paired_beside_ = -1;            ///< taken_ when pairs were made last
   int taken_ = 0;                     ///< how many changes are in the smallest model
   std::vector<EconomyRefusal> gone_;  ///< not tried again
   Economy out_;

@@ -14,7 +14,7 @@ namespace borelli {
 struct EconomySettings {
   std::vector<std::string> quantities = {};  ///< MotionQuantity's texts; empty: all solids' gravity centres
   double tolerance = 0.01;  ///< of lengths over the scene's (System::length), of angles in rad
-  int outputs = 200;        ///< times that motions are compared at, evenly spread
+  int outputs = 200;        ///< times that motions are compared at, evenly spread: at least
   int repeats = 3;          ///< of the runs whose times are told; their median counts
 };
 
@@ -24,7 +24,7 @@ struct EconomyModel {
   std::string change;      ///< what was locked last, e.g. "coordinate 'wrist'"; empty: the whole model
   double error = 0;        ///< of all quantities the largest, against the whole model
   std::string worst = {};  ///< which quantity that is
-  int coordinates = 0, bodies = 0, rows = 0;  ///< velocities, moving bodies, rows of constraints
+  int coordinates = 0, bodies = 0, rows = 0;  ///< velocities (driven too), moving bodies, constraints' rows
   long evaluations = 0;
   double seconds = 0;  ///< of processor time; the only number here that differs from run to run
 };
@@ -40,6 +40,8 @@ struct Economy {
   std::string scene;
   double tolerance = 0, accuracy = 0;  ///< the latter: that motions were computed with
   std::vector<std::string> quantities;
+  int instants = 0;                      ///< motions were compared at
+  bool sparse = false;                   ///< the whole model makes shorter steps than these tell apart
   std::vector<EconomyModel> models;      ///< the whole one first, then one change more each
   std::vector<EconomyRefusal> refusals;  ///< what was left in the end
   Scene smallest;
@@ -51,8 +53,13 @@ struct Economy {
 /// Motions are computed to a hundredth of the tolerance (SimulationSettings::accuracy: method and tolerance
 /// are chosen, and the error is shown) of the whole model and of each change that is taken; changes are tried
 /// by one run each, and tried again only where what they were off by before is the least of all. A change
-/// that is off by more than ten times the tolerance is not tried again. Locked coordinates rest where the
-/// assembled scene starts; efforts and constraints on locked coordinates alone fall away.
+/// that is off by more than ten times the tolerance is not tried again. Where no single change is left that
+/// will do, the ten that are off least are tried in pairs, for two may undo each other's error (a left and a
+/// right ankle). Locked coordinates, driven ones too, rest where the assembled scene starts; efforts and
+/// constraints on locked coordinates alone fall away.
+///
+/// Motions are compared at four instants at least to the step that the whole model makes (the twentieth
+/// part of its steps that are shorter left aside), and at 20000 at most.
 ///
 /// Fails where the scene does not compile, a quantity is not there, or the whole model's motion cannot be
 /// computed so well (chaos: shorten the run).

@@ -46,8 +46,10 @@ std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy) 
   }
   error.curves = {errors, bound};
   time.curves = {times};
-  error.notes = {fmt::format("Errors below {:.2g} are not told apart. Against the whole model, of {}.",
-                             economy.accuracy, fmt::join(economy.quantities, ", "))};
+  error.notes = {fmt::format(
+      "Errors below {:.2g} are not told apart. Against the whole model, of {}, at {} instants{}.",
+      economy.accuracy, fmt::join(economy.quantities, ", "), economy.instants,
+      economy.sparse ? ": too few for its shortest steps, so that a quick motion may go unseen" : "")};
   return {{"error", error}, {"time", time}};
 }
 
@@ -65,9 +67,12 @@ std::string economy_csv(const Economy& economy) {
 
 std::string in_words(const Economy& economy) {
   const EconomyModel &whole = economy.models.front(), &least = economy.models.back();
-  const std::string cost =
+  std::string cost =
       fmt::format("; finding that took {} runs, and as many evaluations as {:.3g} of the whole model",
                   economy.runs, double(economy.evaluations) / double(std::max(whole.evaluations, 1L)));
+  if (economy.sparse)
+    cost += fmt::format("; {} instants are too few for the motion's shortest steps: --outputs takes more",
+                        economy.instants);
   if (economy.models.size() == 1)
     return fmt::format("nothing of the scene's {} coordinates can be locked within {:g}", whole.coordinates,
                        economy.tolerance) +

@@ -6,6 +6,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "dynamics/rotation_vector.hpp"
+#include "dynamics/system.hpp"
 #include "pipeline/motion_difference.hpp"
 
 namespace borelli {
@@ -33,20 +35,33 @@ std::optional<Eigen::Vector3d> point_of(const std::string& text) {
   return out;
 }
 
-bool has_coordinate(const Scene& scene, const std::string& name) {
-  for (const Solid& solid : scene.solids)
-    for (std::size_t i = 0; i < solid.switches.size(); ++i)
-      if (coordinate_name(solid, i) == name) return true;
-  return false;
+const CoordinateInfo* info_of(const System& system, const std::string& name) {
+  for (const auto* infos : {&system.coordinates, &system.driven})
+    for (const CoordinateInfo& info : *infos)
+      if (info.name == name) return &info;
+  return nullptr;
 }
 
-/// A coordinate's positions at a row; those of its start in `full` where the trajectory does not have it.
-Eigen::VectorXd position_of(const std::string& name, const Trajectory& t, std::size_t row,
-                            const Trajectory& full) {
-  for (const auto& [from, at] : {std::pair(&t, row), std::pair(&full, std::size_t{0})})
-    for (const CoordinateInfo& info : from->coordinates)
-      if (info.name == name) return from->q.row(Eigen::Index(at)).segment(info.q_index, info.q_size);
-  return Eigen::VectorXd::Zero(1);  // (driven or locked in both)
+double mass_of(const Solid& solid) {
+  double mass = 0;
+  const auto parts = inertials_of(solid).value();  // (compile has seen to them)
+  for (const Inertial& part : parts) mass += part.mass;
+  return mass;
+}
+
+/// A coordinate's positions at a row; a driven ball's as the quaternion of its turn. Empty: the trajectory
+/// does not have it.
+Eigen::VectorXd position_in(const Trajectory& t, const std::string& name, std::size_t row) {
+  for (const CoordinateInfo& info : t.coordinates)
+    if (info.name == name) return t.q.row(Eigen::Index(row)).segment(info.q_index, info.q_size);
+  for (std::size_t i = 0; i < t.driven_names.size(); ++i) {
+    if (t.driven_names[i] == name)
+      return t.driven_positions.row(Eigen::Index(row)).segment(Eigen::Index(i), 1);
+    if (t.driven_names[i] == name + "[0]")
+      return exponential(
+          Eigen::Vector3d(t.driven_positions.row(Eigen::Index(row)).segment(Eigen::Index(i), 3)));
+  }
+  return {};
 }
 
 }  // namespace
@@ -55,7 +70,18 @@ Result<MotionQuantity> parse_motion_quantity(const std::string& text, const Scen
   const auto parts = parts_of(text, ':', 3);
   const std::string& kind = parts[0];
   MotionQuantity out{.text = text};
-  if (text == "centre") return out;
+  const auto system = compile(scene);
+  if (!system) return tl::unexpected(system.error());
+  if (text == "centre") {
+    out.centres = gravity_centres(scene);
+    double all = 0;
+    for (std::size_t s = 0; s < scene.solids.size(); ++s) {
+      out.masses.push_back(system->solid_bodies[s] == 0 ? 0 : mass_of(scene.solids[s]));
+      all += out.masses.back();
+    }
+    if (!(all > 0)) return bad_use("quantity 'centre'", "nothing that has mass moves in the scene");
+    return out;
+  }
   if (parts.size() < 2 || (kind != "solid" && kind != "turn" && kind != "coordinate") ||
       (kind != "solid" && parts.size() > 2))
     return bad_use("quantity '" + text + "'",
@@ -63,8 +89,9 @@ Result<MotionQuantity> parse_motion_quantity(const std::string& text, const Scen
   if (kind == "coordinate") {
     out.kind = MotionQuantity::Kind::coordinate;
     out.coordinate = parts[1];
-    if (!has_coordinate(scene, parts[1]))
-      return bad_use("quantity '" + text + "'", "the scene has no coordinate of that name");
+    const CoordinateInfo* info = info_of(*system, parts[1]);
+    if (!info) return bad_use("quantity '" + text + "'", "the scene has no moving coordinate of that name");
+    out.angle = info->angle;
     return out;
   }
   out.kind = kind == "turn" ? MotionQuantity::Kind::turn : MotionQuantity::Kind::point;
@@ -87,10 +114,7 @@ std::vector<MotionQuantity> all_gravity_centres(const Scene& scene) {
   std::vector<MotionQuantity> out;
   const auto centres = gravity_centres(scene);
   for (std::size_t s = 0; s < scene.solids.size(); ++s) {
-    double mass = 0;
-    const auto parts = inertials_of(scene.solids[s]).value();  // (compile has seen to them)
-    for (const Inertial& part : parts) mass += part.mass;
-    if (mass > 0)
+    if (mass_of(scene.solids[s]) > 0)
       out.push_back({.text = "solid:" + scene.solids[s].name,
                      .kind = MotionQuantity::Kind::point,
                      .solid = s,
@@ -105,10 +129,16 @@ double quantity_difference(const MotionQuantity& quantity, const Trajectory& ful
     return pose_difference(full.pose(row, quantity.solid), other.pose(row, quantity.solid), quantity.point);
   };
   switch (quantity.kind) {
-    case MotionQuantity::Kind::centre:
-      return (full.gravity_centre.row(Eigen::Index(row)) - other.gravity_centre.row(Eigen::Index(row)))
-                 .norm() /
-             length;
+    case MotionQuantity::Kind::centre: {
+      Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+      double mass = 0;
+      for (std::size_t s = 0; s < quantity.masses.size(); ++s) {
+        const Eigen::Vector3d& at = quantity.centres[s];
+        moment += quantity.masses[s] * (full.pose(row, s) * at - other.pose(row, s) * at);
+        mass += quantity.masses[s];
+      }
+      return moment.norm() / mass / length;
+    }
     case MotionQuantity::Kind::point:
       return poses().position / length;
     case MotionQuantity::Kind::turn:
@@ -116,14 +146,12 @@ double quantity_difference(const MotionQuantity& quantity, const Trajectory& ful
     case MotionQuantity::Kind::coordinate:
       break;
   }
-  const Eigen::VectorXd a = position_of(quantity.coordinate, full, row, full),
-                        b = position_of(quantity.coordinate, other, row, full);
+  const Eigen::VectorXd a = position_in(full, quantity.coordinate, row);
+  Eigen::VectorXd b = position_in(other, quantity.coordinate, row);
+  if (b.size() == 0) b = position_in(full, quantity.coordinate, 0);
   if (a.size() == 4)  // two quaternions of one orientation may differ in sign
     return 4 * std::asin(std::min(1., 0.5 * std::min((a - b).norm(), (a + b).norm())));
-  const bool angle = std::any_of(full.coordinates.begin(), full.coordinates.end(), [&](const auto& info) {
-    return info.name == quantity.coordinate && info.angle;
-  });
-  return std::abs(a[0] - b[0]) / (angle ? 1 : length);
+  return std::abs(a[0] - b[0]) / (quantity.angle ? 1 : length);
 }
 
 }  // namespace borelli

@@ -11,7 +11,7 @@
 namespace borelli {
 
 /// By its text:
-///   `centre`                    the gravity centre of all that moves
+///   `centre`                    the gravity centre of all solids that move in the scene
 ///   `solid:NAME`                a solid's gravity centre; `solid:NAME:x,y,z` a point of it, m, its own axes
 ///   `turn:NAME`                 a solid's orientation
 ///   `coordinate:NAME`           a joint's coordinate, or a ball's orientation
@@ -22,16 +22,22 @@ struct MotionQuantity {
   std::size_t solid = 0;                            ///< in the scene's order
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< m, in the solid
   std::string coordinate = {};
+  bool angle = false;  ///< of a coordinate: rad, not m
+  /// Of `centre`, per solid of the scene: mass, kg (none: it does not move), and centre, m, its own axes.
+  std::vector<double> masses = {};
+  std::vector<Eigen::Vector3d> centres = {};
 };
 
-/// Errors: a text of another form, a solid or coordinate that the scene does not have.
+/// Errors: a scene that does not compile, a text of another form, a solid or coordinate that the scene does
+/// not have, the centre where nothing that has mass moves.
 Result<MotionQuantity> parse_motion_quantity(const std::string& text, const Scene& scene);
 
 /// The gravity centre of every solid that has mass: what counts where nothing is said.
 std::vector<MotionQuantity> all_gravity_centres(const Scene& scene);
 
 /// By how much a quantity of two motions of one scene's solids differs at a row: lengths over `length` (m),
-/// angles in rad. A coordinate that `other` does not have rests where it starts in `full`, which has all.
+/// angles in rad. A coordinate that `other` does not have rests where it starts in `full`, which has all. A
+/// solid that rests in `other` alone is in its centre as in that of `full`.
 double quantity_difference(const MotionQuantity& quantity, const Trajectory& full, const Trajectory& other,
                            std::size_t row, double length);
 

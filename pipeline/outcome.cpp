@@ -1,5 +1,7 @@
 #include "pipeline/outcome.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -43,6 +45,19 @@ void set_lengths(SimulationSettings& how, double start, const RunLengths& length
   how.end_time = start + double(count) * how.output_interval;
 }
 
+/// Whether the energy itself (kinetic and potential) is more in the last quarter than in the one before, on
+/// average, by more than what was put in since and `least`: an error that still adds up while dampers take
+/// more than that is no instability.
+bool rises(const Trajectory& t, std::size_t quarter, double least) {
+  const std::size_t count = t.times.size(), half = count - 2 * quarter;
+  double gain = 0, given = 0;
+  for (std::size_t i = half; i < count; ++i) {
+    gain += (i < half + quarter ? -1 : 1) * (t.kinetic[i] + t.potential[i]) / double(quarter);
+    if (i > half) given += std::max(0., t.work[i] - t.work[i - 1]);
+  }
+  return gain > given + least;
+}
+
 }  // namespace
 
 const char* name_of(Outcome outcome) { return names[int(outcome)]; }
@@ -58,8 +73,9 @@ Outcome judge(const System& system, const Trajectory& trajectory) {
   const Certificate& c = trajectory.certificate;
   if (c.trusted) return Outcome::stable;
   const std::size_t count = trajectory.times.size(), quarter = count / 4;
+  const double limit = c.energy_threshold * c.energy_turnover;
   bool loses = false;
-  if (c.energy_drift > c.energy_threshold * c.energy_turnover && quarter > 0) {
+  if (c.energy_drift > limit && quarter > 0) {
     const auto balance = [&](std::size_t i) {
       return trajectory.kinetic[i] + trajectory.potential[i] - trajectory.work[i] - trajectory.kinetic[0] -
              trajectory.potential[0];
@@ -71,7 +87,7 @@ Outcome judge(const System& system, const Trajectory& trajectory) {
       deepest = std::min(deepest, e);
       if (i >= count - quarter) least = std::min(least, e), most = std::max(most, e);
     }
-    if (least > 1.2 * early) return Outcome::energy_growth;
+    if (least > 1.2 * early && rises(trajectory, quarter, 0.1 * limit)) return Outcome::energy_growth;
     loses = deepest < 0 && most < 0.5 * deepest;
   }
   for (std::size_t i = 0; i < c.residuals.size(); ++i)
@@ -82,7 +98,7 @@ Outcome judge(const System& system, const Trajectory& trajectory) {
 
 Tried try_run(const System& system, SimulationSettings how, double setting, const RunLengths& lengths) {
   const bool adaptive = method_is_adaptive(how.method);
-  const double start = system.initial.t;
+  const double start = system.initial.t, wanted = how.end_time;
   how.accuracy = 0;
   (adaptive ? how.tolerance : how.step) = setting;
   if (adaptive)
@@ -96,6 +112,7 @@ Tried try_run(const System& system, SimulationSettings how, double setting, cons
     stopped = adaptive && ++steps >= lengths.most;
     return !stopped;
   };
+  const bool cut = how.end_time < wanted - 1e-9 * (wanted - start);  // short of the scene's end
   Tried out{.end = how.end_time};
   const auto trajectory = simulate(system, system.initial, how, observer);
   if (!trajectory) {
@@ -105,9 +122,13 @@ Tried try_run(const System& system, SimulationSettings how, double setting, cons
     return out;
   }
   const Certificate& c = trajectory->certificate;
-  out.outcome =
-      stopped && trajectory->times.back() < how.end_time ? Outcome::unfinished : judge(system, *trajectory);
-  out.reason = c.reason;
+  const double reached = trajectory->times.back();
+  out.outcome = stopped && reached < how.end_time ? Outcome::unfinished : judge(system, *trajectory);
+  if (cut && !is_unstable(out.outcome)) out.outcome = Outcome::unfinished;
+  out.reason = out.outcome != Outcome::unfinished
+                   ? c.reason
+                   : fmt::format("not let go on beyond {:.4g} s of {:.4g} s, after {} steps", reached, wanted,
+                                 lengths.most);
   out.steps = c.steps_accepted;
   out.evaluations = c.evaluations;
   out.energy =

@@ -18,7 +18,7 @@ enum class Outcome {
   blow_up,           ///< numbers grew beyond bounds; the run did not come to its end
   not_solved,        ///< a step could not be made (no convergence, no solution), with finite numbers
   refused,           ///< method or settings cannot run this scene at all
-  unfinished         ///< an adaptive method took more steps than it was given
+  unfinished         ///< not let come to the scene's end within the steps it was given, and sound up to there
 };
 
 /// "stable", "energy growth" ...
@@ -48,8 +48,9 @@ Tried try_run(const System& system, SimulationSettings how, double setting, cons
 
 /// What a run that came to its end is, by its certificate's numbers (limits are the certificate's own) and
 /// the energy balance of its rows, in quarters of the run: growing is a balance that in all of the last
-/// quarter lies above the largest of the first by a fifth; lost what in all of the last stays below half of
-/// the largest loss.
+/// quarter lies above the largest of the first by a fifth, while the energy itself rises from the third
+/// quarter to the last by more than what is put in (dampers that take more than a method adds keep it
+/// stable); lost what in all of the last stays below half of the largest loss.
 Outcome judge(const System& system, const Trajectory& trajectory);
 
 }  // namespace borelli

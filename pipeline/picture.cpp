@@ -2,6 +2,7 @@
 
 #include <librsvg/rsvg.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "pipeline/whole_file.hpp"
@@ -37,7 +38,13 @@ Result<void> write_png(std::string_view svg, const std::filesystem::path& path) 
 }
 
 Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
-                         const std::filesystem::path& folder) {
+                         const std::filesystem::path& folder, const std::vector<std::string>& all) {
+  for (const std::string& name : all)
+    if (std::none_of(plots.begin(), plots.end(), [&](const auto& plot) { return plot.first == name; }))
+      for (const char* ending : {".svg", ".png"}) {
+        std::error_code ignored;  // (what cannot be removed does no harm)
+        std::filesystem::remove(folder / (name + ending), ignored);
+      }
   for (const auto& [name, plot] : plots) {
     const std::string drawing = svg(plot);
     if (auto done = write_whole(folder / (name + ".svg"), drawing); !done) return done;

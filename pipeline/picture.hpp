@@ -15,8 +15,9 @@ namespace borelli {
 /// Draws an SVG document (by librsvg) at twice its own size, and writes it whole as PNG.
 Result<void> write_png(std::string_view svg, const std::filesystem::path& path);
 
-/// Writes each plot as NAME.svg and NAME.png into the folder. Errors: not writable.
+/// Writes each plot as NAME.svg and NAME.png into the folder, and removes those of `all` names that are not
+/// among them: what an earlier call left there of something else. Errors: not writable.
 Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
-                         const std::filesystem::path& folder);
+                         const std::filesystem::path& folder, const std::vector<std::string>& all = {});
 
 }  // namespace borelli

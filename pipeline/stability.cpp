@@ -59,36 +59,67 @@ class Mapping {
 
   Tried tried(std::size_t method, const Result<System>& system, double setting) const {
     if (!system) return {.outcome = Outcome::refused, .reason = system.error().message()};
-    SimulationSettings how = system->settings;
+    return try_run(*system, settings_for(method, *system), setting, map_.lengths);
+  }
+
+  SimulationSettings settings_for(std::size_t method, const System& system) const {
+    SimulationSettings how = system.settings;
     how.method = map_.methods[method];
     how.equations = settings_.equations;
-    how.constraints = settings_constraints(system);
-    return try_run(*system, how, setting, map_.lengths);
+    how.constraints = settings_.constraints.value_or(how.constraints);
+    return how;
+  }
+
+  /// By a step, to a time before the scene's end and no further.
+  Tried tried_until(double end, std::size_t method, const Result<System>& system, double step) const {
+    SimulationSettings how = settings_for(method, *system);
+    how.end_time = end;
+    return try_run(*system, how, step, {1, map_.lengths.most + 1});
   }
 
   /// All settings of the ladder, from small to large, and the limits between them.
   void climb(std::size_t method, std::size_t column, const Result<System>& system) {
     StabilityLimit limit{method, column, none, none};
-    bool stable = true, trusted = true;
-    double unstable_from = none;
+    bool stable = true, trusted = true, refused = false;
+    double unstable_from = none, cut = none, cut_end = none;  // (the largest setting of a run that was cut)
     for (const double setting : map_.ladder_of(method).values) {
       const Tried now = tried(method, system, setting);
       map_.cells.push_back({method, column, setting, now});
-      // (neither a run that is refused nor one that was not let come to its end shows a limit)
+      if (now.outcome == Outcome::unfinished) {
+        if (stable) cut = setting, cut_end = now.end;
+        continue;
+      }
       if (stable && is_unstable(now.outcome)) unstable_from = setting;
+      refused = refused || now.outcome == Outcome::refused;
       stable = stable && !is_unstable(now.outcome) && now.outcome != Outcome::refused;
       trusted = trusted && now.outcome == Outcome::stable;
       if (stable) limit.stable = setting;
       if (trusted) limit.trusted = setting;
     }
-    if (stable) limit.stable = all;
-    if (trusted) limit.trusted = all;
-    if (std::isfinite(limit.stable) && std::isfinite(unstable_from))
-      while (unstable_from / limit.stable > settings_.refinement) {
-        const double middle = std::sqrt(limit.stable * unstable_from);
-        (is_unstable(tried(method, system, middle).outcome) ? unstable_from : limit.stable) = middle;
-      }
+    const bool any = std::isfinite(limit.stable), some = std::isfinite(limit.trusted);
+    if (stable && any) limit.stable = all;
+    if (trusted && some) limit.trusted = all;
+    if (any && std::isfinite(unstable_from)) {
+      refine(limit, unstable_from, [&](double step) { return tried(method, system, step); });
+    } else if (!any && std::isfinite(cut) && !refused) {
+      // over equal times; a tolerance's run ended where its steps did
+      const auto as_long = [&](double step) { return tried_until(cut_end, method, system, step); };
+      limit.known = std::isfinite(unstable_from) && !method_is_adaptive(map_.methods[method]) &&
+                    is_unstable(as_long(unstable_from).outcome);
+      if (!limit.known) return map_.limits.push_back(limit);
+      limit.stable = cut;
+      limit.over = cut_end - system->initial.t;
+      refine(limit, unstable_from, as_long);
+    }
     map_.limits.push_back(limit);
+  }
+
+  template <class Run>
+  void refine(StabilityLimit& limit, double unstable_from, Run&& run) const {
+    while (unstable_from / limit.stable > settings_.refinement) {
+      const double middle = std::sqrt(limit.stable * unstable_from);
+      (is_unstable(run(middle).outcome) ? unstable_from : limit.stable) = middle;
+    }
   }
 
   StabilityMap& map_;

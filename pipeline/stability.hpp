@@ -42,10 +42,16 @@ struct StabilityCell {
 
 /// Of one method in one column: the largest setting that it is stable at with all smaller ones, too
 /// (is_unstable tells); infinite: at all that were tried; NaN: at none, or it refuses the scene.
+///
+/// Runs that were not let come to the scene's end (unfinished) tell of `stable` only where they are compared
+/// over equal times: where no run below the first unstable one came to its end, the steps are bisected by
+/// runs of the length of the longest of those, provided that the unstable one is so within that time, too.
 struct StabilityLimit {
   std::size_t method, column;
   double stable, trusted;             ///< the latter by certificate, from the ladder's own settings
   std::optional<double> linear = {};  ///< linear_limit, for stable
+  double over = 0;                    ///< s: of the runs that tell of stable; 0: the scene's whole time
+  bool known = true;  ///< false: no run that was let go on for long enough tells of stable, which is NaN
 };
 
 struct StabilityMap {

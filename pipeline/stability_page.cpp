@@ -75,9 +75,11 @@ std::vector<std::string> notes_of(const StabilityMap& map) {
       names += fmt::format("{}{} {}", i > 0 ? ", " : "", i + 1, map.sweep.names[i]);
     notes.push_back(names + ".");
   }
-  notes.push_back(fmt::format(
-      "Runs go to the scene's end, or make {} steps where that takes less, {} where it takes more.",
-      map.lengths.least, map.lengths.most));
+  notes.push_back(
+      fmt::format("Runs go to the scene's end, or make {} steps where that takes less. Those that would take "
+                  "more than {} "
+                  "end there, and are unfinished.",
+                  map.lengths.least, map.lengths.most));
   return notes;
 }
 
@@ -90,8 +92,9 @@ Curve line_of(const StabilityMap& map, std::size_t method, const std::string& na
     curve.x.push_back(map.sweep.values.values[limit.column]);
     const double value = number(limit);
     curve.y.push_back(value > 0 && std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN());
-    curve.tips.push_back(
-        fmt::format("{}\n{}: {}", map.sweep.names[limit.column], name, setting_words(map, method, value)));
+    curve.tips.push_back(fmt::format(
+        "{}\n{}: {}{}", map.sweep.names[limit.column], name, setting_words(map, method, value),
+        value == limit.stable && limit.over > 0 ? fmt::format(", in the first {:.3g} s", limit.over) : ""));
   }
   return curve;
 }
@@ -159,6 +162,12 @@ std::string limit_words(double limit) {
   return std::isnan(limit) ? "none" : std::isinf(limit) ? "all" : fmt::format("{:.4g}", limit);
 }
 
+std::string stable_words(const StabilityLimit& limit) {
+  if (!limit.known) return "not known";
+  return limit.over > 0 ? fmt::format("{:.4g} in {:.3g} s", limit.stable, limit.over)
+                        : limit_words(limit.stable);
+}
+
 std::vector<std::pair<std::string, Plot>> stability_plots(const StabilityMap& map) {
   std::vector<std::pair<std::string, Plot>> out;
   for (const bool adaptive : {false, true})
@@ -190,12 +199,14 @@ std::string stability_page(const StabilityMap& map) {
         map.methods[limit.method],
         html_text(map.sweep.parameter.empty() ? map.sweep.names[limit.column]
                                               : fmt::format("{:.4g}", map.sweep.values.values[limit.column])),
-        limit_words(limit.stable), limit.linear ? limit_words(*limit.linear) : "", limit_words(limit.trusted),
+        stable_words(limit), limit.linear ? limit_words(*limit.linear) : "", limit_words(limit.trusted),
         first == map.cells.end() ? "" : html_text(first->tried.reason),
         first == map.cells.end() ? "" : name_of(first->tried.outcome));
   }
   body +=
-      "</table>\n<p>Steps in s, tolerances of adaptive methods. all: at all that were tried; none: at none. "
+      "</table>\n<p>Steps in s, tolerances of adaptive methods. all: at all that were tried; none: at none; "
+      "in 0.5 s: in the scene's first 0.5 s, as runs below the limit were not let go on for longer; not "
+      "known: those runs end before any that is unstable becomes so (--most-steps lets them go on). "
       "Linear: what theory says of small deviations from the start. What failed is said under the pointer, "
       "and of "
       "every run in stability.csv.</p>\n";
@@ -217,15 +228,15 @@ std::string stability_csv(const StabilityMap& map) {
 }
 
 std::string stability_limits_csv(const StabilityMap& map) {
-  std::string out = "parameter,name,method,stable,linear,trusted\n";
+  std::string out = "parameter,name,method,stable,linear,trusted,known,over_s\n";
   const auto number = [](double x) {
     return std::isfinite(x) ? fmt::format("{:.17g}", x) : std::isinf(x) ? std::string("inf") : std::string();
   };
   for (const StabilityLimit& limit : map.limits)
-    out +=
-        fmt::format("{:.17g},{},{},{},{},{}\n", map.sweep.values.values[limit.column],
-                    csv_text(map.sweep.names[limit.column]), map.methods[limit.method], number(limit.stable),
-                    limit.linear ? number(*limit.linear) : "", number(limit.trusted));
+    out += fmt::format("{:.17g},{},{},{},{},{},{},{}\n", map.sweep.values.values[limit.column],
+                       csv_text(map.sweep.names[limit.column]), map.methods[limit.method],
+                       number(limit.stable), limit.linear ? number(*limit.linear) : "", number(limit.trusted),
+                       limit.known ? "yes" : "no", limit.over > 0 ? number(limit.over) : "");
   return out;
 }
 

@@ -207,16 +207,16 @@ std::string beyond_the_voxels(const InertiaTable& table, double tolerance) {
       percent(tolerance), count, percent(worst), where);
 }
 
-Result<double> parse_tolerance(std::string text) {
+Result<double> parse_tolerance(std::string text, double low, double high) {
   std::string_view number = trimmed(text);
   const bool in_percent = number.ends_with('%');
   if (in_percent) number = trimmed(number.substr(0, number.size() - 1));
   double value = 0;
   const auto read = std::from_chars(number.data(), number.data() + number.size(), value);
   if (in_percent) value /= 100;
-  if (read.ec != std::errc() || read.ptr != number.data() + number.size() ||
-      !(value >= 0.001 && value <= 0.5))
-    return bad_use("tolerance " + text, "give a share from 0.1 to 50 %, as 1% or 0.01");
+  if (read.ec != std::errc() || read.ptr != number.data() + number.size() || !(value >= low && value <= high))
+    return bad_use("tolerance " + text,
+                   fmt::format("give a share from {:g} to {:g} %, as 1% or 0.01", 100 * low, 100 * high));
   return value;
 }
 

@@ -71,7 +71,7 @@ nlohmann::json to_json(const GridPick& pick);
 /// standard deviation above the tolerance: a sentence that names the worst. Empty where none is.
 std::string beyond_the_voxels(const InertiaTable& table, double tolerance);
 
-/// "1%", "1 %" or "0.01" as a share. Error: another text, or not within 0.1 to 50 %.
-Result<double> parse_tolerance(std::string text);
+/// "1%", "1 %" or "0.01" as a share. Error: another text, or not within low to high.
+Result<double> parse_tolerance(std::string text, double low = 0.001, double high = 0.5);
 
 }  // namespace borelli

@@ -36,26 +36,13 @@ class KeptPoints {
       : file_(std::move(file)), asked_(digest_of_bytes(asked)) {}
 
   std::vector<WorkPrecisionPoint> read() const {
-    std::vector<WorkPrecisionPoint> out;
     const auto text = read_whole(file_);
-    if (!text) return out;
-    const auto kept = nlohmann::json::parse(*text, nullptr, false);
-    if (kept.is_discarded() || kept.value("asked", "") != asked_) return out;  // of another chart
-    const auto number = [](const nlohmann::json& x) {
-      return x.is_null() ? std::numeric_limits<double>::quiet_NaN() : x.get<double>();
-    };
-    for (const auto& p : kept.at("points"))
-      if (p.size() == 13)
-        out.push_back(
-            {p[0],
-             p[1],
-             p[2],
-             p[3],
-             p[4],
-             p[5],
-             p[6],
-             {number(p[7]), number(p[8]), number(p[9]), number(p[10]), number(p[11]), number(p[12])}});
-    return out;
+    if (!text) return {};
+    try {
+      return points_of(nlohmann::json::parse(*text));
+    } catch (const nlohmann::json::exception&) {  // spoilt: everything is run anew
+      return {};
+    }
   }
 
   Result<void> write(const std::vector<WorkPrecisionPoint>& points) const {
@@ -70,6 +57,25 @@ class KeptPoints {
   void remove() const { std::filesystem::remove(file_); }
 
  private:
+  std::vector<WorkPrecisionPoint> points_of(const nlohmann::json& kept) const {
+    std::vector<WorkPrecisionPoint> out;
+    if (kept.at("asked") != asked_) return out;  // of another chart
+    const auto number = [](const nlohmann::json& x) {
+      return x.is_null() ? std::numeric_limits<double>::quiet_NaN() : x.get<double>();
+    };
+    for (const auto& p : kept.at("points"))
+      out.push_back({p.at(0),
+                     p.at(1),
+                     p.at(2),
+                     p.at(3),
+                     p.at(4),
+                     p.at(5),
+                     p.at(6),
+                     {number(p.at(7)), number(p.at(8)), number(p.at(9)), number(p.at(10)), number(p.at(11)),
+                      number(p.at(12))}});
+    return out;
+  }
+
   std::filesystem::path file_;
   std::string asked_;
 };
@@ -123,7 +129,9 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
     auto given = read_reference(o.reference, solids);
     if (!given) return tl::unexpected(given.error());
     given->error = o.reference_error.value_or(given->error);
-    asked += fmt::format(" {} {}", o.reference, given->error);
+    const auto bytes = read_whole(o.reference);  // (its contents, for a file may be written anew)
+    if (!bytes) return tl::unexpected(bytes.error());
+    asked += fmt::format(" {} {} {}", o.reference, given->error, digest_of_bytes(*bytes));
     settings.reference = std::move(*given);
   } else if (o.reference_error) {
     return bad_use("--reference-error", "is of a file that --reference gives: give both, or neither");

@@ -10,6 +10,7 @@
 #include "dynamics/scene_file.hpp"
 #include "pipeline/economy_page.hpp"
 #include "pipeline/picture.hpp"
+#include "pipeline/table_tolerance.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
@@ -23,7 +24,7 @@ namespace borelli {
 namespace {
 
 struct Options {
-  std::string input, folder = "economy";
+  std::string input, folder = "economy", tolerance;
   ModelOptions model;
   std::optional<double> end;
   EconomySettings settings;
@@ -47,6 +48,7 @@ nlohmann::json json_of(const Economy& economy) {
           {"tolerance", economy.tolerance},
           {"accuracy", economy.accuracy},
           {"quantities", economy.quantities},
+          {"instants", economy.instants},
           {"search",
            {{"runs", economy.runs}, {"evaluations", economy.evaluations}, {"seconds", economy.seconds}}},
           {"models", models},
@@ -157,13 +159,11 @@ void add_economy(CLI::App& program, Command& command) {
                    "coordinate:NAME; several may follow; all solids' gravity centres, where not given. Of a "
                    "volume: what its voxels hold (hu, "
                    "density_kgm3, density_gcm3)");
-  verb->add_option("--tolerance", o->settings.tolerance,
-                   "Largest error: of a scene's lengths over its own, of angles in rad; of a table's "
-                   "entries, relative")
-      ->check(number_within(1e-9, 1.))
-      ->capture_default_str();
+  verb->add_option("--tolerance", o->tolerance,
+                   "Largest error, as 1% or 0.01 (default): of a scene's lengths over its own, of angles in "
+                   "rad; of a table's entries, relative");
   verb->add_option("--end", o->end, "End time, s")->check(positive_number());
-  verb->add_option("--outputs", o->settings.outputs, "Times at which motions are compared")
+  verb->add_option("--outputs", o->settings.outputs, "Times at which motions are compared, at least")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   verb->add_option("--repeats", o->settings.repeats, "Runs that a time is the median of")
@@ -173,6 +173,11 @@ void add_economy(CLI::App& program, Command& command) {
     for (const char* option : {"--end", "--outputs", "--repeats"})
       o->of_scene = o->of_scene || verb->count(option) > 0;
     command.work = [o](const Command& c) -> Result<nlohmann::json> {
+      if (!o->tolerance.empty()) {
+        const auto tolerance = parse_tolerance(o->tolerance, 1e-9, 1);
+        if (!tolerance) return tl::unexpected(tolerance.error());
+        o->settings.tolerance = *tolerance;
+      }
       if (!std::filesystem::exists(o->input)) return bad_use(o->input, "no such file or folder");
       if (auto fine = check_folder_writable(o->folder); !fine) return tl::unexpected(fine.error());
       return may_be_volume(o->input) ? work_on_volume(*o, c) : work_on_scene(*o, c);

@@ -94,7 +94,8 @@ nlohmann::json json_of(const StabilityMap& map) {
     limits.push_back({{"method", map.methods[limit.method]},
                       {"parameter", map.sweep.values.values[limit.column]},
                       {"name", map.sweep.names[limit.column]},
-                      {"stable", number(limit.stable)},
+                      {"stable", limit.known ? number(limit.stable) : nlohmann::json("not known")},
+                      {"over_s", limit.over > 0 ? nlohmann::json(limit.over) : nlohmann::json()},
                       {"linear", limit.linear ? number(*limit.linear) : nlohmann::json()},
                       {"trusted", number(limit.trusted)}});
   return {{"scene", map.sweep.scene},
@@ -104,14 +105,14 @@ nlohmann::json json_of(const StabilityMap& map) {
 }
 
 void print(const StabilityMap& map) {
-  fmt::print("  {:20} {:28} {:>12} {:>12} {:>12}\n", "method",
+  fmt::print("  {:20} {:28} {:>18} {:>12} {:>12}\n", "method",
              map.sweep.parameter.empty() ? "scene" : map.sweep.parameter, "stable up to", "linear",
              "trusted up to");
   for (const StabilityLimit& limit : map.limits)
-    fmt::print("  {:20} {:28} {:>12} {:>12} {:>12}\n", map.methods[limit.method],
+    fmt::print("  {:20} {:28} {:>18} {:>12} {:>12}\n", map.methods[limit.method],
                map.sweep.parameter.empty() ? map.sweep.names[limit.column]
                                            : fmt::format("{:.6g}", map.sweep.values.values[limit.column]),
-               limit_words(limit.stable), limit.linear ? limit_words(*limit.linear) : "-",
+               stable_words(limit), limit.linear ? limit_words(*limit.linear) : "-",
                limit_words(limit.trusted));
 }
 
@@ -125,27 +126,9 @@ class KeptColumns {
   void read(StabilityObserver& observer) const {
     const auto text = read_whole(file_);
     if (!text) return;
-    const auto kept = nlohmann::json::parse(*text, nullptr, false);
-    if (kept.is_discarded() || kept.value("asked", "") != asked_) return;  // of another map
-    const auto limit = [](const nlohmann::json& x) {
-      return x.is_null()     ? std::numeric_limits<double>::quiet_NaN()
-             : x.is_string() ? std::numeric_limits<double>::infinity()
-                             : x.get<double>();
-    };
-    for (const auto& c : kept.at("cells"))
-      observer.known_cells.push_back({c[0],
-                                      c[1],
-                                      c[2],
-                                      {.outcome = Outcome(c[3].get<int>()),
-                                       .reason = c[4],
-                                       .end = c[5],
-                                       .steps = c[6],
-                                       .evaluations = c[7],
-                                       .energy = limit(c[8]),
-                                       .constraint = limit(c[9])}});
-    for (const auto& l : kept.at("limits")) {
-      observer.known_limits.push_back({l[0], l[1], limit(l[2]), limit(l[3])});
-      if (!l[4].empty()) observer.known_limits.back().linear = limit(l[4][0]);
+    try {
+      take(nlohmann::json::parse(*text), observer);
+    } catch (const nlohmann::json::exception&) {  // spoilt: everything is run anew
     }
   }
 
@@ -158,7 +141,7 @@ class KeptColumns {
     for (const StabilityLimit& l : map.limits) {
       nlohmann::json linear = nlohmann::json::array();
       if (l.linear) linear.push_back(number(*l.linear));
-      limits.push_back({l.method, l.column, number(l.stable), number(l.trusted), linear});
+      limits.push_back({l.method, l.column, number(l.stable), number(l.trusted), linear, l.over, l.known});
     }
     return write_whole(file_, nlohmann::json{{"asked", asked_}, {"cells", cells}, {"limits", limits}}.dump());
   }
@@ -166,6 +149,35 @@ class KeptColumns {
   void remove() const { std::filesystem::remove(file_); }
 
  private:
+  void take(const nlohmann::json& kept, StabilityObserver& observer) const {
+    if (kept.at("asked") != asked_) return;  // of another map
+    const auto limit = [](const nlohmann::json& x) {
+      return x.is_null()     ? std::numeric_limits<double>::quiet_NaN()
+             : x.is_string() ? std::numeric_limits<double>::infinity()
+                             : x.get<double>();
+    };
+    std::vector<StabilityCell> cells;
+    std::vector<StabilityLimit> limits;
+    for (const auto& c : kept.at("cells"))
+      cells.push_back({c.at(0),
+                       c.at(1),
+                       c.at(2),
+                       {.outcome = Outcome(c.at(3).get<int>()),
+                        .reason = c.at(4),
+                        .end = c.at(5),
+                        .steps = c.at(6),
+                        .evaluations = c.at(7),
+                        .energy = limit(c.at(8)),
+                        .constraint = limit(c.at(9))}});
+    for (const auto& l : kept.at("limits")) {
+      limits.push_back({l.at(0), l.at(1), limit(l.at(2)), limit(l.at(3))});
+      if (!l.at(4).empty()) limits.back().linear = limit(l.at(4).at(0));
+      limits.back().over = l.at(5);
+      limits.back().known = l.at(6);
+    }
+    observer.known_cells = std::move(cells), observer.known_limits = std::move(limits);
+  }
+
   std::filesystem::path file_;
   std::string asked_;
 };
@@ -215,7 +227,10 @@ Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   if (!map) return tl::unexpected(map.error());
   if (!written) return tl::unexpected(written.error());
   bar.end(fmt::format("{} runs", map->cells.size()));
-  if (auto done = write_plots(stability_plots(*map), folder); !done) return tl::unexpected(done.error());
+  std::vector<std::string> drawings = integrator_names();
+  drawings.insert(drawings.end(), {"limits", "limits_tolerance"});
+  if (auto done = write_plots(stability_plots(*map), folder, drawings); !done)
+    return tl::unexpected(done.error());
   for (const auto& [name, text] :
        {std::pair("stability.csv", stability_csv(*map)), std::pair("limits.csv", stability_limits_csv(*map)),
         std::pair("stability.html", stability_page(*map))})

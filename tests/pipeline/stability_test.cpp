@@ -1,12 +1,16 @@
 // Limits of stability against closed forms, outcomes against what is known of the methods.
 #include "pipeline/stability_page.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 
 #include "dynamics/scene_file.hpp"
+#include "dynamics/simulate.hpp"
 #include "pipeline/scene_number.hpp"
+#include "pipeline/whole_file.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {
@@ -116,6 +120,103 @@ TEST(Stability, EulerGrowsAtAnyStepAndItsMidpointRuleSlowly) {
   EXPECT_LT(map.limits[1].stable, 5e-2);
 }
 
+// Of q'' + c q' + k q = 0: where |R(h lambda)| = 1, of Runge-Kutta methods with as many stages as their
+// order.
+double reach(int order, double c, double k) {
+  const std::complex<double> lambda =
+      (-c + std::sqrt(std::complex<double>(c * c - 4 * k, 0))) / 2. - 1e-300;  // (of two alike in size, one)
+  const std::complex<double> other = -c - lambda;
+  const auto grows = [&](double h) {
+    double most = 0;
+    for (const auto& l : {lambda, other}) {
+      std::complex<double> sum = 1, term = 1;
+      for (int i = 1; i <= order; ++i) sum += term *= h * l / double(i);
+      most = std::max(most, std::abs(sum));
+    }
+    return most > 1;
+  };
+  double low = 1e-9, high = 1;
+  while (!grows(high)) high *= 2;
+  // the first crossing: go up in small ratios
+  for (double h = low; h < high; h *= 1.001)
+    if (grows(h)) {
+      high = h;
+      break;
+    } else {
+      low = h;
+    }
+  for (int i = 0; i < 60; ++i) (grows((low + high) / 2) ? high : low) = (low + high) / 2;
+  return low;
+}
+
+// Two masses, one on a damped spring that is ever stiffer: the error that a method adds before the motion has
+// died down is no instability.
+TEST(Stability, DampedMotionsAreStableUpToTheorysLimit) {
+  std::string text = oscillator;
+  text.replace(text.find("damping = 0"), 11, "damping = 3");
+  text.replace(text.find("stiffness = 4"), 13, "stiffness = 40");
+  text.replace(text.find("end_time = 5"), 12, "end_time = 10");
+  text += R"([[solid]]
+name = "second"
+joint = {translation = "y", name = "y", value = -0.5}
+mass = 0.25
+centre = [0, 0, 0]
+tensor = [1, 1, 1]
+[[effort]]
+name = "damper"
+kind = "coordinate_spring"
+on = "y"
+stiffness = 4
+damping = 1
+)";
+  StabilitySettings settings;
+  settings.methods = {"euler", "rk2", "rk4"};
+  settings.steps = parse_ladder("1e-4:1:21", "steps").value();
+  const StabilityMap map = stability_map(sweep(text, "damper.stiffness", "4,400,4e4,4e6"), settings).value();
+  const int orders[] = {1, 2, 4};
+  for (const StabilityLimit& limit : map.limits) {
+    const double k = map.sweep.values.values[limit.column];
+    const double theory = std::min(reach(orders[limit.method], 3, 40), reach(orders[limit.method], 4, 4 * k));
+    const std::string what = fmt::format("{} at {:g}", map.methods[limit.method], k);
+    if (theory < 1e-4) {  // below all that was tried
+      EXPECT_TRUE(std::isnan(limit.stable)) << what;
+      EXPECT_TRUE(limit.known) << what;
+      continue;
+    }
+    // 200 steps tell a growth by a part in a hundred, of two that are mixed one by five
+    EXPECT_NEAR(limit.stable / theory, 1, 0.05) << what << " in " << limit.over;
+  }
+}
+
+// The cube drops at once, and hits the spring later: how many steps a run may make says nothing of that.
+TEST(Stability, ARunThatIsCutOffTellsOfNoLimit) {
+  const std::string text = with_number(read_whole(test::source_folder() + "/samples/shock.toml").value(),
+                                       "shock.toml", "solid[cube].shape.mass", 1e6)
+                               .value();
+  // as a run that is let go on shows: that step fails, after half a second
+  const System system = compile(parse_scene(text, "shock.toml").value()).value();
+  SimulationSettings how = system.settings;
+  how.method = "rk4";
+  how.step = 1e-4;
+  const auto whole = simulate(system, system.initial, how);
+  ASSERT_FALSE(whole && whole->certificate.trusted);
+  StabilitySettings settings;
+  settings.methods = {"rk4"};
+  settings.steps = parse_ladder("1e-4:1e-2:5", "steps").value();
+  settings.lengths.most = 1000;
+  const StabilityMap map =
+      stability_map(sweep_of_number(text, "shock.toml", {"solid[cube].shape.mass"}, {{1e6}, false}).value(),
+                    settings)
+          .value();
+  EXPECT_EQ(map.cells[0].tried.outcome, Outcome::unfinished);
+  EXPECT_NE(map.cells[0].tried.reason.find("not let go on beyond 0.0999 s of 5 s"), std::string::npos)
+      << map.cells[0].tried.reason;
+  EXPECT_FALSE(map.limits[0].known);
+  EXPECT_TRUE(std::isnan(map.limits[0].stable));
+  EXPECT_EQ(stable_words(map.limits[0]), "not known");
+  EXPECT_NE(stability_limits_csv(map).find(",no,"), std::string::npos);
+}
+
 TEST(Stability, EveryOutcomeHasItsScene) {
   const auto outcome = [](const std::string& text, const char* method, double setting,
                           ConstraintTreatment constraints = ConstraintTreatment::projection,
@@ -138,6 +239,7 @@ TEST(Stability, EveryOutcomeHasItsScene) {
   EXPECT_EQ(outcome(oscillator, "rk4", 1.42), Outcome::energy_growth);
   EXPECT_EQ(outcome(oscillator, "semi_implicit_euler", 0.5), Outcome::inaccurate);  // to and fro
   EXPECT_EQ(outcome(oscillator, "dopri5", 1e-8, {}, {200, 20}), Outcome::unfinished);
+  EXPECT_EQ(outcome(oscillator, "rk4", 1e-3, {}, {200, 1000}), Outcome::unfinished);
   EXPECT_EQ(outcome(sample("a01.toml"), "cvode", 1e-6), Outcome::refused);
   const std::string held =
       with_number(with_number(sample("a01.toml"), "a", "simulation.baumgarte_alpha", 0).value(), "a",
@@ -160,6 +262,7 @@ TEST(Stability, BaumgartesGainsBoundTheStep) {
     settings.methods = {"rk4"};
     settings.constraints = ConstraintTreatment::baumgarte;
     settings.steps = {{0.2 / gain, 2.6 / gain, 2.95 / gain}, true};
+    settings.lengths.most = 60000;
     const StabilityMap map = stability_map(gains, settings).value();
     EXPECT_EQ(map.cells[0].tried.outcome, Outcome::stable) << map.cells[0].tried.reason;
     EXPECT_NE(map.cells[1].tried.outcome, Outcome::blow_up) << map.cells[1].tried.reason;

@@ -89,6 +89,22 @@ TEST(StabilityVerb, GoesOnWhereItWasBrokenOff) {
     EXPECT_EQ(text("broken/" + std::string(name)), text("whole/" + std::string(name))) << name;
 }
 
+TEST(StabilityVerb, ASpoiltFileOrAnOlderMapLeaveNothing) {
+  const TestFolder folder;
+  const std::string asked =
+      "stability " + samples + "heavy_top.toml --step 1e-2 -o " + folder.path().string();
+  ASSERT_EQ(run_program(asked + " --methods rk4,verlet").code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "verlet.svg"));
+  for (const char* spoilt : {"[1,2]", "{\"asked\":3}", "7"}) {
+    folder.write("stability.partial.json", spoilt);
+    const ProgramRun run = run_program(asked + " --methods rk4");
+    EXPECT_EQ(run.code, 0) << run.err;
+  }
+  for (const char* older : {"verlet.svg", "verlet.png"})
+    EXPECT_FALSE(std::filesystem::exists(folder / older));
+  EXPECT_TRUE(std::filesystem::exists(folder / "rk4.svg"));
+}
+
 TEST(StabilityVerb, RunsLong) {
   const TestFolder folder;
   const ProgramRun run = run_program("stability " + samples +

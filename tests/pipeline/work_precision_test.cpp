@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
+#include "pipeline/whole_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
@@ -137,6 +139,57 @@ TEST(WorkPrecision, AReferenceMayBeGiven) {
   EXPECT_NE(run.out.find("run.csv"), std::string::npos);
   EXPECT_EQ(run_program(chart_it + " --reference-error 1e-9").code, 2);
   EXPECT_EQ(run_program(chart_it + " --reference " + (folder / "none.csv").string()).code, 2);
+}
+
+// What a broken-off chart left is of the reference that it had, not of its file's name.
+TEST(WorkPrecision, AnotherReferenceOrASpoiltFileBeginsAnew) {
+  const TestFolder folder;
+  const std::string sample = test::source_folder() + "/samples/pendulum.toml", reference = folder / "ref.csv";
+  const auto refer_to = [&](const std::string& scene) {
+    return run_program("simulate " + scene + " --accuracy 1e-9 --end 1 --output-interval 0.05 -o " +
+                       reference)
+        .code;
+  };
+  const auto chart_into = [&](const std::string& name, const std::string& before = "") {
+    return run_program("chart " + sample +
+                           " --end 1 --methods rk4,verlet,euler,rk2 --budget 0.05 --repeats 1 "
+                           "--reference-error 1e-9 --reference " +
+                           reference + " -o " + (folder / name).string(),
+                       before)
+        .code;
+  };
+  ASSERT_EQ(refer_to(sample), 0);
+  const std::filesystem::path partial = folder / "broken/chart.partial.json";
+  for (int tenths = 1; tenths < 600 && !std::filesystem::exists(partial); ++tenths) {
+    ASSERT_FALSE(std::filesystem::exists(folder / "broken/chart.html"));
+    chart_into("broken", fmt::format("timeout -s KILL {:.1f}", 0.1 * tenths));
+  }
+  ASSERT_TRUE(std::filesystem::exists(partial));
+  // another motion by the same name: let go a degree lower
+  std::string lower = read_whole(sample).value();
+  lower.replace(lower.find("value_deg = 90"), 14, "value_deg = 89");
+  ASSERT_EQ(refer_to(folder.write("lower.toml", lower)), 0);
+  ASSERT_EQ(chart_into("broken"), 0);
+  // no run is nearer to that than its first place
+  std::istringstream lines(read_whole(folder / "broken/chart.csv").value());
+  int runs = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line[0] == '#' || line.starts_with("method,")) continue;
+    std::vector<std::string> fields(1);
+    for (const char c : line)
+      if (c == ',')
+        fields.emplace_back();
+      else
+        fields.back() += c;
+    EXPECT_TRUE(fields[4] == "0" || std::stod(fields[9]) > 0.01) << line;
+    ++runs;
+  }
+  EXPECT_GT(runs, 20);
+  // valid JSON that no chart wrote
+  for (const char* spoilt : {"[1,2]", "{\"asked\":3}", "{}", "3", "{\"asked\":"}) {
+    folder.write("broken/chart.partial.json", spoilt);
+    EXPECT_EQ(chart_into("broken"), 0) << spoilt;
+  }
 }
 
 // The same oscillator by another program: its closed form, off by its step squared.
