@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 struct Options {
   Vector3d gravity{0, 0, -9.81};
   double timestep = 0;
-  bool passive = true, equality = true;
+  bool passive = true, equality = true, contact = true;
 
   explicit Options(const XmlElement& root) {
     bool weight = true;
@@ -40,7 +40,9 @@ struct Options {
       };
       weight = enabled("gravity", weight);
       passive = enabled("passive", passive);
-      equality = enabled("constraint", equality) && enabled("equality", equality);
+      const bool constraints = enabled("constraint", true);
+      equality = constraints && enabled("equality", equality);
+      contact = constraints && enabled("contact", contact);
     }
     if (!weight) gravity.setZero();
   }
@@ -69,6 +71,11 @@ class MjcfReader {
     if (meshes_not_seen_ > 0)
       model_.not_modelled.push_back(fmt::format(
           "the looks of {} geoms that are meshes (they weigh, but are not seen)", meshes_not_seen_));
+    if (options_.contact && bodies_that_touch_ > 1)
+      model_.not_modelled.push_back(fmt::format(
+          "contacts: the geoms of {} bodies may touch, but here they pass through each other, and through "
+          "planes; in the scene's own language a constraint such as capsule_over_plane is a contact",
+          bodies_that_touch_));
     for (std::string& line : list_unread(root_)) model_.not_modelled.push_back(std::move(line));
     return std::move(model_);
   }
@@ -127,13 +134,24 @@ class MjcfReader {
   std::vector<MjcfGeom> read_geoms(const XmlElement& body, Solid& solid) {
     const bool weighs = weighs_by_geoms(body, compiler_);
     std::vector<MjcfGeom> out;
+    bool touches = false;
     for (const XmlElement& c : body.children) {
       if (c.name != "geom") continue;
+      touches = touches || may_touch(c);
       const MjcfGeom& geom = out.emplace_back(geoms_.read(c, weighs));
       if (geom.shape) solid.shapes.push_back(*geom.shape);
       meshes_not_seen_ += !geom.shape && c.read;
     }
+    bodies_that_touch_ += touches;
     return out;
+  }
+
+  // Unless both its masks are zero. (These stay unread, and so listed.)
+  static bool may_touch(const XmlElement& geom) {
+    int masks = 2;
+    for (const XmlAttribute& a : geom.attributes)
+      masks -= (a.name == "contype" || a.name == "conaffinity") && a.value == "0";
+    return masks > 0;
   }
 
   void scale_to_total_mass() {
@@ -172,7 +190,7 @@ class MjcfReader {
   MjcfJoints joints_;
   std::map<std::string, Pose> poses_;  // X_WS in the model's pose
   std::vector<std::pair<std::size_t, double>> compensated_;
-  int bodies_without_name_ = 0, meshes_not_seen_ = 0;
+  int bodies_without_name_ = 0, meshes_not_seen_ = 0, bodies_that_touch_ = 0;
 };
 
 }  // namespace
