@@ -31,9 +31,8 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
       singular_(system),
       step_watch_(system) {
   certificate_.energy_threshold = threshold;
-  certificate_.constraint_rows = system.rows;
+  certificate_.constraint_rows = system.bilateral_rows();
   certificate_.contacts = int(system.contacts.size());
-  for (const Contact& contact : system.contacts) certificate_.constraint_rows -= contact.tangents ? 3 : 1;
   certificate_.constraint_rank = assembly.rank;
   certificate_.redundant = assembly.redundant;
   note_assembly(assembly);
@@ -183,6 +182,7 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
     double& speed = largest_speeds_[system_.velocity_groups[i]];
     speed = std::max(speed, std::abs(state.v[i]));
   }
+  if (!workspace.has_rows()) return;
   for (int row = 0; row < system_.rows; ++row) {
     ConstraintResidual& residual = certificate_.residuals[system_.row_constraint[row]];
     ResidualRows& rows = residual_rows_[system_.row_constraint[row]];

@@ -244,6 +244,12 @@ std::string System::group_name(int group) const {
   return "";
 }
 
+int System::bilateral_rows() const {
+  int count = rows;
+  for (const Contact& contact : contacts) count -= contact.tangents ? 3 : 1;
+  return count;
+}
+
 bool System::has_kinematic_rows() const {
   return std::find(kinematic_rows.begin(), kinematic_rows.end(), 1) != kinematic_rows.end();
 }

@@ -15,6 +15,7 @@ Workspace::Workspace(const System& system, Equations equations)
       factor(Rows::Zero(system.nv, system.nv)),
       rows(system),
       solver(system),
+      bilateral_rows(system.bilateral_rows()),
       a(Eigen::VectorXd::Zero(system.nv)),
       multipliers(Eigen::VectorXd::Zero(system.rows)),
       drive_efforts(Eigen::VectorXd::Zero(system.driven_nv)),
@@ -74,7 +75,7 @@ Fault find_terms(const System& system, const Parameters& parameters, Workspace& 
 }
 
 Fault find_rows(const System& system, const Parameters& parameters, Workspace& w) {
-  if (system.rows == 0) return {};
+  if (!w.has_rows()) return {};
   scan_constraints(system, parameters, w.kinematics, w.rows);
   if (w.rows.degenerate >= 0) return {Fault::Kind::degenerate_constraint, w.rows.degenerate};
   return {};
@@ -88,6 +89,13 @@ Fault update_terms(const System& system, const Parameters& parameters, double t,
   update_motion(system, parameters, t, q, v, w);
   if (const Fault fault = find_terms(system, parameters, w)) return fault;
   return find_rows(system, parameters, w);
+}
+
+Fault update_energies(const System& system, const Parameters& parameters, double t, const double* q,
+                      const double* v, Workspace& w) {
+  if (w.kinematics.equations != Equations::recursive) return update_terms(system, parameters, t, q, v, w);
+  update_motion(system, parameters, t, q, v, w);
+  return {};
 }
 
 namespace {
@@ -119,7 +127,7 @@ void find_drive_efforts(const System& system, Workspace& w) {
 /// apply or A must decide.
 bool articulate(const System& system, const Parameters& parameters, double t, const double* q,
                 const double* v, Workspace& w, const double* applied) {
-  if (w.kinematics.equations != Equations::recursive || system.rows > 0 || !w.articulation.every_body_moves)
+  if (w.kinematics.equations != Equations::recursive || w.has_rows() || !w.articulation.every_body_moves)
     return false;
   const bool acted = !system.efforts.empty();
   move_links(system, parameters, parameters.inertials, t, q, v, acted, w.kinematics, w.articulation);
@@ -144,8 +152,8 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
     w.a = w.terms.Q.head(n) - w.terms.B.head(n);
     solve_transposed(system, w.factor, w.a.data());
     solve_lower(system, w.factor, w.a.data());
-    if (system.rows > 0) add_constraints(system, handling, w);
-    if (!system.contacts.empty()) add_sliding_friction(system, parameters, w);
+    if (w.has_rows()) add_constraints(system, handling, w);
+    if (!system.contacts.empty() && !w.leaves_contacts) add_sliding_friction(system, parameters, w);
     if (system.driven_nv > 0) find_drive_efforts(system, w);
   }
   for (int i = 0; i < n; ++i)

@@ -51,6 +51,12 @@ struct Workspace {
   ConstraintRows rows;
   ConstraintSolver solver;
 
+  /// Contacts are left to the method (Integrator::handles_contacts): none holds in the equations, and their
+  /// rows stay empty unlooked at.
+  bool leaves_contacts = false;
+  bool has_rows() const { return bilateral_rows > 0 || (!rows.modes.empty() && !leaves_contacts); }
+  int bilateral_rows = 0;  ///< rows that are no contact's
+
   Eigen::VectorXd a;              ///< nv, accelerations
   Eigen::VectorXd multipliers;    ///< rows
   Eigen::VectorXd drive_efforts;  ///< driven_nv: what the drives exert
@@ -79,6 +85,10 @@ struct RowHandling {
 /// and the constraint rows. All that projection and assembly need.
 Fault update_terms(const System& system, const Parameters& parameters, double t, const double* q,
                    const double* v, Workspace& workspace);
+
+/// Energies alone; of what update_terms finds, nothing else is to be relied on.
+Fault update_energies(const System& system, const Parameters& parameters, double t, const double* q,
+                      const double* v, Workspace& workspace);
 
 /// update_terms, then accelerations, multipliers, efforts of the drives and powers. `applied` (nv or null) is
 /// added to Q.

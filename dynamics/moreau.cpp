@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "dynamics/branch_sparse.hpp"
-#include "dynamics/impact.hpp"
 #include "dynamics/motion_flow.hpp"
+#include "dynamics/processor.hpp"
 
 namespace borelli {
 
@@ -16,9 +16,13 @@ namespace {
 // gaps below this part of the length of what touches are closed
 constexpr double closed_gap = 1e-9;
 
-// a part of the velocities: impulses that change less have settled
-constexpr double settled = 1e-10;
-constexpr int most_sweeps = 5000;
+// overlaps below this part of it stay
+constexpr double least_overlap = 1e-5;
+
+// impulses may close more contacts, which then act too: so many times in a step
+constexpr int most_rounds = 6;
+
+constexpr int separating_sweeps = 200;
 
 // of the radii: what goes deeper without acting has gone through, as deep as overlaps are trusted
 constexpr double passes = 1e-2;
@@ -34,128 +38,196 @@ double least_gap(double gap, double rate, double speed, double radii, double hal
 
 }  // namespace
 
-MoreauStepping::Scratch::Scratch(const System& system)
-    : every(system),
-      solver(system),
+MoreauStepping::Scratch::Scratch(const System& system, Equations equations)
+    : at(system, equations),
+      seen(system),
+      end(system),
+      rows(system),
+      landed(system, equations),
+      links(system),
       J(Rows::Zero(3 * Eigen::Index(system.contacts.size()), system.nv)),
-      response(J),
-      G(Rows::Zero(J.rows(), J.rows())),
+      Y(Rows::Zero(system.nv, J.rows())),
       before(VectorXd::Zero(J.rows())),
-      free(before),
-      velocity(before),
       impulse(before),
       plastic(before),
       driven(before),
-      target(VectorXd::Zero(Eigen::Index(system.contacts.size()))),
+      late(VectorXd::Zero(Eigen::Index(system.contacts.size()))),
+      apart(late),
+      acts(system.contacts.size()),
+      known(system.constraints.size()),
       wanted(VectorXd::Zero(system.rows)),
-      correction(VectorXd::Zero(system.nv)) {
-  every.every_row = true;
+      x(VectorXd::Zero(system.nv)),
+      change(x),
+      shift(x),
+      state(system.initial),
+      work(system.groups) {
+  at.leaves_contacts = true;
+  seen.detail = ConstraintRows::Detail::rates;
+  end.detail = ConstraintRows::Detail::values;
+  problem.G = Rows::Zero(J.rows(), J.rows());
+  problem.free = before;
+  problem.target = late;
+  problem.friction.resize(system.contacts.size());
   acting.reserve(system.contacts.size());
 }
 
-/// The contacts that touch or overlap in the middle of the step, with their velocities at its start (y) and
-/// those that its end would have without them (out).
-void MoreauStepping::find_acting(const MotionFlow& motion, const VectorXd& y, const VectorXd& out, double h,
-                                 double least_rebound) {
+/// The gaps of all contacts at the state that y stands for.
+void MoreauStepping::look(const MotionFlow& motion, double t, const VectorXd& y) {
+  const System& system = motion.system();
+  Scratch& s = *scratch_;
+  motion.take(y, s.state, s.work);
+  const double *q = s.state.q.data(), *v = s.state.v.data();
+  if (s.landed.equations == Equations::recursive && s.links.every_body_moves)
+    move_links(system, system.parameters, system.parameters.inertials, t, q, v, true, s.landed, s.links);
+  else
+    update_kinematics(system, system.parameters, t, q, v, s.landed);
+  scan_constraints(system, system.parameters, s.landed, s.end);
+}
+
+/// The rows of a contact in the middle of the step.
+void MoreauStepping::find_rows(const System& system, int contact) {
+  Scratch& s = *scratch_;
+  const int i = system.contacts[contact].constraint;
+  if (s.known[i]) return;
+  scan_constraint(system, system.parameters, s.at.kinematics, i, s.rows);
+  s.known[i] = 1;
+}
+
+/// The contacts that the step would close, with the mass matrix in its middle. False: it is singular.
+bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h, const VectorXd& y,
+                                 const VectorXd& out) {
   const System& system = motion.system();
   const Eigen::Index n = system.nv;
   Scratch& s = *scratch_;
-  scan_constraints(system, system.parameters, motion.workspace().kinematics, s.every);
   s.acting.clear();
+  std::fill(s.acts.begin(), s.acts.end(), 0);
+  scan_constraints(system, system.parameters, motion.workspace().kinematics, s.seen);
+  bool ready = false;
   for (int i = 0; i < int(system.contacts.size()); ++i) {
     const Contact& contact = system.contacts[i];
-    step_.gap[i] = s.every.h[contact.row];
-    if (step_.gap[i] > closed_gap * system.row_scale[contact.row]) {
-      impulse_.segment<3>(3 * i).setZero();
-      const double radii = radii_of(system.parameters.constraints[contact.constraint].kind);
-      if (radii > 0)
-        step_.gap[i] = least_gap(step_.gap[i], s.every.rate[contact.row],
-                                 s.every.rate.segment<3>(contact.row).norm(), radii, 0.5 * h);
-      // it went through, or a long thing may have swept over the whole of the other
-      if (step_.gap[i] < -passes * radii || 0.5 * h * s.every.speed[contact.row] > step_.gap[i] + radii)
-        step_.passed = i;
-      continue;
-    }
-    const Eigen::Index k = 3 * Eigen::Index(s.acting.size());
-    for (int c = 0; c < 3; ++c) {
-      const bool there = c == 0 || contact.tangents;
-      const int row = contact.row + c;
-      s.J.row(k + c).setZero();
-      if (there) s.J.row(k + c) = s.every.L.row(row).head(n);
-      // rates are those of the middle, where the drives are taken
-      const double rate = there ? s.every.rate[row] : 0;
-      s.driven[k + c] = rate - s.J.row(k + c).dot(middle_.segment(n, n));
-      s.before[k + c] = rate + s.J.row(k + c).dot(y.segment(n, n) - middle_.segment(n, n));
-      s.free[k + c] = rate + s.J.row(k + c).dot(out.segment(n, n) - middle_.segment(n, n));
-    }
-    const double speed = s.before[k];
-    s.impulse.segment<3>(k) = impulse_.segment<3>(3 * i);
-    const double e = surface_of(system.parameters.constraints[contact.constraint].kind).restitution;
-    // one that parts already may close again as fast: then its impulse does no work, and it comes no nearer
-    s.target[k / 3] = speed < -least_rebound ? -e * speed : std::min(0., -speed);
-    s.acting.push_back(i);
+    const double gap = s.seen.h[contact.row];
+    const double speed =
+        contact.tangents ? s.seen.rate.segment<3>(contact.row).norm() : std::abs(s.seen.rate[contact.row]);
+    // (what comes nearer yet than it now moves is seen at the step's end)
+    if (gap > 0.5 * h * speed + h * fall_) continue;
+    if (!ready && !ready_response(motion, t, h)) return false;
+    ready = true;
+    find_rows(system, i);
+    const double after = s.rows.rate[contact.row] + 0.25 * h * s.rows.E[contact.row] +
+                         s.rows.L.row(contact.row).head(n).dot(out.segment(n, n) - middle_.segment(n, n));
+    if (gap + 0.5 * h * after <= closed_gap * system.row_scale[contact.row]) add_acting(motion, i, h, y, out);
   }
+  return true;
 }
 
-/// What impulses on the acting contacts do, by the mass matrix in the middle and with the bilateral
-/// constraints.
-void MoreauStepping::find_response(const MotionFlow& motion) {
+/// Takes in what overlaps at the step's end without acting. False: the mass matrix is singular.
+bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double h, const VectorXd& y,
+                                     const VectorXd& out, bool& added) {
   const System& system = motion.system();
-  const Workspace& w = motion.workspace();
   Scratch& s = *scratch_;
-  s.solver.prepare(w.rows.L, w.factor, true);
-  const Eigen::Index rows = 3 * Eigen::Index(s.acting.size());
-  for (Eigen::Index r = 0; r < rows; ++r) {
-    s.response.row(r) = s.J.row(r);
-    solve_transposed(system, w.factor, s.response.row(r).data());
-    solve_lower(system, w.factor, s.response.row(r).data());
-    if (s.solver.rank() == 0) continue;
-    s.wanted.noalias() = -w.rows.L.leftCols(system.nv) * s.response.row(r).transpose();
-    s.solver.correct(w.factor, s.wanted, s.correction);
-    s.response.row(r) += s.correction.transpose();
+  added = false;
+  for (int i = 0; i < int(system.contacts.size()); ++i) {
+    const Contact& contact = system.contacts[i];
+    if (s.acts[i] || s.end.h[contact.row] >= -closed_gap * system.row_scale[contact.row]) continue;
+    if (s.acting.empty() && !ready_response(motion, t, h)) return false;
+    find_rows(system, i);
+    add_acting(motion, i, h, y, out);
+    added = true;
   }
-  for (Eigen::Index i = 0; i < rows; ++i)
-    for (Eigen::Index j = 0; j <= i; ++j) s.G(i, j) = s.G(j, i) = s.J.row(i).dot(s.response.row(j));
+  return true;
 }
 
-/// Sweeps until impulses stay: each contact's normal impulse, then its friction, projected on Coulomb's cone.
-/// What the last sweep still changed, in parts of `scale`.
-double MoreauStepping::sweep(const System& system, const VectorXd& target, double scale, VectorXd& impulse) {
+/// The mass matrix and the bilateral rows in the middle of the step.
+bool MoreauStepping::ready_response(const MotionFlow& motion, double t, double h) {
+  const System& system = motion.system();
   Scratch& s = *scratch_;
-  const Eigen::Index count = Eigen::Index(s.acting.size()), rows = 3 * count;
-  s.velocity.head(rows) = s.free.head(rows);
-  for (Eigen::Index r = 0; r < rows; ++r)
-    if (impulse[r] != 0) s.velocity.head(rows) += impulse[r] * s.G.row(r).head(rows).transpose();
-  double change = 0;
-  const auto move = [&](Eigen::Index row, double to) {
-    const double by = to - impulse[row];
-    if (by == 0) return;
-    impulse[row] = to;
-    s.velocity.head(rows) += by * s.G.row(row).head(rows).transpose();
-    if (const double moved = std::abs(by) * s.G(row, row); moved > change) {
-      change = moved;
-      s.moved_most = int(row / 3);
-    }
-  };
-  for (int pass = 0; pass < most_sweeps; ++pass) {
-    change = 0;
-    for (Eigen::Index k = 0; k < count; ++k) {
-      const Eigen::Index row = 3 * k;
-      if (s.G(row, row) <= 0) continue;
-      move(row, std::max(0., impulse[row] - (s.velocity[row] - target[k]) / s.G(row, row)));
-      const Contact& contact = system.contacts[s.acting[k]];
-      const double across = std::max(s.G(row + 1, row + 1), s.G(row + 2, row + 2));
-      const double limit =
-          surface_of(system.parameters.constraints[contact.constraint].kind).friction * impulse[row];
-      if (across <= 0) continue;
-      const Eigen::Vector2d t =
-          on_friction_cone(impulse.segment<2>(row + 1) - s.velocity.segment<2>(row + 1) / across, limit);
-      move(row + 1, t[0]);
-      move(row + 2, t[1]);
-    }
-    if (change <= settled * scale) break;
+  motion.take(middle_, s.state, s.work);
+  std::fill(s.known.begin(), s.known.end(), 0);
+  if (update_terms(system, system.parameters, t + 0.5 * h, s.state.q.data(), s.state.v.data(), s.at))
+    return false;
+  if (s.at.has_rows()) s.at.solver.prepare(s.at.rows.L, s.at.factor, true);
+  return true;
+}
+
+/// Takes in a contact, with its velocities at the step's start (y) and those that its end would have without
+/// impulses (out); the rows of its constraint are known.
+void MoreauStepping::add_acting(const MotionFlow& motion, int i, double h, const VectorXd& y,
+                                const VectorXd& out) {
+  const System& system = motion.system();
+  const Eigen::Index n = system.nv;
+  Scratch& s = *scratch_;
+  const Contact& contact = system.contacts[i];
+  const int number = int(s.acting.size()), k = 3 * number;
+  for (int c = 0; c < 3; ++c) {
+    const bool there = c == 0 || contact.tangents;
+    const int row = contact.row + c;
+    s.J.row(k + c).setZero();
+    if (there) s.J.row(k + c) = s.rows.L.row(row).head(n);
+    // rates are those of the middle, where the drives are taken
+    const double rate = there ? s.rows.rate[row] : 0;
+    // and turn with the rows over the half steps to its ends
+    const double turns = there ? 0.5 * h * s.rows.E[row] : 0;
+    s.driven[k + c] = rate - s.J.row(k + c).dot(middle_.segment(n, n));
+    s.before[k + c] = rate - turns + s.J.row(k + c).dot(y.segment(n, n) - middle_.segment(n, n));
+    s.problem.free[k + c] = rate + turns + s.J.row(k + c).dot(out.segment(n, n) - middle_.segment(n, n));
   }
-  return change / scale;
+  const double speed = s.before[k], after = s.problem.free[k];
+  const ContactSurface surface = surface_of(system.parameters.constraints[contact.constraint].kind);
+  s.impulse.segment<3>(k) = impulse_.segment<3>(3 * i);
+  s.problem.target[number] = speed < -fall_ ? -surface.restitution * speed : 0;
+  s.problem.friction[number] = surface.friction;
+  // where it would be without impulses
+  const double ends = s.rows.h[contact.row] + 0.5 * h * (after - 0.25 * h * s.rows.E[contact.row]);
+  s.late[number] = speed < -fall_ && after < 0 ? std::clamp(ends / (h * after), 0., 1.) : 0.5;
+  s.acting.push_back(i);
+  s.acts[i] = 1;
+  s.problem.count = number + 1;
+}
+
+namespace {
+
+/// G = Y^T Y of Y's first `rows` columns.
+BORELLI_LANES_FOR_PROCESSOR
+void find_gram(const double* Y, int size, int rows, int stride, double* G) {
+  for (int i = 0; i < rows; ++i) std::fill(G + i * stride, G + i * stride + rows, 0.);
+  for (int k = 0; k < size; ++k, Y += stride)
+    for (int i = 0; i < rows; ++i) {
+      const double c = Y[i];  // a row of contacts has entries on few branches
+      if (c == 0) continue;
+      double* row = G + i * stride;
+      for (int j = 0; j <= i; ++j) row[j] += c * Y[j];
+    }
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < i; ++j) G[j * stride + i] = G[i * stride + j];
+}
+
+}  // namespace
+
+/// What impulses on the acting contacts do, by the mass matrix and with the bilateral constraints.
+void MoreauStepping::find_response(const System& system) {
+  Scratch& s = *scratch_;
+  const int rows = 3 * s.problem.count;
+  for (int r = 0; r < rows; ++r) {
+    s.x = s.J.row(r);
+    solve_transposed(system, s.at.factor, s.x.data());
+    if (s.at.has_rows() && s.at.solver.rank() > 0) {
+      s.change = s.x;
+      solve_lower(system, s.at.factor, s.change.data());
+      s.wanted.noalias() = -s.at.rows.L.leftCols(system.nv) * s.change;
+      s.at.solver.correct(s.at.factor, s.wanted, s.change);
+      s.x += s.at.solver.measured();
+    }
+    s.Y.col(r) = s.x;
+  }
+  find_gram(s.Y.data(), system.nv, rows, int(s.Y.cols()), s.problem.G.data());
+}
+
+/// What impulses along the acting contacts' rows change of the velocities.
+void MoreauStepping::respond(const System& system, const VectorXd& impulse, VectorXd& change) {
+  Scratch& s = *scratch_;
+  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+  change.noalias() = s.Y.leftCols(rows) * impulse.head(rows);
+  solve_lower(system, s.at.factor, change.data());
 }
 
 /// Of the impulses over the step, J: with forces that are constant in it, what they change of the energy
@@ -163,54 +235,47 @@ double MoreauStepping::sweep(const System& system, const VectorXd& target, doubl
 /// elastodynamics with contact, ZAMM 96, 2016).
 double MoreauStepping::work(const VectorXd& impulse) const {
   const Scratch& s = *scratch_;
-  const Eigen::Index rows = 3 * Eigen::Index(s.acting.size());
-  double sum = 0;
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    if (impulse[i] == 0) continue;
-    double after = s.free[i];
-    for (Eigen::Index j = 0; j < rows; ++j) after += s.G(i, j) * impulse[j];
-    sum += 0.5 * impulse[i] * (s.before[i] + after);
-  }
-  return sum;
+  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+  return 0.5 * impulse.head(rows).dot(s.before.head(rows) + s.problem.free.head(rows) +
+                                      s.problem.G.topLeftCorner(rows, rows) * impulse.head(rows));
 }
 
 /// Rebounds that would give energy (Newton's can, with several contacts or with friction) are scaled back
 /// until they do not.
-void MoreauStepping::scale_back(const System& system, double scale) {
+void MoreauStepping::scale_back(double scale) {
   Scratch& s = *scratch_;
-  const Eigen::Index count = Eigen::Index(s.acting.size()), rows = 3 * count;
-  if (work(s.impulse) <= 0 || s.target.head(count).maxCoeff() <= 0) return;
+  const Eigen::Index count = s.problem.count, rows = 3 * count;
+  if (s.problem.target.head(count).maxCoeff() <= 0 || work(s.impulse) <= 0) return;
   s.plastic.head(rows) = s.impulse.head(rows);
-  s.target.head(count) = s.target.head(count).cwiseMin(0);
-  sweep(system, s.target, scale, s.plastic);
+  s.problem.target.head(count) = s.problem.target.head(count).cwiseMin(0);
+  s.solver.solve(s.problem, scale, s.plastic);
   double low = 0, high = 1;
   s.impulse.head(rows) -= s.plastic.head(rows);  // what the rebound adds
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high);
-    s.velocity.head(rows) = s.plastic.head(rows) + middle * s.impulse.head(rows);
-    (work(s.velocity) <= 0 ? low : high) = middle;
+    (work(s.plastic + middle * s.impulse) <= 0 ? low : high) = middle;
   }
   s.impulse.head(rows) = s.plastic.head(rows) + low * s.impulse.head(rows);
 }
 
-/// The impulses' work; those that met faster than `least_rebound` are impacts.
-void MoreauStepping::book(const System& system, double least_rebound) {
+/// The impulses' work; those that met faster than gravity makes them in a step are impacts.
+void MoreauStepping::book(const System& system) {
   Scratch& s = *scratch_;
-  const Eigen::Index rows = 3 * Eigen::Index(s.acting.size());
+  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+  impulse_.setZero();
   for (Eigen::Index k = 0; k < rows; k += 3) {
-    const Contact& contact = system.contacts[s.acting[k / 3]];
+    const int i = s.acting[k / 3];
     double done = 0;
-    for (int c = 0; c < 3; ++c) {
-      double after = s.free[k + c];
-      for (Eigen::Index j = 0; j < rows; ++j) after += s.G(k + c, j) * s.impulse[j];
-      done += 0.5 * s.impulse[k + c] * (s.before[k + c] + after);
-    }
-    step_.group_work[system.constraints[contact.constraint].group] += done;
-    if (s.before[k] < -least_rebound && s.impulse[k] > 0) {
+    for (int c = 0; c < 3; ++c)
+      done += 0.5 * s.impulse[k + c] *
+              (s.before[k + c] + s.problem.free[k + c] +
+               s.problem.G.row(k + c).head(rows).dot(s.impulse.head(rows)));
+    step_.group_work[system.constraints[system.contacts[i].constraint].group] += done;
+    if (s.before[k] < -fall_ && s.impulse[k] > 0) {
       ++step_.impacts;
       step_.impact_loss -= done;
     }
-    impulse_.segment<3>(3 * s.acting[k / 3]) = s.impulse.segment<3>(k);
+    impulse_.segment<3>(3 * i) = s.impulse.segment<3>(k);
   }
 }
 
@@ -225,15 +290,95 @@ bool MoreauStepping::book_powers(Flow& flow, const MotionFlow& motion, double t,
       motion.workspace().rows.partial_rate.isZero(0))
     return true;
   s.moved = middle_;
-  s.moved.segment(n, n) += 0.5 * s.correction;
+  s.moved.segment(n, n) += 0.5 * s.change;
   if (!flow.derivative(t + 0.5 * h, s.moved, s.slope)) return false;
   out.tail(works) = y.tail(works) + h * s.slope.tail(works);
-  for (Eigen::Index r = 0; r < 3 * Eigen::Index(s.acting.size()); ++r) {
+  for (Eigen::Index r = 0; r < 3 * Eigen::Index(s.problem.count); ++r) {
     const double done = -s.impulse[r] * s.driven[r];
     out[drives] += done;
     out[2 * n + 4 + system.constraints[system.contacts[s.acting[r / 3]].constraint].group] += done;
   }
   return true;
+}
+
+/// out's positions, moved by `shift` (nv, as velocities times s).
+void MoreauStepping::move(Flow& flow, const VectorXd& shift, VectorXd& out) {
+  Scratch& s = *scratch_;
+  const Eigen::Index n = shift.size();
+  s.moved = middle_;
+  s.moved.segment(n, n) = shift;
+  s.slope.resize(out.size());
+  flow.position_rate(s.moved, s.slope);
+  out.head(n) += s.slope.head(n);
+}
+
+/// Books what moving the positions of one y to those of another changes of the energy, at the latter's
+/// velocities.
+bool MoreauStepping::book_move(const MotionFlow& motion, double t, const VectorXd& from, const VectorXd& to,
+                               VectorXd& book) {
+  const System& system = motion.system();
+  Scratch& s = *scratch_;
+  motion.take(to, s.state, s.work);
+  const auto add = [&](double sign) {
+    if (update_energies(system, system.parameters, t, s.state.q.data(), s.state.v.data(), s.at)) return false;
+    book += sign * (s.at.terms.group_kinetic + s.at.terms.group_potential);
+    return true;
+  };
+  if (!add(1)) return false;
+  s.moved = from;
+  s.moved.segment(system.nv, system.nv) = to.segment(system.nv, system.nv);
+  motion.take(s.moved, s.state, s.work);
+  return add(-1);
+}
+
+/// Impulses of position that put apart what overlaps at the step's end: the least move, by the mass matrix.
+/// False: nothing overlaps by as much as that it were worth it.
+bool MoreauStepping::find_separation(const System& system) {
+  Scratch& s = *scratch_;
+  const int count = s.problem.count;
+  bool any = false;
+  for (int k = 0; k < count; ++k) {
+    const int row = system.contacts[s.acting[k]].row;
+    any = any || s.end.h[row] < -least_overlap * system.row_scale[row];
+  }
+  if (!any) return false;
+  s.apart.head(count).setZero();
+  // gaps are linear in the move as far as it is small: a hundredth of it will do
+  for (int pass = 0; pass < separating_sweeps; ++pass) {
+    double changed = 0, most = 0;
+    for (int k = 0; k < count; ++k) {
+      const double own = s.problem.G(3 * k, 3 * k);
+      if (own <= 0) continue;
+      double gap = s.end.h[system.contacts[s.acting[k]].row];
+      for (int j = 0; j < count; ++j) gap += s.problem.G(3 * k, 3 * j) * s.apart[j];
+      const double to = std::max(0., s.apart[k] - gap / own), by = std::abs(to - s.apart[k]) * own;
+      s.apart[k] = to;
+      changed = std::max(changed, by);
+      most = std::max(most, to * own);
+    }
+    if (changed <= 1e-2 * most) break;
+  }
+  return true;
+}
+
+/// What the certificate is to know of gaps.
+void MoreauStepping::judge_gaps(const System& system, double h) {
+  Scratch& s = *scratch_;
+  for (int i = 0; i < int(system.contacts.size()); ++i) {
+    const Contact& contact = system.contacts[i];
+    step_.gap[i] = s.end.h[contact.row];
+    if (s.acts[i]) continue;
+    const double radii = radii_of(system.parameters.constraints[contact.constraint].kind);
+    const double gap = s.seen.h[contact.row];
+    const double least = radii > 0 ? least_gap(gap, s.seen.rate[contact.row],
+                                               s.seen.rate.segment<3>(contact.row).norm(), radii, 0.5 * h)
+                                   : gap;
+    // it went through, or a long thing may have swept over the whole of the other
+    if ((radii > 0 && least < -passes * radii) ||
+        0.5 * h * s.seen.speed[contact.row] > std::max(0., least) + radii)
+      step_.passed = i;
+    step_.gap[i] = std::min(step_.gap[i], least);
+  }
 }
 
 Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& y, const VectorXd& dy,
@@ -245,41 +390,83 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
   const MotionFlow* motion = flow.motion();
   if (!motion || motion->system().contacts.empty()) return {.next_step = h};
   const System& system = motion->system();
-  const Eigen::Index n = system.nv;
   if (!scratch_) {
-    scratch_ = std::make_unique<Scratch>(system);
+    scratch_ = std::make_unique<Scratch>(system, motion->workspace().kinematics.equations);
     if (impulse_.size() == 0) impulse_ = VectorXd::Zero(3 * Eigen::Index(system.contacts.size()));
     step_.gap = VectorXd::Zero(Eigen::Index(system.contacts.size()));
-    step_.group_work = VectorXd::Zero(system.groups);
+    step_.group_work = step_.group_projection = VectorXd::Zero(system.groups);
   }
+  return {.evaluated = meet(flow, *motion, t, h, y, out), .next_step = h};
+}
+
+/// Takes the contacts into the step that `out` would be the end of without them.
+bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double h, const VectorXd& y,
+                          VectorXd& out) {
+  const System& system = motion.system();
+  const Eigen::Index n = system.nv;
   Scratch& s = *scratch_;
   step_.group_work.setZero();
+  step_.group_projection.setZero();
   step_.impacts = 0;
   step_.passed = -1;
   step_.impact_loss = step_.unsettled = 0;
-  const double fall = system.parameters.gravity.norm() * h;  // what gravity makes of a velocity in the step
-  find_acting(*motion, y, out, h, fall);
-  const Eigen::Index rows = 3 * Eigen::Index(s.acting.size());
-  step_.acted = rows > 0;
-  if (!step_.acted) return {.next_step = h};
-  find_response(*motion);
-  const double scale = std::max(
-      {fall, s.before.head(rows).cwiseAbs().maxCoeff(), s.free.head(rows).cwiseAbs().maxCoeff(), 1e-300});
-  step_.unsettled = sweep(system, s.target, scale, s.impulse);
-  step_.unsettled_contact = s.acting[s.moved_most];
-  scale_back(system, scale);
-  book(system, fall);
-  // velocities, and the half step of the positions that the jump is there for
-  s.correction.setZero();
-  for (Eigen::Index r = 0; r < rows; ++r)
-    if (s.impulse[r] != 0) s.correction += s.impulse[r] * s.response.row(r).transpose();
-  out.segment(n, n) += s.correction;
-  s.moved = middle_;
-  s.moved.segment(n, n) = s.correction;
-  s.slope.resize(y.size());
-  flow.position_rate(s.moved, s.slope);
-  out.head(n) += 0.5 * h * s.slope.head(n);
-  return {.evaluated = book_powers(flow, *motion, t, h, y, out), .next_step = h};
+  fall_ = system.parameters.gravity.norm() * h;
+  s.problem.count = 0;
+  if (!find_acting(motion, t, h, y, out)) return false;
+  landed_ = out;
+  bool sudden = false;  // an impulse that is not one of the whole step
+  for (int round = 0; round < most_rounds; ++round) {
+    if (s.problem.count > 0) {
+      const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+      find_response(system);
+      const double scale = std::max({fall_, s.before.head(rows).cwiseAbs().maxCoeff(),
+                                     s.problem.free.head(rows).cwiseAbs().maxCoeff(), 1e-300});
+      step_.unsettled = s.solver.solve(s.problem, scale, s.impulse);
+      step_.unsettled_contact = s.acting[s.solver.worst()];
+      scale_back(scale);
+      respond(system, s.impulse, s.change);
+      sudden = false;
+      for (int k = 0; k < s.problem.count; ++k) {
+        sudden = sudden || (s.late[k] != 0.5 && s.impulse[3 * k] > 0);
+        s.plastic.segment<3>(3 * k) = h * s.late[k] * s.impulse.segment<3>(3 * k);
+      }
+      if (sudden)
+        respond(system, s.plastic, s.shift);
+      else
+        s.shift = 0.5 * h * s.change;
+      landed_ = out;
+      landed_.segment(n, n) += s.change;
+      move(flow, s.shift, landed_);
+    }
+    look(motion, t + h, landed_);
+    bool added = false;
+    if (!add_overlapping(motion, t, h, y, out, added)) return false;
+    if (!added) break;
+  }
+  step_.acted = s.problem.count > 0;
+  if (step_.acted) {
+    const bool apart = find_separation(system);
+    if (apart) {  // (the factor of the mass matrix is needed before energies are asked for)
+      s.plastic.setZero();
+      for (int k = 0; k < s.problem.count; ++k) s.plastic[3 * k] = s.apart[k];
+      respond(system, s.plastic, s.x);
+    }
+    book(system);
+    if (sudden) {
+      s.shift = 0.5 * h * s.change;
+      move(flow, s.shift, out);
+      if (!book_move(motion, t + h, out, landed_, step_.group_work)) return false;
+    }
+    out = landed_;
+    if (apart) {
+      move(flow, s.x, out);
+      if (!book_move(motion, t + h, landed_, out, step_.group_projection)) return false;
+      look(motion, t + h, out);
+    }
+    if (!book_powers(flow, motion, t, h, y, out)) return false;
+  }
+  judge_gaps(system, h);
+  return true;
 }
 
 bool MoreauStepping::shortened(Flow& flow, double t, double h, const VectorXd& y, const VectorXd& dy,

@@ -1,31 +1,40 @@
 // Time stepping for scenes with many contacts (Moreau, Numerical aspects of the sweeping process, Computer
 // Methods in Applied Mechanics and Engineering 177, 1999; Jean, The non-smooth contact dynamics method,
-// ibid.): steps of one length that look for no moment of impact. Contacts that touch or overlap in the middle
-// of a step act in it by impulses, resting ones like those that meet: velocities keep Newton's law of
-// restitution and Coulomb's of friction, by projected Gauss-Seidel sweeps over all of them. Order 2 between
-// impacts (the midpoint rule), 1 over them; what meets at speed u may overlap by h u.
+// ibid.): steps of one length that look for no moment of impact. Contacts that the step would close act in it
+// by impulses, resting ones like those that meet: velocities keep Newton's law of restitution and Coulomb's
+// of friction, all of them at once (contact_solver.hpp). Order 2 between impacts (the midpoint rule), 1 over
+// them.
+//
+// Positions: what rests is pressed on all through the step, so its impulse moves it for half of that. What
+// meets within the step has its impulse then, and moves by it for what is left: with the gap g and the
+// velocity v that the step's end would have without impulses, for g / v of it. What overlaps all the same (a
+// contact that others push) is put apart by the least move, measured by the mass matrix (the positions' part
+// of Bruls, Acary, Cardona, Simultaneous enforcement of constraints at position and velocity levels in the
+// nonsmooth generalized-alpha scheme, CMAME 281, 2014). What both moves change of the energy is booked.
 #pragma once
 
 #include <memory>
 #include <vector>
 
-#include "dynamics/constraint_solver.hpp"
+#include "dynamics/contact_solver.hpp"
+#include "dynamics/equations.hpp"
 #include "dynamics/integrator.hpp"
-#include "dynamics/scan.hpp"
+#include "dynamics/work.hpp"
 
 namespace borelli {
 
 /// What the contacts did in the last step.
 struct ContactStep {
-  Eigen::VectorXd gap;         ///< m, of each contact in the middle of the step; of those that do not act,
-                               ///< the least in it
-  Eigen::VectorXd group_work;  ///< J, of their impulses on each independent group
-  bool acted = false;          ///< whether any of them touched
-  int passed = -1;             ///< a contact that the step may have gone through, unseen; -1: none
-  long impacts = 0;            ///< contacts that met faster than one step's gravity makes them
-  double impact_loss = 0;      ///< J, lost in these
-  double unsettled = 0;        ///< what of the velocities the sweeps left to settle, in parts of them
-  int unsettled_contact = 0;   ///< where most
+  Eigen::VectorXd gap;               ///< m, of each contact at the step's end; of those that do not act, the
+                                     ///< least in it
+  Eigen::VectorXd group_work;        ///< J, of their impulses on each independent group
+  Eigen::VectorXd group_projection;  ///< J, of putting apart what still overlapped
+  bool acted = false;                ///< whether any of them touched
+  int passed = -1;                   ///< a contact that the step may have gone through, unseen; -1: none
+  long impacts = 0;                  ///< contacts that met faster than one step's gravity makes them
+  double impact_loss = 0;            ///< J, lost in these
+  double unsettled = 0;              ///< what of the velocities the impulses left to settle, in parts of them
+  int unsettled_contact = 0;         ///< where most
 };
 
 class MoreauStepping : public Integrator {
@@ -48,33 +57,56 @@ class MoreauStepping : public Integrator {
 
  private:
   struct Scratch {
-    explicit Scratch(const System& system);
-    ConstraintRows every;     ///< the rows of all contacts
-    ConstraintSolver solver;  ///< of the bilateral ones
-    // of the contacts that act, three rows each (zero where it has none across)
-    Rows J, response;  ///< rows x nv: directions, and what unit impulses change of the velocities
-    Rows G;            ///< J response^T
-    Eigen::VectorXd before, free, velocity, impulse, plastic;  ///< of the rows, m/s and N s
-    Eigen::VectorXd driven;  ///< of the rows: what drives give of the velocity, m/s
-    Eigen::VectorXd target;  ///< of each contact's normal: at least so fast after the step, m/s
+    Scratch(const System& system, Equations equations);
+    Workspace at;              ///< the middle of the step: mass matrix and bilateral rows
+    ConstraintRows seen, end;  ///< gaps of all contacts: with their rates in its middle, and at its end
+    ConstraintRows rows;       ///< of constraints whose contacts may act, in its middle
+    Kinematics landed;
+    Articulation links;
+    ContactSolver solver;
+    ContactProblem problem;  ///< of the contacts that act, as what follows
+    Rows J;                  ///< three rows each (zero where it has none across) x nv: directions
+    Rows Y;  ///< nv x these: what unit impulses change of the velocities, times the mass matrix' factor
+    Eigen::VectorXd before, impulse, plastic;  ///< of the rows: m/s at the step's start, N s
+    Eigen::VectorXd driven;                    ///< of the rows: what drives give of the velocity, m/s
+    Eigen::VectorXd late;   ///< of the contacts: for which part of the step their impulses move them
+    Eigen::VectorXd apart;  ///< of the contacts, kg m: impulses of position along normals
     std::vector<int> acting;
-    int moved_most = 0;  ///< of `acting`, in the last sweep
-    Eigen::VectorXd wanted, correction, moved, slope;
+    std::vector<char> acts;   ///< of all contacts
+    std::vector<char> known;  ///< of all constraints: whether `rows` has theirs
+    Eigen::VectorXd wanted, x, change, shift, moved, slope;
+    State state;
+    Work work;
   };
-  void find_acting(const MotionFlow& motion, const Eigen::VectorXd& y, const Eigen::VectorXd& out, double h,
-                   double least_rebound);
-  void find_response(const MotionFlow& motion);
-  double sweep(const System& system, const Eigen::VectorXd& target, double scale, Eigen::VectorXd& impulse);
+  bool meet(Flow& flow, const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
+            Eigen::VectorXd& out);
+  void look(const MotionFlow& motion, double t, const Eigen::VectorXd& y);
+  void find_rows(const System& system, int contact);
+  bool find_acting(const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
+                   const Eigen::VectorXd& out);
+  bool add_overlapping(const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
+                       const Eigen::VectorXd& out, bool& added);
+  void add_acting(const MotionFlow& motion, int contact, double h, const Eigen::VectorXd& y,
+                  const Eigen::VectorXd& out);
+  bool ready_response(const MotionFlow& motion, double t, double h);
+  void find_response(const System& system);
+  void respond(const System& system, const Eigen::VectorXd& impulse, Eigen::VectorXd& change);
   double work(const Eigen::VectorXd& impulse) const;
-  void scale_back(const System& system, double scale);
-  void book(const System& system, double least_rebound);
+  void scale_back(double scale);
+  void book(const System& system);
   bool book_powers(Flow& flow, const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
                    Eigen::VectorXd& out);
+  void move(Flow& flow, const Eigen::VectorXd& shift, Eigen::VectorXd& out);
+  bool book_move(const MotionFlow& motion, double t, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                 Eigen::VectorXd& book);
+  bool find_separation(const System& system);
+  void judge_gaps(const System& system, double h);
 
   std::unique_ptr<Scratch> scratch_;
   ContactStep step_, kept_step_;
-  Eigen::VectorXd impulse_, kept_impulse_;  ///< of all contacts, in the last step: where the sweeps begin
-  Eigen::VectorXd middle_, slope_;
+  Eigen::VectorXd impulse_, kept_impulse_;  ///< of all contacts, in the last step: where the next one begins
+  Eigen::VectorXd middle_, slope_, landed_;
+  double fall_ = 0;  ///< m/s: what gravity makes of a velocity in the step; slower approaches are no impacts
 };
 
 }  // namespace borelli

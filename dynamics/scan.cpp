@@ -152,6 +152,11 @@ ConstraintRowsOf<T>::ConstraintRowsOf(const System& system)
 
 template <class T>
 void ConstraintScan<T>::along(int r, int site, const Vector3<T>& p_W, const Vector3<T>& f) {
+  if (rows_.detail != Detail::rows) {
+    if (rows_.detail == Detail::values) return;
+    rows_.rate[this->action_->first_row + r] += f.dot(this->velocity(site, p_W));
+    return;
+  }
   const BodyMotionOf<T>& body = this->kinematics_.bodies[this->at_site(site).body];
   const Vector3<T> arm = p_W - body.g;
   rows_.E[this->action_->first_row + r] +=
@@ -174,6 +179,11 @@ void ConstraintScan<T>::along(int r, int site, const Vector3<T>& p_W, const Vect
 
 template <class T>
 void ConstraintScan<T>::about(int r, int site, const Vector3<T>& m) {
+  if (rows_.detail != Detail::rows) {
+    if (rows_.detail == Detail::values) return;
+    rows_.rate[this->action_->first_row + r] += m.dot(this->angular_velocity(site));
+    return;
+  }
   const BodyMotionOf<T>& body = this->kinematics_.bodies[this->at_site(site).body];
   rows_.E[this->action_->first_row + r] += m.dot(body.wdot);
   const Body& structure = this->system_.bodies[this->at_site(site).body];
@@ -190,6 +200,10 @@ template <class T>
 void ConstraintScan<T>::coordinate(int r, int i, const T& c) {
   const CoordinateSite& site = this->at_coordinate(i);
   if (site.u < 0) return;
+  if (rows_.detail != Detail::rows) {
+    rows_.rate[this->action_->first_row + r] += c * this->kinematics_.u[site.u];
+    return;
+  }
   rows_.L(this->action_->first_row + r, site.u) += c;
   rows_.E[this->action_->first_row + r] += c * this->kinematics_.acceleration[site.u];
 }
@@ -199,7 +213,10 @@ void ConstraintScan<T>::residual(int r, const T& h, const T& partial_rate, const
   const int row = this->action_->first_row + r;
   rows_.h[row] = h;
   rows_.partial_rate[row] = partial_rate;
-  rows_.E[row] += bias;
+  if (rows_.detail != Detail::rows)
+    rows_.rate[row] += partial_rate;
+  else
+    rows_.E[row] += bias;
 }
 
 /// Empties the rows that contact i does not hold in its mode.
@@ -226,18 +243,36 @@ void mask_contact(const System& system, int i, ConstraintRowsOf<T>& rows) {
 template <class T>
 void scan_constraints(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                       ConstraintRowsOf<T>& rows) {
-  rows.L.setZero();
-  rows.E.setZero();
+  using Detail = typename ConstraintRowsOf<T>::Detail;
+  if (rows.detail != Detail::rows) {
+    rows.rate.setZero();
+  } else {
+    rows.L.setZero();
+    rows.E.setZero();
+  }
   rows.degenerate = -1;
   ConstraintScan<T> scan(system, parameters, kinematics, rows);
   for (std::size_t i = 0; i < system.constraints.size(); ++i) {
     scan.turn_to(system.constraints[i]);
     std::visit([&](const auto& constraint) { constraint.evaluate(scan); }, parameters.constraints[i].kind);
   }
+  if (rows.detail != Detail::rows) return;
   rows.rate.noalias() = rows.L * kinematics.u;
   rows.rate += rows.partial_rate;
   if (!rows.every_row)
     for (std::size_t i = 0; i < system.contacts.size(); ++i) mask_contact(system, int(i), rows);
+}
+
+void scan_constraint(const System& system, const Parameters& parameters, const Kinematics& kinematics,
+                     int constraint, ConstraintRows& rows) {
+  const Action& action = system.constraints[constraint];
+  rows.L.middleRows(action.first_row, action.row_count).setZero();
+  rows.E.segment(action.first_row, action.row_count).setZero();
+  ConstraintScan<double> scan(system, parameters, kinematics, rows);
+  scan.turn_to(action);
+  std::visit([&](const auto& kind) { kind.evaluate(scan); }, parameters.constraints[constraint].kind);
+  for (int r = action.first_row; r < action.first_row + action.row_count; ++r)
+    rows.rate[r] = rows.L.row(r).dot(kinematics.u) + rows.partial_rate[r];
 }
 
 #define BORELLI_EFFORTS_OVER(T)    \

@@ -109,6 +109,9 @@ struct ConstraintRowsOf {
   RowsOf<T> slip;
   std::vector<std::array<T, 2>> slip_along;
   bool every_row = false;  ///< keep the rows of all contacts, whatever their mode
+  /// How much a scan finds. Of `rates` and `values`: L and E stay as they are, poses and velocities of bodies
+  /// are enough, and rows across contacts with planes are left out.
+  enum class Detail { rows, rates, values } detail = Detail::rows;
 
   /// If set, the scan also adds to `bodies` what these multipliers do on the bodies along the rows.
   struct Loads {
@@ -146,6 +149,8 @@ class ConstraintScan : public SiteReader<T> {
   void speed(int r, double fastest) { rows_.speed[this->action_->first_row + r] = fastest; }
   /// Row r has no direction at this state.
   void degenerate(int r) { rows_.degenerate = this->action_->first_row + r; }
+  using Detail = typename ConstraintRowsOf<T>::Detail;
+  Detail detail() const { return rows_.detail; }
   auto& scratch() { return rows_.functions[this->action_ - this->system_.constraints.data()]; }
 
  private:
@@ -159,5 +164,9 @@ void scan_efforts(const System& system, const Parameters& parameters, const Kine
 template <class T>
 void scan_constraints(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                       ConstraintRowsOf<T>& rows);
+
+/// The rows of one constraint alone, whatever the modes of its contacts.
+void scan_constraint(const System& system, const Parameters& parameters, const Kinematics& kinematics,
+                     int constraint, ConstraintRows& rows);
 
 }  // namespace borelli

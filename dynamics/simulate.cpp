@@ -68,7 +68,9 @@ class Run {
         leaps_(settings.tolerance),
         functions_(system, system.parameters,
                    integrator.adaptive() ? features_in_tolerances * settings.tolerance : least_feature),
-        landed_(system) {}
+        landed_(system) {
+    workspace_.leaves_contacts = probe_.leaves_contacts = integrator.handles_contacts();
+  }
 
   Result<Trajectory> run() {
     auto assembly = assemble(system_, system_.parameters, state_, workspace_);
@@ -325,6 +327,7 @@ class Run {
     if (auto done = sample(h); !done) return done;
     if (const ContactStep* step = steps_contacts() ? integrator_.contact_step() : nullptr) {
       landing_.work.add_event(step->group_work);
+      landing_.work.add_projection(step->group_projection);
       certifier_->observe_contacts(landing_.state.t, *step);
     }
     state_ = landing_.state;

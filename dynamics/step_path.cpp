@@ -22,7 +22,7 @@ void Landing::book_projection(const Workspace& workspace) {
 StepPath::StepPath(const System& system, const SimulationSettings& settings, MotionFlow& motion,
                    Integrator& integrator, Workspace& probe)
     : system_(system),
-      projecting_(system.rows > 0 && settings.constraints == ConstraintTreatment::projection),
+      projecting_(settings.constraints == ConstraintTreatment::projection),
       motion_(motion),
       integrator_(integrator),
       probe_(probe),
@@ -70,7 +70,8 @@ Result<void> StepPath::settle(const Eigen::VectorXd& y, double t, Landing& landi
   motion_.take(y, landing.state, landing.work);
   landing.state.t = t;
   landing.projected = false;
-  if (!projecting_ || !landing.state.q.allFinite() || !landing.state.v.allFinite()) return {};
+  if (!projecting_ || !probe_.has_rows() || !landing.state.q.allFinite() || !landing.state.v.allFinite())
+    return {};
   const Projection& projection = landing.projection;
   project(system_, system_.parameters, landing.state, probe_, landing.projection);
   if (projection.fault) return tl::unexpected(describe(system_, projection.fault, t));

@@ -37,6 +37,10 @@ struct Meeting {
 template <class T>
 void slip_row(ConstraintScan<T>& scan, int r, int a, int b, const Meeting<T>& at, const Eigen::Vector3<T>& t,
               const Eigen::Vector3<T>& t_rate, const T& value = T(0)) {
+  if (scan.detail() == ConstraintScan<T>::Detail::values) {
+    scan.residual(r, value, T(0), T(0));
+    return;
+  }
   const Eigen::Vector3<T> va = scan.velocity(a, at.p), vb = scan.velocity(b, at.p);
   scan.along(r, a, at.p, t);
   scan.along(r, b, at.p, -t);
@@ -52,10 +56,11 @@ template <class T>
 void rows_on_plane(ConstraintScan<T>& scan, int r, int a, const Meeting<T>& at, int b, const Plane& plane,
                    bool held = true) {
   const auto R = scan.frame(b).R;
-  const Eigen::Vector3<T> w = scan.angular_velocity(b);
-  const Eigen::Vector3d t_B = across<double>(plane.normal), s_B = plane.normal.cross(t_B);
-  const Eigen::Vector3<T> n = R * plane.normal, t = R * t_B, s = R * s_B;
+  const Eigen::Vector3<T> w = scan.angular_velocity(b), n = R * plane.normal;
   if (held) slip_row<T>(scan, r++, a, b, at, n, w.cross(n), at.gap);
+  if (scan.detail() != ConstraintScan<T>::Detail::rows) return;
+  const Eigen::Vector3d t_B = across<double>(plane.normal), s_B = plane.normal.cross(t_B);
+  const Eigen::Vector3<T> t = R * t_B, s = R * s_B;
   slip_row<T>(scan, r, a, b, at, t, w.cross(t));
   slip_row<T>(scan, r + 1, a, b, at, s, w.cross(s));
 }

@@ -138,6 +138,7 @@ struct System {
 
   int size() const { return nv + driven_nv; }  ///< of the extended velocity
   bool has_kinematic_rows() const;
+  int bilateral_rows() const;  ///< how many rows are no contact's
   /// What an error about a constraint row begins with: its place in the scene's file, and its name.
   std::string row_place(int row) const;
   /// The solids that a constraint ties, for a sentence: "'a' and 'b'".

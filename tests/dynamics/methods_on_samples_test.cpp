@@ -28,7 +28,6 @@ std::vector<std::string> sample_names() {
 /// The methods that a sample is too hard for, at its own step and tolerance, beside those of first order.
 const std::map<std::string, std::set<std::string>> too_hard = {
     {"block_on_slope", {"verlet"}},
-    {"bouncing_ball", {"moreau"}},
     {"four_bar_2", {"verlet", "implicit_midpoint", "gauss4", "gauss6", "cvode"}},
     {"four_bar_40", {"verlet", "implicit_midpoint", "gauss4", "gauss6"}},
     {"kapitza", {"rk2", "verlet", "implicit_midpoint", "generalized_alpha", "moreau"}},
