@@ -4,15 +4,17 @@
 // Two runs at unlike tolerances differ by about the error of the coarser one, and errors are about in
 // proportion to the tolerances. So a run is compared with one before it, a hundred thousand times coarser,
 // and its own error is estimated as so much smaller a part of the difference; where that is above the
-// accuracy, a finer run follows. To verify, the two stand but a factor of ten apart, and all that they differ
-// by counts. Accuracy counts on each component's scale (System::velocity_scale: 1 rad, or the length of what
-// a coordinate carries; velocities per second, and of their own size), at times that both runs look at, from
-// the methods' dense output.
+// accuracy, a finer run follows. Where a run meets stops or contacts, errors go with tolerances less evenly:
+// then the two stand a factor of a thousand apart at most, and errors count by the square root of that. To
+// verify, the two stand but a factor of ten apart, and all that they differ by counts. Accuracy counts on
+// each component's scale (System::velocity_scale: 1 rad, or the length of what a coordinate carries;
+// velocities per second, and of their own size), at times that both runs look at, from the methods' dense
+// output.
 #pragma once
 
 #include <functional>
-#include <limits>
 
+#include "dynamics/simulate.hpp"
 #include "dynamics/system.hpp"
 
 namespace borelli {
@@ -21,12 +23,6 @@ namespace borelli {
 struct Samples {
   std::vector<double> times;          ///< s, rising, after the start
   std::vector<Eigen::VectorXd> q, v;  ///< as many as the run has come to
-};
-
-/// What ends a run before its time.
-struct RunLimits {
-  bool leave_if_stiff = false;  ///< it turns out stiff (Certificate::stiff_from tells)
-  double evaluations = std::numeric_limits<double>::infinity();  ///< it takes more than so many
 };
 
 /// One run with those settings; fills in the samples.

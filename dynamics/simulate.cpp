@@ -646,7 +646,7 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
                             const Observer& observer) {
   if (auto ok = check_state(system, state); !ok) return tl::unexpected(ok.error());
   if (auto ok = check_settings(settings, state.t); !ok) return tl::unexpected(ok.error());
-  if (settings.accuracy == 0) return simulate_once(system, state, settings, observer);
+  if (settings.accuracy == 0) return simulate_once(system, state, settings, observer, observer.limits);
   if (!observer.events.empty())
     return bad_use(
         "simulation, accuracy",

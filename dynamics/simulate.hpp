@@ -2,11 +2,18 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 
 #include "dynamics/event.hpp"
 
 namespace borelli {
+
+/// Where a run may end before its time.
+struct RunLimits {
+  bool leave_if_stiff = false;  ///< it turns out stiff (Certificate::stiff_from tells)
+  double evaluations = std::numeric_limits<double>::infinity();  ///< it takes more than so many
+};
 
 struct Observer {
   /// Called after each accepted step with the time reached (s); false stops the run, whose trajectory so far
@@ -23,6 +30,9 @@ struct Observer {
   /// its trajectory and certificate are, bit for bit, those of one that was never broken off. Empty: from the
   /// start.
   std::string checkpoint;
+  /// Of a run by a named method: where it takes more evaluations, or turns out stiff
+  /// (Certificate::stiff_from), the trajectory so far is returned, too.
+  RunLimits limits = {};
 };
 
 /// Runs from `state` (assembled on the constraints first) to settings.end_time. The trajectory holds the

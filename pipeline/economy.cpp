@@ -27,7 +27,7 @@ constexpr const char* stiff_method = "arkode";
 constexpr double hopeless = 10;
 
 // so many of what is left are tried in pairs
-constexpr std::size_t paired = 10;
+constexpr std::size_t paired = 6;
 
 // instants that motions are compared at, to a step of the whole model's, and altogether
 constexpr double instants_to_a_step = 4;
@@ -171,9 +171,9 @@ class Search {
   bool resolve(const Trajectory& t) {
     std::vector<double> steps = t.step_sizes;
     if (steps.empty()) return false;
-    const auto twentieth = steps.begin() + long(steps.size() / 20);
-    std::nth_element(steps.begin(), twentieth, steps.end());
-    const double wanted = std::ceil(instants_to_a_step * (t.times.back() - t.times.front()) / *twentieth);
+    const auto median = steps.begin() + long(steps.size() / 2);  // (those cut at events are far shorter)
+    std::nth_element(steps.begin(), median, steps.end());
+    const double wanted = std::ceil(instants_to_a_step * (t.times.back() - t.times.front()) / *median);
     const int most = std::max(settings_.outputs, most_instants), before = out_.instants;
     out_.sparse = wanted > most;
     out_.instants = std::clamp(int(std::min(wanted, double(most))), before, most);

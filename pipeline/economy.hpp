@@ -41,7 +41,7 @@ struct Economy {
   double tolerance = 0, accuracy = 0;  ///< the latter: that motions were computed with
   std::vector<std::string> quantities;
   int instants = 0;                      ///< motions were compared at
-  bool sparse = false;                   ///< the whole model makes shorter steps than these tell apart
+  bool sparse = false;                   ///< the whole model's steps are shorter than these tell apart
   std::vector<EconomyModel> models;      ///< the whole one first, then one change more each
   std::vector<EconomyRefusal> refusals;  ///< what was left in the end
   Scene smallest;
@@ -54,12 +54,12 @@ struct Economy {
 /// are chosen, and the error is shown) of the whole model and of each change that is taken; changes are tried
 /// by one run each, and tried again only where what they were off by before is the least of all. A change
 /// that is off by more than ten times the tolerance is not tried again. Where no single change is left that
-/// will do, the ten that are off least are tried in pairs, for two may undo each other's error (a left and a
+/// will do, the six that are off least are tried in pairs, for two may undo each other's error (a left and a
 /// right ankle). Locked coordinates, driven ones too, rest where the assembled scene starts; efforts and
 /// constraints on locked coordinates alone fall away.
 ///
-/// Motions are compared at four instants at least to the step that the whole model makes (the twentieth
-/// part of its steps that are shorter left aside), and at 20000 at most.
+/// Motions are compared at four instants at least to a step of the whole model's (their median), and at
+/// 20000 at most.
 ///
 /// Fails where the scene does not compile, a quantity is not there, or the whole model's motion cannot be
 /// computed so well (chaos: shorten the run).

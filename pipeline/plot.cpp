@@ -145,12 +145,17 @@ void draw_axes(std::string& out, const Plot& plot, const PlotScale& x, const Plo
                      (top + bottom) / 2, escaped(plot.y.label));
 }
 
-// A dot, or a square of the same weight; `number` counts the curves.
+// A dot, or a square or triangle of the same weight; `number` counts the curves.
 std::string mark(double x, double y, std::size_t number, std::string_view colour, bool hollow) {
   const std::string paint = fmt::format("stroke='{}' fill='{}'", colour, hollow ? "#fff" : colour);
-  return number < colours.size()
-             ? fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' {}", x, y, paint)
-             : fmt::format("<rect x='{:.2f}' y='{:.2f}' width='6' height='6' {}", x - 3, y - 3, paint);
+  if (number < colours.size()) return fmt::format("<circle cx='{:.2f}' cy='{:.2f}' r='3.2' {}", x, y, paint);
+  if (number < 2 * colours.size())
+    return fmt::format("<rect x='{:.2f}' y='{:.2f}' width='6' height='6' {}", x - 3, y - 3, paint);
+  return fmt::format("<path d='M{:.2f} {:.2f}l3.8 6.6h-7.6z' {}", x, y - 4.2, paint);
+}
+
+std::string_view mark_element(std::size_t number) {
+  return number < colours.size() ? "circle" : number < 2 * colours.size() ? "rect" : "path";
 }
 
 // An element, begun but not closed, with its tip.
@@ -162,7 +167,8 @@ std::string closed(const std::string& element, std::string_view name, const std:
 std::string points_of(const std::vector<Point>& piece) {
   std::string out;
   for (const Point& p : piece) out += fmt::format("{:.2f},{:.2f} ", p.x, p.y);
-  return out;
+  // (a line of one point has no caps; of two it is a dot as broad as the line)
+  return piece.size() == 1 ? out + fmt::format("{:.2f},{:.2f} ", piece[0].x + 0.01, piece[0].y) : out;
 }
 
 /// What sets a curve off from tiles.
@@ -194,9 +200,36 @@ void draw_curve(std::string& out, const Curve& curve, std::size_t number, const 
     const std::size_t shape = curve.faint ? 0 : number;
     out += closed(mark(left + u * (width - left - right), top + (1 - v) * plot_height, shape, colour,
                        i < curve.hollow.size() && curve.hollow[i]),
-                  shape < colours.size() ? "circle" : "rect", i < curve.tips.size() ? curve.tips[i] : "");
+                  mark_element(shape), i < curve.tips.size() ? curve.tips[i] : "");
   }
   out += "</g>\n";
+}
+
+// The numbers of faint curves, each beside its last point that has room for it.
+void draw_numbers(std::string& out, const Plot& plot, const PlotScale& x, const PlotScale& y, double top) {
+  std::vector<Point> taken;
+  const auto place = [&](const Curve& curve, std::size_t i) {
+    return Point{left + x.at(curve.x[i]) * (width - left - right),
+                 top + (1 - y.at(curve.y[i])) * plot_height};
+  };
+  for (const Curve& curve : plot.curves)
+    for (std::size_t i = 0; !curve.faint && i < curve.x.size(); ++i) taken.push_back(place(curve, i));
+  for (const Curve& curve : plot.curves)
+    for (std::size_t i = curve.number > 0 ? curve.x.size() : 0; i-- > 0;) {
+      const Point p = place(curve, i), at{p.x + 8, p.y - 6};
+      const bool room = std::isfinite(at.x) && std::isfinite(at.y) && at.x < width - right - 8 &&
+                        at.x > left + 4 && at.y > top + 6 && at.y < top + plot_height - 4 &&
+                        std::none_of(taken.begin(), taken.end(), [&](const Point& other) {
+                          return std::abs(other.x - at.x) < 14 && std::abs(other.y - at.y) < 10;
+                        });
+      if (!room) continue;
+      taken.push_back(at);
+      out += fmt::format(
+          "<g data-curve='{}'><text class='number' x='{:.2f}' y='{:.2f}' "
+          "text-anchor='middle'>{}</text></g>\n",
+          escaped(curve.name), at.x, at.y + 3, curve.number);
+      break;
+    }
 }
 
 void draw_edge(std::string& out, const std::vector<EdgeMark>& edge, const PlotScale& x, double top) {
@@ -340,6 +373,7 @@ std::string svg(const Plot& plot) {
     if (!plot.tiles.empty()) draw_halo(body, curve, x, y, top);
   for (const Curve& curve : plot.curves)
     if (!curve.faint && !curve.broad) draw_curve(body, curve, number++, x, y, top);
+  draw_numbers(body, plot, x, y, top);
   draw_edge(body, plot.edge, x, top);
   body += "</g>\n";
 
@@ -360,7 +394,7 @@ std::string svg(const Plot& plot) {
              ".cross{{fill:none;stroke:#000;stroke-width:1.2}} "
              ".hatch{{stroke:#333;stroke-width:.8;fill:none}} "
              ".tile{{shape-rendering:crispEdges}} .sample{{stroke:#888;stroke-width:.6}} "
-             ".note{{font-size:11px;fill:#333}}</style>\n"
+             ".note{{font-size:11px;fill:#333}} .number{{font-size:9px;fill:#666}}</style>\n"
              "<rect width='{0}' height='{1}' fill='#fff'/>\n"
              "<text x='{2}' y='22' font-size='15' font-weight='bold'>{3}</text>\n",
              width, height, left, escaped(plot.title)) +

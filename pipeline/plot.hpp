@@ -20,11 +20,12 @@ struct Axis {
 struct Curve {
   std::string name;
   std::vector<double> x = {}, y = {};  ///< of equal length; a value that is not finite breaks the line
-  bool marks = false;                  ///< a dot at every point (of the eighth curve on a square)
+  bool marks = false;  ///< at every point a dot (of the eighth curve on a square, a triangle of the 15th)
   std::vector<std::string> tips = {};  ///< per point, what a page shows of it under the pointer
   std::vector<bool> hollow = {};       ///< per point: its dot is an empty one
   bool faint = false;                  ///< thin and grey, and not in the legend
-  bool broad = false;                  ///< a pale band behind the others
+  std::size_t number = 0;  ///< of a faint one: stands beside a point of it where there is room; 0: none
+  bool broad = false;      ///< a pale band behind the others
 };
 
 /// What came to no value: a cross at the upper edge.

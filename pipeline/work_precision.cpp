@@ -6,7 +6,10 @@
 #include <cmath>
 #include <ctime>
 #include <limits>
+#include <map>
 #include <optional>
+#include <set>
+#include <tuple>
 
 #include "dynamics/integrator.hpp"
 #include "dynamics/simulate.hpp"
@@ -17,14 +20,26 @@ namespace {
 
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
-// two references that differ by more are none: beyond that time the motion is rounding's
-constexpr double reference_limit = 1e-8;
+// Up to where two runs differ by no more they are a reference. Where that is not to the end, but by one of
+// the looser limits it is, that is taken: what is off by more is judged, over all the time that is asked for.
+constexpr double reference_limits[] = {1e-8, 1e-7, 1e-6, 1e-5};
 
 // a reference may take so many times the budget of a run
 constexpr double reference_patience = 40;
 
 // a run that is so near to the reference's own error tells nothing of its own
 constexpr double reference_margin = 10;
+
+// two runs that part by more than the so-manieth power of time do so exponentially
+constexpr double steepest_growth = 6;
+
+constexpr double reference_tolerances[] = {1e-11, 1e-12, 1e-13, 1e-14};
+
+// s, about: an evaluation of the equations, which turns a budget of time into one that is the same each time
+double evaluation_time(const System& system) {
+  const double n = system.nv, rows = system.rows;
+  return 2e-7 * (2 + n) + 1e-8 * rows * rows;
+}
 
 /// Which row of a given reference is of that time; its number of rows: none. `length` is of the run, s.
 std::size_t row_at(const GivenReference& given, double time, double length) {
@@ -53,7 +68,11 @@ class Chart {
     chart_.scene = system_.scene;
     chart_.has_constraints = system_.rows > 0;
     chart_.has_impacts = !system_.contacts.empty();
-    settings_.reference ? take_reference() : find_reference();
+    chart_.length = system_.length;
+    find_reference();
+    if (settings_.reference) take_reference();
+    how_.end_time = system_.initial.t + double(last_row_) * how_.output_interval;
+    chart_.duration = how_.end_time - system_.initial.t;
     std::vector<std::string> methods = settings_.methods;
     if (methods.empty()) {
       methods = integrator_names();
@@ -96,32 +115,147 @@ class Chart {
     return t;
   }
 
-  std::optional<Trajectory> reference_run(const std::string& method, double tolerance) {
+  /// One of the two that are to agree, made once; null: it does not come through, or takes too long. The
+  /// `rung`-th of a ladder of tolerances, or of steps.
+  const Trajectory* reference_run(const std::string& method, std::size_t rung) {
+    const auto [place, is_new] = made_.try_emplace({method, rung});
+    std::optional<Trajectory>& out = place->second;
+    if (!is_new) return out ? &*out : nullptr;
     SimulationSettings how = how_;
     how.method = method;
-    how.tolerance = tolerance;
-    auto t = simulate_for(how, reference_patience * settings_.budget);
-    // (a verdict may ask for more than a reference can give: what two unlike methods agree on is its proof)
-    if (!t) return std::nullopt;
-    return std::move(*t);
+    how.tolerance = reference_tolerances[rung];
+    how.step = how_.output_interval / (8 * std::pow(4, double(rung)));
+    observer_.progress(fmt::format("reference: {}", reference_words(method, rung)), 0);
+    Observer observer;
+    observer.limits.evaluations = reference_patience * settings_.budget / evaluation_time(system_);
+    // (a stiff scene costs an explicit method that much: first others are tried)
+    observer.limits.leave_if_stiff = !stay_though_stiff_;
+    auto t = simulate(system_, system_.initial, how, observer);
+    if (!t)
+      why_not_ = t.error().message();
+    else if (t->times.back() < how.end_time * (1 - 1e-12))
+      why_not_ =
+          fmt::format("{} would take more than {:.2g} evaluations", method, observer.limits.evaluations),
+      stiff_ = stiff_ || std::isfinite(t->certificate.stiff_from);
+    else  // (a verdict may ask for more than a reference can give: what two unlike methods agree on is proof)
+      out = std::move(*t);
+    if (!out && rung == 0) fails_.insert(method);
+    return out ? &*out : nullptr;
   }
 
-  /// Up to which row two runs agree, and by how much they differ up to there.
-  std::pair<std::size_t, MotionDifference> agreement(const Trajectory& a, const Trajectory& b) const {
-    MotionDifference worst;
-    std::size_t row = 1;
-    for (; row < std::min(a.times.size(), b.times.size()); ++row) {
-      const MotionDifference here = difference(&a.pose(row, 0), &b.pose(row, 0));
-      if (!(std::max(here.position, here.orientation) < reference_limit)) break;
-      worst.widen(here);
+  std::string reference_words(const std::string& method, std::size_t rung) const {
+    return method_is_adaptive(method)
+               ? fmt::format("{} at tolerance {:g}", method, reference_tolerances[rung])
+               : fmt::format("{} at step {:.3g} s", method,
+                             how_.output_interval / (8 * std::pow(4, double(rung))));
+  }
+
+  /// By how much two runs differ at each row, up to there.
+  std::vector<MotionDifference> differences(const Trajectory& a, const Trajectory& b) const {
+    std::vector<MotionDifference> out(1);
+    for (std::size_t row = 1; row < std::min(a.times.size(), b.times.size()); ++row) {
+      out.push_back(difference(&a.pose(row, 0), &b.pose(row, 0)));
+      out.back().widen(out[row - 1]);
     }
-    return {row - 1, worst};
+    return out;
   }
 
-  /// The given one's rows at the output times, which work_precision() has seen to be there.
+  static double size_of(const MotionDifference& d) { return std::max(d.position, d.orientation); }
+
+  /// The last row up to which two runs agree to a limit.
+  static std::size_t agreement(const std::vector<MotionDifference>& d, double limit) {
+    std::size_t row = 0;
+    while (row + 1 < d.size() && size_of(d[row + 1]) < limit) ++row;
+    return row;
+  }
+
+  /// Two runs that agree up to a row, better than others did up to theirs.
+  struct Agreed {
+    std::string first, second;
+    std::size_t rung = 0, row = 0;
+    double limit = 0;
+    std::vector<MotionDifference> differences = {};
+    double size() const { return size_of(differences[row]); }
+  };
+
+  void try_pair(const std::string& first, const std::string& second, std::optional<Agreed>& best) {
+    for (std::size_t rung = 0; rung < std::size(reference_tolerances); ++rung) {
+      if (fails_.contains(first) || fails_.contains(second)) return;
+      const Trajectory* a = reference_run(first, rung);
+      const Trajectory* b = a ? reference_run(second, rung) : nullptr;
+      if (!b) return;
+      Agreed now{first, second, rung, 0, 0, differences(*a, *b)};
+      for (const double limit : reference_limits) {
+        const std::size_t row = agreement(now.differences, limit);
+        if (now.limit > 0 && row < std::size_t(settings_.outputs)) continue;
+        if (now.limit > 0 && now.row == std::size_t(settings_.outputs)) break;
+        now.limit = limit, now.row = row;
+      }
+      if (now.row > 0 &&
+          (!best || now.row > best->row || (now.row == best->row && now.size() < best->size())))
+        best = std::move(now);
+    }
+  }
+
+  void find_reference() {
+    // one step methods of high order of unlike making; implicit ones where these cannot get through
+    const char* stiff = system_.rows > 0 ? "arkode" : "cvode";
+    const char* unlike = system_.rows > 0 ? "gauss6" : "arkode";
+    using Pair = std::pair<const char*, const char*>;
+    const std::vector<Pair> implicit{{stiff, unlike}}, mixed{{"dop853", stiff}, {"gbs", stiff}};
+    std::optional<Agreed> best;
+    const auto try_all = [&](const std::vector<Pair>& pairs) {
+      for (const auto& [first, second] : pairs)
+        if (!best) try_pair(first, second, best);
+    };
+    try_all({{"dop853", "gbs"}});
+    if (stiff_) {
+      try_all(implicit);
+      if (!best) made_.clear(), fails_.clear(), stay_though_stiff_ = true;
+      try_all({{"dop853", "gbs"}});
+    }
+    try_all(mixed);
+    try_all({{"dop853", "dopri5"}, {"dopri5", "rk4_adaptive"}});
+    try_all(implicit);
+    Reference& reference = chart_.reference;
+    last_row_ = std::size_t(settings_.outputs);
+    if (!best) {
+      const bool none = std::none_of(made_.begin(), made_.end(), [](const auto& m) { return m.second; });
+      reference.words = none ? fmt::format("No reference: no method comes through ({}).", why_not_)
+                             : "No reference: no two unlike methods that come through agree; energy and "
+                               "constraints alone are judged.";
+      return;
+    }
+    const MotionDifference& worst = best->differences[best->row];
+    reference = {
+        .found = true,
+        .runs = {reference_words(best->first, best->rung), reference_words(best->second, best->rung)},
+        .position = worst.position,
+        .orientation = worst.orientation,
+        .horizon = system_.initial.t + double(best->row) * how_.output_interval,
+        .words = {}};
+    trajectory_ = std::move(made_.at({best->first, best->rung}));
+    motion_ = trajectory_;
+    made_.clear();
+    reference.words =
+        fmt::format("Reference: {}, which {} differs from by {:.1g} of the scene's length and {:.1g} rad.",
+                    reference.runs[0], reference.runs[1], reference.position, reference.orientation);
+    if (best->row < last_row_) {
+      const double half = size_of(best->differences[(best->row + 1) / 2]);
+      const double beyond = size_of(best->differences[best->row + 1]);
+      const bool chaotic = half > 0 && std::log2(beyond / half) > steepest_growth;
+      reference.words += fmt::format(
+          " Beyond t = {:.4g} s (of {:.4g} s) they part by more than {:g}{}: runs end there.",
+          reference.horizon, how_.end_time, best->limit, chaotic ? ", as the motion is chaotic" : "");
+    }
+    last_row_ = motion_row_ = best->row;
+  }
+
+  /// The given one's rows at the output times, which work_precision() has seen to be there. What was found of
+  /// our own tells whether it can be true, and the impacts and momenta that poses alone do not.
   void take_reference() {
     const GivenReference& given = *settings_.reference;
-    Trajectory& t = trajectory_.emplace();
+    Trajectory t;
     t.solids = system_.solids;
     for (int i = 0; i <= settings_.outputs; ++i) {
       const double at = system_.initial.t + i * how_.output_interval;
@@ -130,61 +264,30 @@ class Chart {
       const auto first = given.poses.begin() + long(row * system_.solids.size());
       t.poses.insert(t.poses.end(), first, first + long(system_.solids.size()));
     }
+    std::string words = fmt::format(
+        "Reference: {}, as given, taken to be good to {:.1g} of the scene's length and {:.1g} rad.",
+        given.name, given.error, given.error);
+    if (motion_) {
+      const Reference& own = chart_.reference;
+      const double off = size_of(differences(t, *motion_)[motion_row_]),
+                   known = given.error + std::max(own.position, own.orientation);
+      const std::string who = fmt::format("{} and {}", own.runs[0], own.runs[1]);
+      words += off > reference_margin * known
+                   ? fmt::format(
+                         " It is contradicted: {} agree to {:.1g}, up to t = {:.4g} s, and are off from it "
+                         "by {:.2g}. Errors here are against what was given.",
+                         who, std::max(own.position, own.orientation), own.horizon, off)
+                   : fmt::format(" {} agree with it to {:.1g}, up to t = {:.4g} s.", who, off, own.horizon);
+      if (off > reference_margin * known) motion_.reset();
+    }
+    trajectory_ = std::move(t);
     last_row_ = std::size_t(settings_.outputs);
     chart_.reference = {.found = true,
                         .runs = {given.name},
                         .position = given.error,
                         .orientation = given.error,
                         .horizon = how_.end_time,
-                        .words = fmt::format("Reference: {}, as given, taken to be good to {:.1g} of the "
-                                             "scene's length and {:.1g} rad.",
-                                             given.name, given.error, given.error)};
-  }
-
-  void find_reference() {
-    // one step methods of high order of unlike making; implicit ones where these cannot get through
-    const char* stiff = system_.rows > 0 ? "arkode" : "cvode";
-    const std::pair<const char*, const char*> pairs[] = {
-        {"dop853", "gbs"}, {"dop853", stiff}, {"gbs", stiff}, {"dopri5", "rk4_adaptive"}};
-    Reference& best = chart_.reference;
-    std::size_t best_row = 0;
-    for (const auto& [first, second] : pairs) {
-      for (const double tolerance : {1e-11, 1e-12, 1e-13, 1e-14}) {
-        observer_.progress(fmt::format("reference: {}, {} at {:g}", first, second, tolerance), 0);
-        auto a = reference_run(first, tolerance);
-        auto b = a ? reference_run(second, tolerance) : std::nullopt;
-        if (!b) break;
-        const auto [row, worst] = agreement(*a, *b);
-        const double size = std::max(worst.position, worst.orientation);
-        if (row == 0 || row < best_row ||
-            (row == best_row && best.found && size >= std::max(best.position, best.orientation)))
-          continue;
-        best_row = row;
-        best = {.found = true,
-                .runs = {fmt::format("{} at tolerance {:g}", first, tolerance),
-                         fmt::format("{} at tolerance {:g}", second, tolerance)},
-                .position = worst.position,
-                .orientation = worst.orientation,
-                .horizon = a->times[row],
-                .words = {}};
-        trajectory_ = std::move(*a);
-      }
-      if (best.found) break;
-    }
-    last_row_ = best_row;
-    const double end = how_.end_time;
-    if (!best.found)
-      best.words = "No reference: no two unlike methods agree; energy and constraints alone are judged.";
-    else
-      best.words =
-          fmt::format("Reference: {}, which {} differs from by {:.1g} of the scene's length and {:.1g} rad.",
-                      best.runs[0], best.runs[1], best.position, best.orientation);
-    if (best.found && best.horizon < end * (1 - 1e-9))
-      best.words += fmt::format(
-          " Beyond t = {:.4g} s (of {:.4g} s) they part by more than {:g}: the motion is chaotic, and errors "
-          "are "
-          "taken up to there.",
-          best.horizon, end, reference_limit);
+                        .words = words};
   }
 
   /// Of the poses at every stride-th output, the start's first.
@@ -209,9 +312,9 @@ class Chart {
       for (const ConstraintResidual& r : c.residuals) e.constraint = std::max(e.constraint, r.position);
     }
     compare(t.poses.data(), t.times.size(), stride, e);
-    if (chart_.has_impacts && std::isfinite(e.position) && !settings_.reference) {
-      e.impacts = impact_time_error(impacts_of(c), impacts_of(trajectory_->certificate), system_.initial.t,
-                                    chart_.reference.horizon);
+    if (chart_.has_impacts && std::isfinite(e.position) && motion_) {
+      e.impacts =
+          impact_time_error(impacts_of(c), impacts_of(motion_->certificate), system_.initial.t, motion_end());
       std::vector<Eigen::Vector3d> momenta;
       for (Eigen::Index row = 1; row < t.linear_momentum.rows(); ++row)
         momenta.push_back(t.linear_momentum.row(row).transpose());
@@ -222,14 +325,23 @@ class Chart {
 
   /// Of the momenta at every stride-th output after the start.
   double momentum_error(const std::vector<Eigen::Vector3d>& momenta, std::size_t stride) const {
-    const Rows& reference = trajectory_->linear_momentum;
+    const Rows& reference = motion_->linear_momentum;
     double worst = 0, largest = 0;
-    for (std::size_t i = 0; i < momenta.size() && (i + 1) * stride <= last_row_; ++i)
+    for (std::size_t i = 0; i < momenta.size() && (i + 1) * stride <= motion_row_; ++i)
       worst =
           std::max(worst, (momenta[i] - reference.row(Eigen::Index((i + 1) * stride)).transpose()).norm());
-    for (std::size_t row = 0; row <= last_row_; ++row)
+    for (std::size_t row = 0; row <= motion_row_; ++row)
       largest = std::max(largest, reference.row(Eigen::Index(row)).norm());
     return largest > 0 && !momenta.empty() ? worst / largest : nothing;
+  }
+
+  /// s, up to when motion_ counts.
+  double motion_end() const { return system_.initial.t + double(motion_row_) * how_.output_interval; }
+
+  /// A method that realises contacts within its steps does not find when they happen.
+  static bool tells_impacts(const std::string& method) {
+    const auto integrator = make_integrator(method, 1e-6);
+    return integrator && !(*integrator)->handles_contacts();
   }
 
   static std::vector<double> impacts_of(const Certificate& c) {
@@ -249,7 +361,7 @@ class Chart {
   double run_other(const OtherMethod& other, WorkPrecisionPoint& point) {
     const std::size_t stride = stride_of(point.variant, point.setting);
     std::vector<double> times;
-    for (std::size_t row = stride; row <= std::size_t(settings_.outputs); row += stride)
+    for (std::size_t row = stride; row <= last_row_; row += stride)
       times.push_back(system_.initial.t + double(row) * how_.output_interval);
     const double start = processor_time(), most = 4 * settings_.budget;
     auto run = other.run(point.setting, times, [&] { return processor_time() - start < most; });
@@ -264,11 +376,11 @@ class Chart {
     std::vector<Pose> poses(centres_.size());  // (of the start: it is not compared)
     poses.insert(poses.end(), run->poses.begin(), run->poses.end());
     compare(poses.data(), times.size() + 1, stride, point.errors);
-    if (!chart_.has_impacts || settings_.reference || !std::isfinite(point.errors.position)) return seconds;
+    if (!chart_.has_impacts || !motion_ || !std::isfinite(point.errors.position)) return seconds;
     point.errors.momentum = momentum_error(run->momenta, stride);
     if (!run->impacts.empty())
-      point.errors.impacts = impact_time_error(run->impacts, impacts_of(trajectory_->certificate),
-                                               system_.initial.t, chart_.reference.horizon);
+      point.errors.impacts =
+          impact_time_error(run->impacts, impacts_of(motion_->certificate), system_.initial.t, motion_end());
     return seconds;
   }
 
@@ -319,7 +431,7 @@ class Chart {
     const int rungs = !adaptive ? 26 : chart_.variants[variant].method == automatic ? 11 : 14;
     const double factor = adaptive ? 0.1 : 0.5;
     // the longest step goes over two or four outputs, where so many times that makes the whole
-    const int longest = settings_.outputs % 4 == 0 ? 4 : settings_.outputs % 2 == 0 ? 2 : 1;
+    const int longest = last_row_ % 4 == 0 ? 4 : last_row_ % 2 == 0 ? 2 : 1;
     double setting = adaptive ? 1e-1 : longest * how_.output_interval,
            best = std::numeric_limits<double>::infinity();
     for (int rung = 0, without_gain = 0; rung < rungs && without_gain < 2; ++rung, setting *= factor) {
@@ -330,9 +442,8 @@ class Chart {
         return;
       if (point.seconds > settings_.budget) return;
       if (!point.finished) continue;
-      const double error = std::isfinite(point.errors.position)
-                               ? std::max(point.errors.position, point.errors.orientation)
-                               : point.errors.energy;
+      const double judged = judged_error(chart_, point);
+      const double error = std::isfinite(judged) ? judged : point.errors.energy;
       // (a run that is all wrong may be so by any amount)
       without_gain = error < 0.9 * best || best > 0.1 || rung < 3 ? 0 : without_gain + 1;
       best = std::min(best, error);
@@ -347,7 +458,15 @@ class Chart {
   SimulationSettings how_;
   std::vector<Eigen::Vector3d> centres_;  ///< of gravity, in each solid's frame
   std::optional<Trajectory> trajectory_;  ///< the reference
-  std::size_t last_row_ = 0;              ///< of it, that counts
+  std::size_t last_row_ = 0;              ///< where runs end
+  /// What tells of impacts and momenta (the reference, if we made it), and the last row of it that counts.
+  std::optional<Trajectory> motion_;
+  std::size_t motion_row_ = 0;
+  // while it is sought: runs by method and rung, and what was found out
+  std::map<std::pair<std::string, std::size_t>, std::optional<Trajectory>> made_;
+  std::set<std::string> fails_;
+  bool stiff_ = false, stay_though_stiff_ = false;
+  std::string why_not_;
   WorkPrecision chart_;
 };
 
@@ -400,38 +519,43 @@ Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSett
   return Chart(scene, *system, settings, observer, others).run();
 }
 
+double judged_error(const WorkPrecision& chart, const WorkPrecisionPoint& point) {
+  const RunErrors& e = point.errors;
+  if (!chart.has_impacts || !std::isfinite(e.position)) return std::max(e.position, e.orientation);
+  double worst = 0;
+  for (const double size : {e.impacts / chart.duration, e.momentum, e.constraint / chart.length, e.energy})
+    if (std::isfinite(size)) worst = std::max(worst, size);
+  return worst;
+}
+
+double reference_floor(const WorkPrecision& chart) {
+  return chart.reference.found
+             ? reference_margin * std::max(chart.reference.position, chart.reference.orientation)
+             : 0;
+}
+
 std::vector<const WorkPrecisionPoint*> pareto_front(
     const WorkPrecision& chart, const std::function<double(const WorkPrecisionPoint&)>& cost,
-    const std::function<double(const WorkPrecisionPoint&)>& error, Whose whose) {
-  std::vector<const WorkPrecisionPoint*> out;
+    const std::function<double(const WorkPrecisionPoint&)>& error, double floor, Whose whose) {
+  std::vector<std::tuple<double, double, const WorkPrecisionPoint*>> all;
   for (const WorkPrecisionPoint& p : chart.points)
-    if (counts(chart, p, whose) && std::isfinite(error(p))) out.push_back(&p);
-  std::sort(out.begin(), out.end(), [&](const auto* a, const auto* b) {
-    return std::pair(cost(*a), error(*a)) < std::pair(cost(*b), error(*b));
+    if (counts(chart, p, whose) && std::isfinite(error(p)))
+      all.emplace_back(cost(p), std::max(error(p), floor), &p);
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return std::pair(std::get<0>(a), std::get<1>(a)) < std::pair(std::get<0>(b), std::get<1>(b));
   });
   double best = std::numeric_limits<double>::infinity();
-  std::erase_if(out, [&](const WorkPrecisionPoint* p) {
-    if (!(error(*p) < best)) return true;
-    best = error(*p);
-    return false;
-  });
-  // (only now: what is too near to the reference to be told from it still beats what costs more)
-  const Reference& reference = chart.reference;
-  const double floor = reference_margin * std::max(reference.position, reference.orientation);
-  std::erase_if(out, [&](const WorkPrecisionPoint* p) {
-    return reference.found && !(std::max(p->errors.position, p->errors.orientation) >= floor);
-  });
+  std::vector<const WorkPrecisionPoint*> out;
+  for (const auto& [spent, size, p] : all)
+    if (size < best) best = size, out.push_back(p);
   return out;
 }
 
 const WorkPrecisionPoint* fastest_within(const WorkPrecision& chart, double error, Whose whose) {
-  const Reference& reference = chart.reference;
-  if (!reference.found || error < reference_margin * std::max(reference.position, reference.orientation))
-    return nullptr;
+  if (!chart.reference.found || error < reference_floor(chart)) return nullptr;
   const WorkPrecisionPoint* best = nullptr;
   for (const WorkPrecisionPoint& p : chart.points)
-    if (counts(chart, p, whose) && std::max(p.errors.position, p.errors.orientation) <= error &&
-        (!best || p.seconds < best->seconds))
+    if (counts(chart, p, whose) && judged_error(chart, p) <= error && (!best || p.seconds < best->seconds))
       best = &p;
   return best;
 }

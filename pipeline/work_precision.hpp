@@ -4,8 +4,11 @@
 // Error of a run: over output times that all runs share, the largest distance of any solid's gravity centre
 // from the reference's, over the scene's length (System::length), and the largest angle between their
 // orientations. The reference is given, or made by two unlike methods at extreme tolerances; what they differ
-// by is its error. Where the motion is chaotic rounding alone parts the two: then only the times before that
-// count.
+// by is its error. Where the motion is chaotic rounding alone parts the two: then runs end before that.
+//
+// Scenes with contacts, where methods and programs solve different laws, are compared by the times of impacts
+// (over the run's length), momentum, penetration (over the scene's length) and energy, of which the largest
+// counts (judged_error).
 //
 // A run whose steps are longer than the time between outputs is compared at the outputs that its steps end
 // on.
@@ -105,13 +108,14 @@ struct Reference {
   bool found = false;
   std::vector<std::string> runs;         ///< method and tolerance of both
   double position = 0, orientation = 0;  ///< what they differ by up to the horizon: the reference's own error
-  double horizon = 0;                    ///< s, that runs are compared up to
+  double horizon = 0;                    ///< s, where runs end
   std::string words;                     ///< all this in a sentence
 };
 
 struct WorkPrecision {
   std::string scene;
   bool has_constraints = false, has_impacts = false;
+  double length = 1, duration = 1;  ///< m, the scene's; s, of the runs
   Reference reference;
   std::vector<Variant> variants;           ///< other programs' last
   std::vector<WorkPrecisionPoint> points;  ///< by variant, from coarse to fine
@@ -141,14 +145,22 @@ Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSett
 /// Whose points count.
 enum class Whose { ours, others };
 
-/// The points that no other of the same makes beats in both cost and error (each on what `cost` and `error`
-/// give): trusted ones, no better than ten times the reference's own error. By falling error.
+/// What a run is off by, in one number: of position (over the scene's length) and orientation (rad) the
+/// larger; of scenes with contacts the largest of what is known of the times of impacts, momentum,
+/// penetration and energy (see above). NaN: there is no reference.
+double judged_error(const WorkPrecision& chart, const WorkPrecisionPoint& point);
+
+/// Ten times the reference's own error: what is nearer than that to it cannot be told from it.
+double reference_floor(const WorkPrecision& chart);
+
+/// The trusted points that no other of the same makes beats in both cost and error (each on what `cost` and
+/// `error` give); errors below `floor` count as that. By falling error.
 std::vector<const WorkPrecisionPoint*> pareto_front(
     const WorkPrecision& chart, const std::function<double(const WorkPrecisionPoint&)>& cost,
-    const std::function<double(const WorkPrecisionPoint&)>& error, Whose whose = Whose::ours);
+    const std::function<double(const WorkPrecisionPoint&)>& error, double floor, Whose whose = Whose::ours);
 
-/// The trusted run of the least time that is off by `error` at most (position over the scene's length, and
-/// orientation in rad). Null: there is none, or the reference is not ten times as good as that.
+/// The trusted run of the least time that is off by `error` at most (judged_error). Null: there is none, or
+/// the reference is not ten times as good as that.
 const WorkPrecisionPoint* fastest_within(const WorkPrecision& chart, double error, Whose whose = Whose::ours);
 
 /// s: how far the times of impacts `a` of a run are from those of its reference, up to the time `end`: the

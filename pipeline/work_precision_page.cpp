@@ -14,25 +14,45 @@
 namespace borelli {
 namespace {
 
-// curves that a drawing names; the others stand in grey behind them
+// curves that a drawing names at least, where there are so many; the others stand in grey behind them
 constexpr std::size_t most_named = 10, most_named_beside_others = 3;
 
-double error_of(const WorkPrecisionPoint& p) { return std::max(p.errors.position, p.errors.orientation); }
+// grey ones that have a number each
+constexpr std::size_t most_numbered = 30;
+
 double milliseconds(const WorkPrecisionPoint& p) { return 1e3 * p.seconds; }
 double evaluations(const WorkPrecisionPoint& p) { return double(p.evaluations); }
 
+using Of = double (*)(const WorkPrecision&, const WorkPrecisionPoint&);
+
 struct Quantity {
   const char *file, *title, *axis;
-  double RunErrors::*error;
+  Of of;
+  bool by_reference;  ///< it is told by comparing with the reference
 };
 
+template <double RunErrors::*error>
+double member(const WorkPrecision&, const WorkPrecisionPoint& p) {
+  return p.errors.*error;
+}
+
+double of_contacts(const WorkPrecision& chart, const WorkPrecisionPoint& p) {
+  return chart.has_impacts ? judged_error(chart, p) : std::numeric_limits<double>::quiet_NaN();
+}
+
 constexpr Quantity quantities[] = {
-    {"position", "position", "largest error of position / scene's length", &RunErrors::position},
-    {"orientation", "orientation", "largest error of orientation (rad)", &RunErrors::orientation},
-    {"energy", "energy", "largest drift of energy / energy turned over", &RunErrors::energy},
-    {"constraint", "constraints", "largest residual of a constraint (m or rad)", &RunErrors::constraint},
-    {"impacts", "times of impacts", "largest error of an impact's time (s)", &RunErrors::impacts},
-    {"momentum", "momentum", "largest error of momentum / largest momentum", &RunErrors::momentum}};
+    {"contacts", "contacts", "largest of these errors, each over its whole", of_contacts, true},
+    {"position", "position", "largest error of position / scene's length", member<&RunErrors::position>,
+     true},
+    {"orientation", "orientation", "largest error of orientation (rad)", member<&RunErrors::orientation>,
+     true},
+    {"energy", "energy", "largest drift of energy / energy turned over", member<&RunErrors::energy>, false},
+    {"constraint", "constraints", "largest residual of a constraint (m or rad)",
+     member<&RunErrors::constraint>, false},
+    {"impacts", "times of impacts", "largest error of an impact's time (s)", member<&RunErrors::impacts>,
+     true},
+    {"momentum", "momentum", "largest error of momentum / largest momentum", member<&RunErrors::momentum>,
+     true}};
 
 struct Cost {
   const char *file, *title, *axis;
@@ -75,45 +95,62 @@ constexpr double all_wrong = 0.1;
 // explodes would press all others together.
 constexpr double beyond = 10;
 
-// Our variants, or the others, that come nearest to their front, best first.
-std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const Cost& cost,
-                                          double RunErrors::*error, Whose whose) {
-  const auto front = pareto_front(
-      chart, cost.of, [&](const auto& p) { return p.errors.*error; }, whose);
+std::vector<const WorkPrecisionPoint*> front_of(const WorkPrecision& chart, const Quantity& quantity,
+                                                const Cost& cost, Whose whose) {
+  return pareto_front(
+      chart, cost.of, [&](const auto& p) { return quantity.of(chart, p); },
+      quantity.by_reference ? reference_floor(chart) : 0, whose);
+}
+
+// Our variants, or the others: those on their front, then what comes nearest to it, best first.
+std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const Quantity& quantity,
+                                          const Cost& cost, Whose whose) {
+  const auto front = front_of(chart, quantity, cost, whose);
   std::vector<double> distance(chart.variants.size(), std::numeric_limits<double>::infinity());
   for (const WorkPrecisionPoint& p : chart.points) {
-    if (!p.finished || !p.trusted || !(p.errors.*error <= all_wrong)) continue;
+    const double error = quantity.of(chart, p);
+    if (!p.finished || !p.trusted || !(error <= all_wrong)) continue;
     double best = std::numeric_limits<double>::infinity();
     for (const WorkPrecisionPoint* f : front)
-      if (f->errors.*error <= p.errors.*error) best = std::min(best, cost.of(*f));
+      if (quantity.of(chart, *f) <= error) best = std::min(best, cost.of(*f));
     if (std::isfinite(best)) distance[p.variant] = std::min(distance[p.variant], cost.of(p) / best);
   }
+  for (const WorkPrecisionPoint* f : front) distance[f->variant] = 0;
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < chart.variants.size(); ++i)
     if (chart.variants[i].other == (whose == Whose::others)) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return distance[a] < distance[b]; });
-  // the program's own choice always has its name
-  const auto own = std::find_if(order.begin(), order.end(),
-                                [&](std::size_t v) { return chart.variants[v].method == automatic; });
-  if (own != order.end() && own - order.begin() >= std::ptrdiff_t(most_named))
-    std::rotate(order.begin() + std::ptrdiff_t(most_named) - 1, own, own + 1);
   return order;
 }
 
-// The variants by nearness to their front: those that a drawing names, and those that it leaves grey. Beside
-// other programs' few of ours are named, and of each program its best.
+// How many of those are on the front.
+std::size_t count_on_front(const WorkPrecision& chart, const Quantity& quantity, const Cost& cost,
+                           Whose whose) {
+  std::set<std::size_t> out;
+  for (const WorkPrecisionPoint* f : front_of(chart, quantity, cost, whose)) out.insert(f->variant);
+  return out.size();
+}
+
+// The variants by nearness to their front: those that a drawing names, and those that it leaves grey. What is
+// on a front always has its name, and so has the program's own choice. Beside other programs' few of ours are
+// named, and of each program its best.
 std::pair<std::vector<std::size_t>, std::vector<std::size_t>> named_and_grey(const WorkPrecision& chart,
-                                                                             const Cost& cost,
-                                                                             double RunErrors::*error) {
-  const auto others = nearest_to_front(chart, cost, error, Whose::others);
+                                                                             const Quantity& quantity,
+                                                                             const Cost& cost) {
+  const auto others = nearest_to_front(chart, quantity, cost, Whose::others);
+  const std::size_t least = std::max(others.empty() ? most_named - 1 : most_named_beside_others,
+                                     count_on_front(chart, quantity, cost, Whose::ours));
   std::vector<std::size_t> named, grey;
-  for (const std::size_t v : nearest_to_front(chart, cost, error, Whose::ours))
-    (named.size() < (others.empty() ? most_named : most_named_beside_others) ? named : grey).push_back(v);
+  for (const std::size_t v : nearest_to_front(chart, quantity, cost, Whose::ours))
+    (named.size() < least || (others.empty() && chart.variants[v].method == automatic) ? named : grey)
+        .push_back(v);
+  const std::size_t on_front = count_on_front(chart, quantity, cost, Whose::others);
   std::vector<std::size_t> later;
   std::set<std::string> programs;
-  for (const std::size_t v : others) {
-    const std::string& name = chart.variants[v].method;
-    (programs.insert(name.substr(0, name.find(' '))).second ? named : later).push_back(v);
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    const std::string& name = chart.variants[others[i]].method;
+    const bool first = programs.insert(name.substr(0, name.find(' '))).second;
+    (first || i < on_front ? named : later).push_back(others[i]);
   }
   for (const std::size_t v : later) (named.size() < most_named ? named : grey).push_back(v);
   return {named, grey};
@@ -124,8 +161,10 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
   plot.title = fmt::format("{}: {} against {}", chart.scene, quantity.title, cost.title);
   plot.x = {.label = cost.axis, .logarithmic = true};
   plot.y = {.label = quantity.axis, .logarithmic = true};
-  auto [order, grey] = named_and_grey(chart, cost, quantity.error);
+  auto [order, grey] = named_and_grey(chart, quantity, cost);
   const std::size_t named = order.size();
+  std::size_t numbered = 0;
+  std::string listed;
   order.insert(order.end(), grey.begin(), grey.end());
   for (std::size_t rank = 0; rank < order.size(); ++rank) {
     Curve curve{.name = name_of(chart.variants[order[rank]]), .marks = true, .faint = rank >= named};
@@ -135,7 +174,7 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
         if (cost.of == milliseconds) plot.edge.push_back({milliseconds(p), curve.name, failed_tip(chart, p)});
         continue;
       }
-      const double size = p.errors.*quantity.error;
+      const double size = quantity.of(chart, p);
       if (size > beyond) {
         plot.edge.push_back({cost.of(p), curve.name, tip(chart, p)});
         continue;
@@ -146,34 +185,39 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
       curve.tips.push_back(tip(chart, p));
       curve.hollow.push_back(!p.trusted);
     }
-    if (std::any_of(curve.y.begin(), curve.y.end(), [](double y) { return std::isfinite(y); }))
-      plot.curves.push_back(std::move(curve));
+    if (std::none_of(curve.y.begin(), curve.y.end(), [](double y) { return std::isfinite(y); })) continue;
+    if (curve.faint && numbered < most_numbered) {
+      curve.number = ++numbered;
+      listed += fmt::format("{}{} {}", numbered > 1 ? ", " : "", numbered, curve.name);
+      curve.name = fmt::format("{} ({})", curve.name, numbered);
+    }
+    plot.curves.push_back(std::move(curve));
   }
-  const auto front = pareto_front(chart, cost.of, [&](const auto& p) { return p.errors.*quantity.error; });
+  const auto front = front_of(chart, quantity, cost, Whose::ours);
   const bool beside_others = chart.variants.size() > 0 && chart.variants.back().other;
   Curve line{.name = beside_others ? "borelli's front" : "front of trusted runs", .broad = true};
   std::vector<std::string> best;  // from coarse to fine, each once
   for (const WorkPrecisionPoint* p : front) {
     line.x.push_back(cost.of(*p));
-    line.y.push_back(std::max(p->errors.*quantity.error, 1e-17));
+    line.y.push_back(std::max(quantity.of(chart, *p), 1e-17));
     if (const std::string name = name_of(chart.variants[p->variant]);
         std::find(best.begin(), best.end(), name) == best.end())
       best.push_back(name);
   }
   if (!front.empty()) plot.curves.insert(plot.curves.begin(), std::move(line));
-  const bool trusted = std::any_of(chart.points.begin(), chart.points.end(), [&](const auto& p) {
-    return p.trusted && p.finished && !chart.variants[p.variant].other;
-  });
-  std::string words = !front.empty() ? "On the front, from coarse to fine: "
-                      : trusted ? "Trusted runs are all nearer to the reference than ten times its own error."
-                                : "No run is trusted.";
+  std::string words = front.empty() ? "No run is trusted." : "On the front, from coarse to fine: ";
   for (std::size_t i = 0; i < best.size(); ++i) words += (i > 0 ? "; " : "") + best[i];
   plot.notes = {words + (front.empty() ? "" : "."),
                 "Empty dots: runs whose certificate is not trusted. Crosses above: runs that did not finish, "
                 "or are off by "
-                "more than 10. Grey: "
-                "farther from the front.",
+                "more than 10. Grey: farther from the front" +
+                    (listed.empty() ? std::string(".") : ", by number: " + listed + "."),
                 chart.reference.words};
+  if (quantity.of == of_contacts)
+    plot.notes.insert(
+        plot.notes.begin() + 1,
+        "Contacts: the largest of the errors of impact times (over the run's length), momentum (over "
+        "the largest), penetration (over the scene's length) and energy (over what is turned over).");
   if (beside_others)
     plot.notes.push_back(
         "Curves that begin with a program's name are its runs of the same scene in the same process; the "
@@ -182,9 +226,10 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
   return plot;
 }
 
-bool has(const WorkPrecision& chart, double RunErrors::*error) {
+bool has(const WorkPrecision& chart, const Quantity& quantity) {
   return std::any_of(chart.points.begin(), chart.points.end(), [&](const auto& p) {
-    return p.finished && std::isfinite(p.errors.*error) && p.errors.*error > 0;
+    const double error = quantity.of(chart, p);
+    return p.finished && std::isfinite(error) && error > 0;
   });
 }
 
@@ -234,7 +279,7 @@ std::vector<std::pair<std::string, Plot>> work_precision_plots(const WorkPrecisi
   std::vector<std::pair<std::string, Plot>> out;
   for (const Quantity& quantity : quantities)
     for (const Cost& cost : costs)
-      if (has(chart, quantity.error))
+      if (has(chart, quantity))
         out.emplace_back(fmt::format("{}_{}", quantity.file, cost.file), plot_of(chart, quantity, cost));
   return out;
 }
@@ -254,10 +299,9 @@ std::string work_precision_csv(const WorkPrecision& chart) {
                        : v.constraints == ConstraintTreatment::baumgarte ? "baumgarte"
                                                                          : "projection",
                        p.setting, p.finished ? 1 : 0, p.trusted ? 1 : 0, p.seconds, p.evaluations);
-    for (const Quantity& quantity : quantities)
-      out += p.finished && std::isfinite(p.errors.*quantity.error)
-                 ? fmt::format(",{:.17g}", p.errors.*quantity.error)
-                 : ",";
+    const RunErrors& e = p.errors;
+    for (const double error : {e.position, e.orientation, e.energy, e.constraint, e.impacts, e.momentum})
+      out += p.finished && std::isfinite(error) ? fmt::format(",{:.17g}", error) : ",";
     out += "," + csv_text(p.reason) + "\n";
   }
   return out;
@@ -266,12 +310,12 @@ std::string work_precision_csv(const WorkPrecision& chart) {
 std::string work_precision_page(const WorkPrecision& chart) {
   PageButtons errors{"error", {}}, spent{"cost", {}};
   for (const Quantity& q : quantities)
-    if (has(chart, q.error)) errors.values.emplace_back(q.file, q.title);
+    if (has(chart, q)) errors.values.emplace_back(q.file, q.title);
   for (const Cost& c : costs) spent.values.emplace_back(c.file, c.title);
   std::string out;
   for (const Quantity& q : quantities)
     for (const Cost& c : costs)
-      if (has(chart, q.error))
+      if (has(chart, q))
         out += fmt::format("<div class='plot' data-error='{}' data-cost='{}'>{}</div>\n", q.file, c.file,
                            svg(plot_of(chart, q, c)));
   if (const auto take = recommendations(chart); !take.empty()) {
@@ -283,10 +327,13 @@ std::string work_precision_page(const WorkPrecision& chart) {
           "<tr><td>10<sup>−{}</sup></td><td>{}</td><td>{}</td><td class='n'>{:.3g}</td><td class='n'>{}</td>"
           "<td class='n'>{:.1e}</td></tr>\n",
           digits, name_of(chart.variants[p->variant]), setting_words(chart, *p), milliseconds(*p),
-          p->evaluations, error_of(*p));
+          p->evaluations, judged_error(chart, *p));
     out +=
-        "</table>\n<p>The fastest trusted run of those made; errors are the larger of position and "
-        "orientation.</p>\n";
+        fmt::format("</table>\n<p>The fastest trusted run of those made; {}.</p>\n",
+                    chart.has_impacts
+                        ? "errors are the largest of those of the times of impacts (over the run's length), "
+                          "momentum, penetration (over the scene's length) and energy"
+                        : "errors are the larger of position and orientation");
   }
   std::string failed;
   for (const WorkPrecisionPoint& p : chart.points)

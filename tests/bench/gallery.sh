@@ -83,7 +83,7 @@ html() { sed 's/&/\&amp;/g; s/</\&lt;/g; s/>/\&gt;/g'; }
       drawings=() others=()
       for drawing in "$out/$name/$folder"*.svg; do
         case ${drawing##*/} in
-          position_time.svg | orientation_time.svg | limits*.svg | error.svg | time.svg | cost.svg) drawings+=("$drawing") ;;
+          contacts_time.svg | position_time.svg | orientation_time.svg | limits*.svg | error.svg | time.svg | cost.svg) drawings+=("$drawing") ;;
           *) others+=("$drawing") ;;
         esac
       done

@@ -216,7 +216,7 @@ std::string orders_table(const WorkPrecision& chart) {
   return out;
 }
 
-/// Of each method the run that is off least in position, by what contacts are judged by.
+/// Of each method the run that is off least by what contacts are judged by.
 std::string contacts_table(const WorkPrecision& chart) {
   std::string out =
       "| method | ms | position | times of impacts (s) | sinks in by (m) | energy | momentum |\n"
@@ -225,7 +225,8 @@ std::string contacts_table(const WorkPrecision& chart) {
   for (std::size_t v = 0; v < chart.variants.size(); ++v) {
     const WorkPrecisionPoint* best = nullptr;
     for (const WorkPrecisionPoint& p : chart.points)
-      if (p.variant == v && p.finished && p.trusted && (!best || p.errors.position < best->errors.position))
+      if (p.variant == v && p.finished && p.trusted &&
+          (!best || judged_error(chart, p) < judged_error(chart, *best)))
         best = &p;
     if (best)
       out += fmt::format("| {} | {:.3g} | {} | {} | {} | {} | {} |\n", name_of(chart.variants[v]),
