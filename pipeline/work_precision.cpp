@@ -25,7 +25,7 @@ constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 constexpr double reference_limits[] = {1e-8, 1e-7, 1e-6, 1e-5};
 
 // a reference may take so many times the budget of a run
-constexpr double reference_patience = 40;
+constexpr double reference_patience = 100;
 
 // a run that is so near to the reference's own error tells nothing of its own
 constexpr double reference_margin = 10;
