@@ -2,7 +2,10 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
 #include "dynamics/mjcf_compiler.hpp"
+#include "dynamics/mjcf_contact.hpp"
 #include "dynamics/mjcf_defaults.hpp"
 #include "dynamics/mjcf_equality.hpp"
 #include "dynamics/mjcf_geom.hpp"
@@ -55,6 +58,7 @@ class MjcfReader {
         compiler_(MjcfCompiler::read(root)),
         options_(root),
         geoms_(root, compiler_),
+        contacts_(root),
         joints_(compiler_, options_.passive, model_.not_modelled) {}
 
   ModelFile read() {
@@ -71,11 +75,7 @@ class MjcfReader {
     if (meshes_not_seen_ > 0)
       model_.not_modelled.push_back(fmt::format(
           "the looks of {} geoms that are meshes (they weigh, but are not seen)", meshes_not_seen_));
-    if (options_.contact && bodies_that_touch_ > 1)
-      model_.not_modelled.push_back(fmt::format(
-          "contacts: the geoms of {} bodies may touch, but here they pass through each other, and through "
-          "planes; in the scene's own language a constraint such as capsule_over_plane is a contact",
-          bodies_that_touch_));
+    if (options_.contact) add_contacts();
     for (std::string& line : list_unread(root_)) model_.not_modelled.push_back(std::move(line));
     return std::move(model_);
   }
@@ -96,62 +96,78 @@ class MjcfReader {
     worldbody.find("name");
     poses_[world_name] = Pose{};
     Solid floor;
-    read_geoms(worldbody, floor);
+    const MjcfContacts::Body world{world_name, world_name, world_name, ""};
+    read_geoms(worldbody, floor, world);
     if (!floor.shapes.empty()) {
       floor.name = joints_.solid_names.make("worldbody");
       model_.scene.solids.push_back(std::move(floor));
     }
     for (const XmlElement& c : worldbody.children)
-      if (c.name == "body") add_body(c, world_name, Pose{});
+      if (c.name == "body") add_body(c, world, Pose{});
   }
 
-  void add_body(const XmlElement& body, const std::string& parent, const Pose& X_WP) {
+  void add_body(const XmlElement& body, const MjcfContacts::Body& parent, const Pose& X_WP) {
     body.read = true;
     body.find("childclass");
     Solid solid;
     solid.name = body.text("name");
     if (solid.name.empty())
       solid.name = joints_.solid_names.make(fmt::format("body {}", ++bodies_without_name_));
-    solid.parent = parent;
+    solid.parent = parent.solid;
     const Pose X_PS = compiler_.pose_of(body);
     const Pose X_WS = X_WP * X_PS;
     poses_[solid.name] = X_WS;
 
-    const Inertial own = mjcf_inertial(body, read_geoms(body, solid), compiler_);
+    const bool moves = std::any_of(body.children.begin(), body.children.end(), [](const XmlElement& c) {
+      return c.name == "joint" || c.name == "freejoint";
+    });
+    const MjcfContacts::Body self{body.text("name"), solid.name, moves ? solid.name : parent.weld,
+                                  moves ? parent.weld : parent.weld_parent};
+    const Inertial own = mjcf_inertial(body, read_geoms(body, solid, self), compiler_);
     if (own.mass > 0 || !own.tensor.isZero(0)) solid.inertials.push_back(own);
     std::vector<Solid> before;
     joints_.read(body, X_PS, solid, before, model_.scene.efforts);
     for (Solid& s : before) model_.scene.solids.push_back(std::move(s));
     if (const double share = body.number("gravcomp", 0); share != 0)
       compensated_.emplace_back(model_.scene.solids.size(), share);
-    const std::string name = solid.name;
     model_.scene.solids.push_back(std::move(solid));
     for (const XmlElement& c : body.children)
-      if (c.name == "body") add_body(c, name, X_WS);
+      if (c.name == "body") add_body(c, self, X_WS);
   }
 
   // A body's geoms; their shapes go to the solid.
-  std::vector<MjcfGeom> read_geoms(const XmlElement& body, Solid& solid) {
+  std::vector<MjcfGeom> read_geoms(const XmlElement& body, Solid& solid, const MjcfContacts::Body& self) {
     const bool weighs = weighs_by_geoms(body, compiler_);
     std::vector<MjcfGeom> out;
-    bool touches = false;
     for (const XmlElement& c : body.children) {
       if (c.name != "geom") continue;
-      touches = touches || may_touch(c);
       const MjcfGeom& geom = out.emplace_back(geoms_.read(c, weighs));
+      contacts_.add(c, geom, self);
       if (geom.shape) solid.shapes.push_back(*geom.shape);
-      meshes_not_seen_ += !geom.shape && c.read;
+      meshes_not_seen_ += !geom.shape && !geom.plane && c.read;
     }
-    bodies_that_touch_ += touches;
     return out;
   }
 
-  // Unless both its masks are zero. (These stay unread, and so listed.)
-  static bool may_touch(const XmlElement& geom) {
-    int masks = 2;
-    for (const XmlAttribute& a : geom.attributes)
-      masks -= (a.name == "contype" || a.name == "conaffinity") && a.value == "0";
-    return masks > 0;
+  // Many contacts that open and close are what `moreau` is for; its step is the model's own, or MuJoCo's.
+  void add_contacts() {
+    UniqueNames names;
+    for (const Constraint& c : model_.scene.constraints) names.take(c.name);
+    MjcfContacts::Found found = contacts_.find(std::move(names));
+    if (!found.contacts.empty()) {
+      model_.scene.simulation.method = "moreau";
+      if (!(options_.timestep > 0)) model_.scene.simulation.step = 2e-3;
+    }
+    for (Constraint& c : found.contacts) model_.scene.constraints.push_back(std::move(c));
+    if (found.twisting > 0)
+      model_.not_modelled.push_back(fmt::format(
+          "friction against turning and rolling (condim 4 and 6) of {} pairs of geoms", found.twisting));
+    if (!found.without.empty())
+      model_.not_modelled.push_back(fmt::format(
+          "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "
+          "spheres, capsules and boxes over planes are contacts",
+          found.without.size(), found.without[0].a.name, found.without[0].b.name));
+    model_.without_contact = std::move(found.without);
   }
 
   void scale_to_total_mass() {
@@ -187,10 +203,11 @@ class MjcfReader {
   const MjcfCompiler compiler_;
   const Options options_;
   MjcfGeoms geoms_;
+  MjcfContacts contacts_;
   MjcfJoints joints_;
   std::map<std::string, Pose> poses_;  // X_WS in the model's pose
   std::vector<std::pair<std::size_t, double>> compensated_;
-  int bodies_without_name_ = 0, meshes_not_seen_ = 0, bodies_that_touch_ = 0;
+  int bodies_without_name_ = 0, meshes_not_seen_ = 0;
 };
 
 }  // namespace

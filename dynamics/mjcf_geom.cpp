@@ -134,7 +134,11 @@ MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
   MjcfGeom out;
   out.group = static_cast<int>(geom.number("group", 0));
   const Sized s = sized(geom, compiler_);
-  if (s.type == "plane" || s.type == "hfield") {
+  if (s.type == "plane") {
+    out.plane = s.X;
+    return out;
+  }
+  if (s.type == "hfield") {
     geom.read = false;  // a thing to touch only: listed
     return out;
   }

@@ -12,7 +12,8 @@ namespace borelli {
 
 struct MjcfGeom {
   std::optional<Inertial> inertial;   ///< in its body's frame; none: it weighs nothing
-  std::optional<ShapeElement> shape;  ///< to be seen only; none for planes, height fields and meshes
+  std::optional<ShapeElement> shape;  ///< to be seen and touched; none for planes, height fields and meshes
+  std::optional<Pose> plane;          ///< of a plane, in its body's frame: z out of what it bounds
   int group = 0;
 };
 

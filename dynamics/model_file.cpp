@@ -30,7 +30,7 @@ Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptio
       !std::filesystem::is_regular_file(path, problem) || !(named_xml || is_xml(path))) {
     if (options.floating)
       return bad_use(path.string(), "is not URDF: only a URDF's root can be left floating");
-    return read_scene(path).map([](Scene scene) { return ModelFile{std::move(scene), {}}; });
+    return read_scene(path).map([](Scene scene) { return ModelFile{std::move(scene), {}, {}}; });
   }
   try {
     XmlElement root = read_xml(path);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/pass_through.hpp"
 #include "dynamics/scene.hpp"
 #include "error/error.hpp"
 
@@ -21,6 +22,8 @@ struct ModelFile {
   /// they stand there and where first, and starts that were moved. Empty for TOML, which is read whole or
   /// refused.
   std::vector<std::string> not_modelled;
+  /// What the file lets touch and the scene has no contact for; judge_passing() looks at a motion of it.
+  std::vector<TouchablePair> without_contact;
 };
 
 /// Reads a scene; the file's kind is told by its content: XML with the root <mujoco> is MJCF (mjcf.hpp),

@@ -138,6 +138,11 @@ void Reactions::find_unique(const std::vector<Touch>& touches, std::vector<Joint
 }
 
 Result<void> add_reactions(const Scene& scene, Trajectory& t) {
+  if (t.certificate.method == "moreau" && !t.contact_names.empty())
+    return bad_use(
+        "reactions",
+        "are not known of a run by moreau, whose contacts act by impulses that its rows do not hold; "
+        "name another method");
   auto reactions = Reactions::of(scene);
   if (!reactions) return tl::unexpected(reactions.error());
   const auto rows = Eigen::Index(t.times.size());

@@ -53,7 +53,8 @@ class Reactions {
   std::vector<Wrench<double>> wrenches_;  ///< per body, at the origin of its frame
 };
 
-/// The reactions at every row of a trajectory of that scene, into Trajectory::reactions.
+/// The reactions at every row of a trajectory of that scene, into Trajectory::reactions. Refuses those of
+/// `moreau` with contacts: rows hold none of their forces.
 Result<void> add_reactions(const Scene& scene, Trajectory& trajectory);
 
 }  // namespace borelli

@@ -104,7 +104,8 @@ nlohmann::json answer_of(const Options& o, const ModelFile& model, const Traject
   return answer;
 }
 
-Result<Trajectory> run(const Options& o, const Command& command, const Scene& scene) {
+Result<Trajectory> run(const Options& o, const Command& command, const ModelFile& model) {
+  const Scene& scene = model.scene;
   const auto system = compile(scene);
   if (!system) return in_file(o.scene, system.error());
   SimulationSettings settings = settings_of(scene.simulation, o);
@@ -140,6 +141,7 @@ Result<Trajectory> run(const Options& o, const Command& command, const Scene& sc
                                  trajectory->times.back(), settings.end_time, o.checkpoint));
     checkpoint->finish();
   }
+  judge_passing(model.without_contact, *trajectory);
   if (o.reactions)
     if (const auto done = add_reactions(scene, *trajectory); !done) return in_file(o.scene, done.error());
   bar.end(settings.accuracy > 0
@@ -161,7 +163,7 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
   if (!model) return tl::unexpected(model.error());
   const Scene& scene = model->scene;
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
-  const auto trajectory = run(o, command, scene);
+  const auto trajectory = run(o, command, *model);
   if (!trajectory) return tl::unexpected(trajectory.error());
 
   const Certificate& certificate = trajectory->certificate;

@@ -102,6 +102,35 @@ TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {
   EXPECT_EQ(said(run_program("info --json " + output))["solids"], json({"plate"}));
 }
 
+TEST(ModelVerbs, WhatFallsInMjcfLandsOnItsPlaneOrIsNotTrusted) {
+  const TestFolder folder;
+  const auto model = [&](const std::string& geom) {
+    return folder.write("m.xml",
+                        "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body name='b' pos='0 0 "
+                        ".5'><freejoint/>" +
+                            geom + "</body></worldbody></mujoco>");
+  };
+  const std::string ball = model("<geom size='.1'/>");
+  for (const char* method : {"", " --method rk4_adaptive", " --method moreau --step 0.01"}) {
+    const json a = said(run_program("simulate --json " + ball + method));
+    EXPECT_EQ(a["certificate"]["method"], *method && method[10] == 'r' ? "rk4_adaptive" : "moreau");
+    EXPECT_NEAR(a["end"]["q"][2], 0.1, 1e-6) << method;
+  }
+  // loads at the rows need forces, which impulses are not
+  EXPECT_EQ(run_program("simulate --reactions --method rk4_adaptive " + ball).code, 0);
+  const ProgramRun loads = run_program("simulate --reactions " + ball);
+  EXPECT_EQ(loads.code, 2);
+  EXPECT_NE(loads.err.find("are not known of a run by moreau"), std::string::npos) << loads.err;
+  // nothing holds a cylinder
+  const std::string tin = model("<geom name='tin' type='cylinder' size='.1 .1'/>");
+  const ProgramRun run = run_program("simulate " + tin);
+  EXPECT_EQ(run.code, 1);
+  EXPECT_NE(run.out.find("not modelled: contacts of 1 pairs of geoms"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("UNTRUSTED: a geom of the world and geom 'tin' overlap at t = "), std::string::npos)
+      << run.out;
+  EXPECT_FALSE(said(run_program("simulate --json --allow-untrusted " + tin))["certificate"]["trusted"]);
+}
+
 TEST(ModelVerbs, ARootFloatsIfAsked) {
   const TestFolder folder;
   const std::string file = folder.write("arm.urdf", arm_urdf);

@@ -1,0 +1,389 @@
+// Contacts read from MJCF: against MuJoCo (which geoms may touch, with what friction, how deep), against the
+// same human in TOML, against closed forms; and that what has no contact is told where it passes through.
+#include "dynamics/mjcf_contact.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "dynamics/model_file.hpp"
+#include "scenes.hpp"
+#include "test_folder.hpp"
+#include "tests/paths.hpp"
+
+#ifdef BORELLI_MUJOCO
+#include "mujoco_model.hpp"
+#endif
+
+namespace borelli::test {
+namespace {
+
+ModelFile read_text(const std::string& xml) {
+  const Folder folder;
+  return need(read_model(folder.write("m.xml", xml)));
+}
+
+std::string over_floor(const std::string& bodies, const std::string& floor = "") {
+  return "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1' " + floor + "/>" + bodies +
+         "</worldbody></mujoco>";
+}
+
+Trajectory drop(const ModelFile& model, const std::string& method, double end, double step) {
+  SimulationSettings how = model.scene.simulation;
+  how.method = method;
+  how.end_time = end;
+  how.step = step;
+  return run(model.scene, how);
+}
+
+/// The first row at which what fell freely is held up.
+double first_touch(const Trajectory& path) {
+  for (Eigen::Index row = 1; row < path.v.rows(); ++row)
+    if (path.v(row, 2) > path.v(row - 1, 2)) return path.times[std::size_t(row)];
+  return -1;
+}
+
+TEST(MjcfContacts, WhatFallsMeetsThePlaneInTimeAndRestsOnIt) {
+  // the floor at 0.2 m, tilted by nothing; the box stands on a corner of its solid's axes
+  const struct {
+    const char* geom;
+    double under;  // from the body's origin to its lowest point
+  } cases[] = {{"<geom size='.1'/>", 0.1},
+               {"<geom type='box' size='.1 .2 .15'/>", 0.15},
+               {"<geom type='box' size='.1 .2 .15' euler='90 0 0'/>", 0.2},
+               {"<geom type='capsule' fromto='-.1 0 -.05 .1 0 -.05' size='.05'/>", 0.1}};
+  for (const auto& [geom, under] : cases) {
+    const ModelFile model = read_text(
+        over_floor("<body pos='0 0 1'><freejoint/>" + std::string(geom) + "</body>", "pos='0 0 .2'"));
+    EXPECT_TRUE(model.not_modelled.empty()) << geom;
+    EXPECT_EQ(model.scene.simulation.method, "moreau");
+    EXPECT_EQ(model.scene.simulation.step, 2e-3);  // MuJoCo's own
+    const double fall = std::sqrt(2 * (0.8 - under) / 9.81);
+    const Trajectory stepped = drop(model, "moreau", 1, 2e-3), located = drop(model, "rk4_adaptive", 1, 2e-3);
+    EXPECT_NEAR(first_touch(stepped), fall, 2e-3) << geom;  // at the end of the step in which they met
+    EXPECT_NEAR(first_touch(located), fall, 1e-9) << geom;  // as events are located
+    // overlaps are put apart up to a millionth of what touches
+    EXPECT_NEAR(last(stepped.q)[2], 0.2 + under, 1e-6) << geom;
+    EXPECT_NEAR(last(located.q)[2], 0.2 + under, 1e-9) << geom;
+    EXPECT_TRUE(stepped.certificate.trusted) << stepped.certificate.reason;
+    EXPECT_TRUE(located.certificate.trusted) << located.certificate.reason;
+  }
+}
+
+TEST(MjcfContacts, ABlockSlidesOnATiltedPlaneByTheGeomsFriction) {
+  // the larger friction counts (0.3), unless the other has priority; condim 1 has none
+  const double tilt = 0.5, g = 9.81;
+  const auto slides = [&](const std::string& block, double friction) {
+    const ModelFile model = read_text(
+        "<mujoco><compiler angle='radian'/><worldbody><geom type='plane' size='1 1 1' euler='0 .5 0' "
+        "friction='.3' condim='1'/><body euler='0 .5 0' pos='.0479425538604 0 .0877582561890'><freejoint/>"
+        "<geom type='box' size='.2 .2 .1' " +
+        block + "/></body></worldbody></mujoco>");
+    const Trajectory path = drop(model, "moreau", 1, 1e-3);
+    const double a = g * (std::sin(tilt) - friction * std::cos(tilt));
+    const Vector3d way(std::cos(tilt), 0, -std::sin(tilt)),
+        from = model.scene.solids[0].switches.empty() ? Vector3d::Zero() : Vector3d(path.q.row(0).head<3>());
+    EXPECT_NEAR((Vector3d(last(path.q).head<3>()) - from).dot(way), a / 2, 1e-5) << block;
+  };
+  slides("friction='.2'", 0.3);
+  slides("friction='.2' priority='1'", 0.2);
+  slides("friction='.2' priority='1' condim='1'", 0);
+  slides("friction='.4' priority='-1' condim='3'", 0);  // the floor's condim is 1
+}
+
+TEST(MjcfContacts, TheHumanIsTheOneOfTheScene) {
+  const std::filesystem::path path = shared_folder() + "/models/bench/human_contact.xml";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  const Scene model = need(read_model(path)).scene,
+              scene = need(read_model(source_folder() + "/tests/bench/human_floor.toml")).scene;
+  const System a = compiled(model), b = compiled(scene);
+  EXPECT_LT((a.initial.q - b.initial.q).cwiseAbs().maxCoeff(), 1e-15);
+  ASSERT_EQ(a.contacts.size(), b.contacts.size());
+  EXPECT_EQ(a.contacts.size(), 26u);
+  EXPECT_EQ(model.simulation.method, "moreau");
+  EXPECT_EQ(model.simulation.step, 2e-3);
+  // until it lands but for rounding; then as far as impulses settle (1e-8 of velocities), growing as it folds
+  SimulationSettings how = settings("moreau", 0.1, 2e-3);
+  EXPECT_LT((last(run(a, how).q) - last(run(b, how).q)).cwiseAbs().maxCoeff(), 1e-12);
+  how.end_time = 0.4;
+  EXPECT_LT((last(run(a, how).q) - last(run(b, how).q)).cwiseAbs().maxCoeff(), 1e-5);
+}
+
+TEST(MjcfContacts, WhatHasNoContactIsToldWhereItPassesThrough) {
+  const auto judged = [](const std::string& geom, double end) {
+    const ModelFile model =
+        read_text(over_floor("<body name='b' pos='0 0 1'><freejoint/>" + geom + "</body>"));
+    Trajectory path = drop(model, "rk4", end, 1e-3);
+    EXPECT_TRUE(path.certificate.trusted);
+    judge_passing(model.without_contact, path);
+    return path.certificate;
+  };
+  // a cylinder of radius .1: its core has the bottom at the origin's height - .2 (length), falls 0.8 m
+  const double touch = std::sqrt(2 * 0.8 / 9.81);
+  const std::string cylinder = "<geom name='tin' type='cylinder' size='.1 .2'/>";
+  EXPECT_TRUE(judged(cylinder, touch).trusted);
+  const Certificate c = judged(cylinder, touch + 0.01);
+  EXPECT_FALSE(c.trusted);
+  EXPECT_NEAR(c.reason_time, touch, 2e-3);
+  EXPECT_EQ(c.reason.find("geom 'floor' and geom 'tin' overlap at t = 0.40"), 0u) << c.reason;
+  // switched off it is no loss
+  EXPECT_TRUE(judged("<geom type='cylinder' size='.1 .2' contype='0' conaffinity='0'/>", 1).trusted);
+  // two balls that meet in the middle: 1 m between their surfaces, at 1 m/s each
+  const ModelFile balls = read_text(
+      "<mujoco><option gravity='0 0 0'/><worldbody><body name='a'><joint name='x' type='slide' axis='1 0 0'/>"
+      "<geom size='.5'/></body><body name='b' pos='2 0 0'><joint name='y' type='slide' axis='-1 0 0'/>"
+      "<geom size='.5'/></body></worldbody></mujoco>");
+  ASSERT_EQ(balls.without_contact.size(), 1u);
+  EXPECT_NE(balls.not_modelled[0].find("1 pairs of geoms"), std::string::npos);
+  Scene moving = balls.scene;
+  for (Solid& s : moving.solids)
+    for (Switch& one : s.switches)
+      if (!one.coordinate.empty()) one.v = {1};
+  SimulationSettings how = settings("rk4", 1, 1e-2);
+  how.output_interval = 0;
+  Trajectory path = run(moving, how);
+  judge_passing(balls.without_contact, path);
+  EXPECT_NEAR(path.certificate.reason_time, 0.51, 1e-9);  // deeper than 5 mm at the next row
+}
+
+TEST(MjcfContacts, AnOverlapAtTheStartIsRefusedInWords) {
+  const ModelFile model =
+      read_text(over_floor("<body name='b' pos='0 0 .05'><freejoint/><geom size='.1'/></body>"));
+  const System system = compiled(model.scene);
+  const auto path = simulate(system, system.initial, model.scene.simulation);
+  ASSERT_FALSE(path);
+  EXPECT_NE(path.error().message().find("contact 'b over floor': overlaps by 0.05 at the start"),
+            std::string::npos)
+      << path.error().message();
+}
+
+TEST(MjcfContacts, ImpossibleOnesAreRefused) {
+  const Folder folder;
+  const auto refused = [&](const std::string& xml, const std::string& part) {
+    const auto model = read_model(folder.write("m.xml", xml));
+    ASSERT_FALSE(model) << xml;
+    EXPECT_NE(model.error().message().find(part), std::string::npos) << model.error().message();
+  };
+  refused(over_floor("<body><freejoint/><geom size='1' condim='2'/></body>"), "expected 1, 3, 4 or 6");
+  refused(over_floor("<body><freejoint/><geom size='1'/><geom type='plane' size='1 1 1'/></body>"),
+          "a plane of a body that moves");
+  refused(over_floor("<body><freejoint/><geom size='1' friction='-1'/></body>"), "is negative");
+  refused("<mujoco><worldbody/><contact><exclude body1='a'/></contact></mujoco>", "body2");
+  refused(
+      "<mujoco><worldbody><geom name='a' size='1'/></worldbody><contact><pair geom1='a' "
+      "geom2='b'/></contact></mujoco>",
+      "no geom is named 'b'");
+}
+
+TEST(MjcfContacts, DistancesOfSegmentsAreTheLeast) {
+  std::mt19937 engine(5);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const auto point = [&] { return Vector3d(number(engine), number(engine), number(engine)); };
+  for (int trial = 0; trial < 50; ++trial) {
+    const Vector3d a = point(), a_end = trial % 5 == 0 ? a : point(), b = point(),
+                   b_end = trial % 7 == 0 ? Vector3d(b + a_end - a) : point();
+    double least = 1e9;
+    constexpr int n = 200;
+    for (int i = 0; i <= n; ++i)
+      for (int k = 0; k <= n; ++k)
+        least = std::min(least, (a + i * (a_end - a) / n - b - k * (b_end - b) / n).norm());
+    const double found = segment_distance(a, a_end, b, b_end);
+    EXPECT_LE(found, least + 1e-12);
+    EXPECT_GE(found, least - ((a_end - a).norm() + (b_end - b).norm()) / (2 * n));
+  }
+}
+
+#ifdef BORELLI_MUJOCO
+
+// What touches what: the names of the two, with friction (0 where there is none) and depth where a plane
+// does.
+struct Touch {
+  double friction = 0, depth = 0;
+};
+using Touches = std::map<std::pair<std::string, std::string>, Touch>;
+
+std::pair<std::string, std::string> sorted(const std::string& a, const std::string& b) {
+  return {std::min(a, b), std::max(a, b)};
+}
+
+Touches of_mujoco(Mujoco& mujoco) {
+  mujoco.model->opt.disableflags &= ~(mjDSBL_CONSTRAINT | mjDSBL_CONTACT);
+  mj_kinematics(mujoco.model, mujoco.data);
+  mj_comPos(mujoco.model, mujoco.data);
+  mj_collision(mujoco.model, mujoco.data);
+  Touches out;
+  for (int i = 0; i < mujoco.data->ncon; ++i) {
+    const mjContact& c = mujoco.data->contact[i];
+    const auto name = [&](int geom) { return std::string(mj_id2name(mujoco.model, mjOBJ_GEOM, geom)); };
+    const auto weld = [&](int geom) { return mujoco.model->body_weldid[mujoco.model->geom_bodyid[geom]]; };
+    if (weld(c.geom1) == weld(c.geom2)) continue;  // (a <pair> of what is one: without effect)
+    const auto [found, first] = out.try_emplace(sorted(name(c.geom1), name(c.geom2)));
+    Touch& touch = found->second;
+    if (mujoco.model->geom_type[c.geom1] != mjGEOM_PLANE) continue;
+    // (what a <pair> names and the masks allow too has both, the <pair>'s first)
+    if (first) touch.friction = c.dim == 1 ? 0 : c.friction[0];
+    touch.depth = std::max(touch.depth, -c.dist);
+  }
+  return out;
+}
+
+// Of ours, what touches in a state; planes with contacts only.
+Touches of_contacts(const ModelFile& model, const System& system, const State& state) {
+  Workspace w(system);
+  EXPECT_FALSE(accelerate(system, system.parameters, state.t, state.q.data(), state.v.data(), {}, w));
+  ConstraintRows every(system);
+  every.every_row = true;
+  scan_constraints(system, system.parameters, w.kinematics, every);
+  Touches out;
+  for (const Contact& contact : system.contacts) {
+    const Constraint& constraint = model.scene.constraints[std::size_t(contact.constraint)];
+    const std::string name = constraint.name.substr(0, constraint.name.find('\''));
+    const auto middle = name.find(" over ");
+    const double depth = -every.h[contact.row];
+    if (depth <= 0) continue;
+    Touch& touch = out[sorted(name.substr(0, middle), name.substr(middle + 6))];
+    touch.depth = std::max(touch.depth, depth);
+    std::visit(
+        [&](const auto& kind) {
+          if constexpr (requires { kind.surface.friction; }) touch.friction = kind.surface.friction;
+        },
+        constraint.kind);
+  }
+  return out;
+}
+
+// A random tree whose geoms all lie about the origin: whatever may touch does.
+std::string random_heap(unsigned seed) {
+  std::mt19937 engine(seed);
+  const auto pick = [&](int n) { return int(engine() % unsigned(n)); };
+  const auto number = [&](double a, double b) {
+    return std::uniform_real_distribution<double>(a, b)(engine);
+  };
+  int geoms = 0;
+  const auto attributes = [&] {
+    const char* condims[] = {"1", "3", "4", "6"};
+    return fmt::format(
+        " name='g{}' contype='{}' conaffinity='{}' priority='{}' condim='{}' friction='{:.3f} .1 .1' "
+        "euler='{} "
+        "{} {}' pos='{:.3f} {:.3f} {:.3f}'",
+        geoms++, pick(4), pick(4), pick(2), condims[pick(4)], number(0.1, 1), pick(180), pick(180), pick(180),
+        number(-.02, .02), number(-.02, .02), number(-.02, .02));
+  };
+  const auto geom = [&] {
+    const char* forms[] = {"'sphere' size='.3'", "'capsule' size='.25 .1'", "'box' size='.3 .25 .2'",
+                           "'cylinder' size='.3 .25'", "'ellipsoid' size='.2 .25 .3'"};
+    return fmt::format("<geom type={} {}/>", forms[pick(5)], attributes());
+  };
+  const auto plane = [&] { return fmt::format("<geom type='plane' size='1 1 1' {}/>", attributes()); };
+  constexpr int bodies = 8;
+  std::vector<std::string> inner(bodies + 1);
+  for (int i = bodies; i > 0; --i) {
+    std::string body = fmt::format("<body name='b{}'>", i);
+    // what hangs on nothing that moves may have a plane
+    if (i == 1)
+      body += plane();
+    else if (pick(4) > 0)
+      body += "<joint type='ball'/>";
+    body += geom() + (pick(2) ? geom() : "") + inner[std::size_t(i)] + "</body>";
+    inner[std::size_t(i == 1 ? 0 : pick(i))] += body;
+  }
+  std::string contact;
+  for (int i = 0; i < 3; ++i)
+    contact += fmt::format("<exclude body1='b{}' body2='b{}'/>", 1 + pick(4), 5 + pick(4));
+  contact += fmt::format("<exclude body1='world' body2='b{}'/>", 2 + pick(7));
+  for (int i = 0; i < 2; ++i)
+    contact += fmt::format("<pair geom1='g{}' geom2='g{}' {}/>", pick(geoms / 2), geoms / 2 + pick(geoms / 2),
+                           i == 0 ? "" : "condim='4' friction='.35 .35 .1 .1 .1'");
+  const char* collision[] = {"all", "all", "predefined", "dynamic"};
+  // (bodies without a geom: MuJoCo's room for pairs of bodies goes by their number)
+  for (int i = 0; i < 12; ++i) inner[0] += "<body/>";
+  return fmt::format(
+      "<mujoco><option collision='{}'><flag filterparent='{}'/></option><size nconmax='2000' njmax='10'/>"
+      "<worldbody>{}{}{}</worldbody><contact>{}</contact></mujoco>",
+      collision[pick(4)], pick(3) ? "enable" : "disable", plane(), geom(), inner[0], contact);
+}
+
+TEST(MjcfContacts, WhatMayTouchIsWhatMujocoLetsTouch) {
+  int over_planes = 0, others = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    const Folder folder;
+    const std::string xml = random_heap(seed);
+    const auto path = folder.write("m.xml", xml);
+    const ModelFile model = need(read_model(path));
+    const System system = compiled(model.scene);
+    Mujoco mujoco(path);
+    const Touches expected = of_mujoco(mujoco);
+    Touches own = of_contacts(model, system, system.initial);
+    for (const auto& [pair, touch] : own) {
+      const auto found = expected.find(pair);
+      ASSERT_NE(found, expected.end()) << pair.first << " " << pair.second << "\n" << xml;
+      EXPECT_NEAR(touch.friction, found->second.friction, 1e-15) << xml;
+      EXPECT_NEAR(touch.depth, found->second.depth, 1e-12) << pair.first << " " << pair.second << "\n" << xml;
+      ++over_planes;
+    }
+    for (const TouchablePair& pair : model.without_contact) {
+      const auto name = [](const Touchable& one) { return one.name.substr(6, one.name.size() - 7); };
+      EXPECT_TRUE(own.try_emplace(sorted(name(pair.a), name(pair.b))).second) << pair.a.name;
+      ++others;
+    }
+    for (const auto& [pair, touch] : expected)
+      EXPECT_TRUE(own.contains(pair)) << pair.first << " " << pair.second << "\n" << xml;
+    EXPECT_EQ(own.size(), expected.size()) << xml;
+  }
+  EXPECT_GT(over_planes, 100);
+  EXPECT_GT(others, 300);
+}
+
+TEST(MjcfContacts, TheHumanTouchesTheFloorWhereMujocoSeesItDo) {
+  const std::filesystem::path path = shared_folder() + "/models/bench/human_contact.xml";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not there";
+  // (its geoms have no names: MuJoCo's are given by their bodies')
+  const ModelFile model = need(read_model(path));
+  const System system = compiled(model.scene);
+  Mujoco mujoco(path);
+  mujoco.model->opt.disableflags &= ~(mjDSBL_CONSTRAINT | mjDSBL_CONTACT);
+  Random random(2);
+  int seen = 0;
+  for (int trial = 0; trial < 20; ++trial) {
+    State state = random.state(system);
+    state.q[2] = random.number(0, 1);
+    state.v.setZero();
+    std::copy(state.q.begin(), state.q.end(), mujoco.data->qpos);
+    mj_fwdPosition(mujoco.model, mujoco.data);
+    std::map<std::string, double> deepest;
+    for (int i = 0; i < mujoco.data->ncon; ++i) {
+      const mjContact& c = mujoco.data->contact[i];
+      if (mujoco.model->geom_type[c.geom1] != mjGEOM_PLANE) continue;
+      double& depth = deepest[mj_id2name(mujoco.model, mjOBJ_BODY, mujoco.model->geom_bodyid[c.geom2])];
+      depth = std::max(depth, -c.dist);
+    }
+    const Touches own = of_contacts(model, system, state);
+    EXPECT_EQ(own.size(), deepest.size());
+    for (const auto& [pair, touch] : own)
+      EXPECT_NEAR(touch.depth, deepest[pair.first == "plane" ? pair.second : pair.first], 1e-12);
+    seen += int(own.size());
+  }
+  EXPECT_GT(seen, 50);
+}
+
+TEST(MjcfContacts, ABallLandsWhenMujocosDoes) {
+  const Folder folder;
+  const auto path = folder.write(
+      "m.xml",
+      "<mujoco><option timestep='1e-4'/><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 "
+      ".5'><freejoint/><geom size='.1'/></body></worldbody></mujoco>");
+  const double touch = first_touch(run(need(read_model(path)).scene));
+  Mujoco mujoco(path);
+  mujoco.model->opt.disableflags &= ~(mjDSBL_CONSTRAINT | mjDSBL_CONTACT);
+  while (mujoco.data->ncon == 0 && mujoco.data->time < 1) mj_step(mujoco.model, mujoco.data);
+  EXPECT_NEAR(touch, mujoco.data->time, 3e-4);  // its Euler falls g t h / 2 too far: less than a step here
+  while (mujoco.data->time < 1) mj_step(mujoco.model, mujoco.data);
+  // its floor gives way under the weight
+  EXPECT_NEAR(last(run(need(read_model(path)).scene).q)[2], mujoco.data->qpos[2], 1e-3);
+}
+
+#endif
+
+}  // namespace
+}  // namespace borelli::test
