@@ -1,0 +1,196 @@
+// Moreau's time stepping: what the impulses of the acting contacts do to velocities, positions and energy.
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/branch_sparse.hpp"
+#include "dynamics/moreau.hpp"
+#include "dynamics/motion_flow.hpp"
+#include "dynamics/processor.hpp"
+
+namespace borelli {
+
+using Eigen::VectorXd;
+
+namespace {
+
+// overlaps below this part of the length of what touches stay
+constexpr double least_overlap = 1e-5;
+
+constexpr int separating_sweeps = 200;
+
+/// G = Y^T Y of Y's first `rows` columns.
+BORELLI_LANES_FOR_PROCESSOR
+void find_gram(const double* Y, int size, int rows, int stride, double* G) {
+  for (int i = 0; i < rows; ++i) std::fill(G + i * stride, G + i * stride + rows, 0.);
+  for (int k = 0; k < size; ++k, Y += stride)
+    for (int i = 0; i < rows; ++i) {
+      const double c = Y[i];  // a row of contacts has entries on few branches
+      if (c == 0) continue;
+      double* row = G + i * stride;
+      for (int j = 0; j <= i; ++j) row[j] += c * Y[j];
+    }
+  for (int i = 0; i < rows; ++i)
+    for (int j = 0; j < i; ++j) G[j * stride + i] = G[i * stride + j];
+}
+
+}  // namespace
+
+/// What impulses on the acting contacts do, by the mass matrix and with the bilateral constraints.
+void MoreauStepping::find_response(const System& system) {
+  Scratch& s = *scratch_;
+  const int rows = 3 * s.problem.count;
+  for (int r = 0; r < rows; ++r) {
+    s.x = s.J.row(r);
+    solve_transposed(system, s.at.factor, s.x.data());
+    if (s.at.has_rows() && s.at.solver.rank() > 0) {
+      s.change = s.x;
+      solve_lower(system, s.at.factor, s.change.data());
+      s.wanted.noalias() = -s.at.rows.L.leftCols(system.nv) * s.change;
+      s.at.solver.correct(s.at.factor, s.wanted, s.change);
+      s.x += s.at.solver.measured();
+    }
+    s.Y.col(r) = s.x;
+  }
+  find_gram(s.Y.data(), system.nv, rows, int(s.Y.cols()), s.problem.G.data());
+}
+
+/// What impulses along the acting contacts' rows change of the velocities.
+void MoreauStepping::respond(const System& system, const VectorXd& impulse, VectorXd& change) {
+  Scratch& s = *scratch_;
+  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+  change.noalias() = s.Y.leftCols(rows) * impulse.head(rows);
+  solve_lower(system, s.at.factor, change.data());
+}
+
+/// Of the impulses over the step, J: with forces that are constant in it, what they change of the energy
+/// (Acary, Energy conservation and dissipation properties of time-integration methods for nonsmooth
+/// elastodynamics with contact, ZAMM 96, 2016).
+double MoreauStepping::work(const VectorXd& impulse) const {
+  const Scratch& s = *scratch_;
+  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+  return 0.5 * impulse.head(rows).dot(s.before.head(rows) + s.problem.free.head(rows) +
+                                      s.problem.G.topLeftCorner(rows, rows) * impulse.head(rows));
+}
+
+/// Rebounds that would give energy (Newton's can, with several contacts or with friction) are scaled back
+/// until they do not.
+void MoreauStepping::scale_back(double scale) {
+  Scratch& s = *scratch_;
+  const Eigen::Index count = s.problem.count, rows = 3 * count;
+  if (s.problem.target.head(count).maxCoeff() <= 0 || work(s.impulse) <= 0) return;
+  s.plastic.head(rows) = s.impulse.head(rows);
+  s.problem.target.head(count) = s.problem.target.head(count).cwiseMin(0);
+  s.solver.solve(s.problem, scale, s.plastic);
+  double low = 0, high = 1;
+  s.impulse.head(rows) -= s.plastic.head(rows);  // what the rebound adds
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (work(s.plastic + middle * s.impulse) <= 0 ? low : high) = middle;
+  }
+  s.impulse.head(rows) = s.plastic.head(rows) + low * s.impulse.head(rows);
+}
+
+/// The impulses' work; those that met faster than gravity makes them in a step are impacts.
+void MoreauStepping::book(const System& system) {
+  Scratch& s = *scratch_;
+  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+  impulse_.setZero();
+  for (Eigen::Index k = 0; k < rows; k += 3) {
+    const int i = s.acting[k / 3];
+    double done = 0;
+    for (int c = 0; c < 3; ++c)
+      done += 0.5 * s.impulse[k + c] *
+              (s.before[k + c] + s.problem.free[k + c] +
+               s.problem.G.row(k + c).head(rows).dot(s.impulse.head(rows)));
+    step_.group_work[system.constraints[system.contacts[i].constraint].group] += done;
+    if (s.before[k] < -fall_ && s.impulse[k] > 0) {
+      ++step_.impacts;
+      step_.impact_loss -= done;
+    }
+    impulse_.segment<3>(3 * i) = s.impulse.segment<3>(k);
+  }
+}
+
+/// The work of efforts, drives and moving constraints at the velocity that the impulses leave on the mean,
+/// and of drives against the impulses. Without any of these there is none to mend.
+bool MoreauStepping::book_powers(Flow& flow, const MotionFlow& motion, double t, double h, const VectorXd& y,
+                                 VectorXd& out) {
+  const System& system = motion.system();
+  Scratch& s = *scratch_;
+  const Eigen::Index n = system.nv, works = y.size() - 2 * n, drives = 2 * n + 1;
+  if (system.parameters.drives.empty() && system.parameters.efforts.empty() &&
+      motion.workspace().rows.partial_rate.isZero(0))
+    return true;
+  s.moved = middle_;
+  s.moved.segment(n, n) += 0.5 * s.change;
+  if (!flow.derivative(t + 0.5 * h, s.moved, s.slope)) return false;
+  out.tail(works) = y.tail(works) + h * s.slope.tail(works);
+  for (Eigen::Index r = 0; r < 3 * Eigen::Index(s.problem.count); ++r) {
+    const double done = -s.impulse[r] * s.driven[r];
+    out[drives] += done;
+    out[2 * n + 4 + system.constraints[system.contacts[s.acting[r / 3]].constraint].group] += done;
+  }
+  return true;
+}
+
+/// out's positions, moved by `shift` (nv, as velocities times s).
+void MoreauStepping::move(Flow& flow, const VectorXd& shift, VectorXd& out) {
+  Scratch& s = *scratch_;
+  const Eigen::Index n = shift.size();
+  s.moved = middle_;
+  s.moved.segment(n, n) = shift;
+  s.slope.resize(out.size());
+  flow.position_rate(s.moved, s.slope);
+  out.head(n) += s.slope.head(n);
+}
+
+/// Books what moving the positions of one y to those of another changes of the energy, at the latter's
+/// velocities.
+bool MoreauStepping::book_move(const MotionFlow& motion, double t, const VectorXd& from, const VectorXd& to,
+                               VectorXd& book) {
+  const System& system = motion.system();
+  Scratch& s = *scratch_;
+  motion.take(to, s.state, s.work);
+  const auto add = [&](double sign) {
+    if (update_energies(system, system.parameters, t, s.state.q.data(), s.state.v.data(), s.at)) return false;
+    book += sign * (s.at.terms.group_kinetic + s.at.terms.group_potential);
+    return true;
+  };
+  if (!add(1)) return false;
+  s.moved = from;
+  s.moved.segment(system.nv, system.nv) = to.segment(system.nv, system.nv);
+  motion.take(s.moved, s.state, s.work);
+  return add(-1);
+}
+
+/// Impulses of position that put apart what overlaps at the step's end: the least move, by the mass matrix.
+/// False: nothing overlaps by as much as that it were worth it.
+bool MoreauStepping::find_separation(const System& system) {
+  Scratch& s = *scratch_;
+  const int count = s.problem.count;
+  bool any = false;
+  for (int k = 0; k < count; ++k) {
+    const int row = system.contacts[s.acting[k]].row;
+    any = any || s.end.h[row] < -least_overlap * system.row_scale[row];
+  }
+  if (!any) return false;
+  s.apart.head(count).setZero();
+  // gaps are linear in the move as far as it is small: a hundredth of it will do
+  for (int pass = 0; pass < separating_sweeps; ++pass) {
+    double changed = 0, most = 0;
+    for (int k = 0; k < count; ++k) {
+      const double own = s.problem.G(3 * k, 3 * k);
+      if (own <= 0) continue;
+      double gap = s.end.h[system.contacts[s.acting[k]].row];
+      for (int j = 0; j < count; ++j) gap += s.problem.G(3 * k, 3 * j) * s.apart[j];
+      const double to = std::max(0., s.apart[k] - gap / own), by = std::abs(to - s.apart[k]) * own;
+      s.apart[k] = to;
+      changed = std::max(changed, by);
+      most = std::max(most, to * own);
+    }
+    if (changed <= 1e-2 * most) break;
+  }
+  return true;
+}
+
+}  // namespace borelli
