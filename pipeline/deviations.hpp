@@ -34,10 +34,10 @@ namespace borelli {
 struct DeviationInputs {
   std::vector<InertiaRow> rows;  ///< of all labels, which the table's are made of (segment_rows.hpp)
   const GreyVolume& volume;
-  const LabelMap& labels;    ///< as they were given
-  const LabelMap& counted;   ///< with the skin's mixed voxels, where those count
-  const LabelMoments& mass;  ///< of `counted`
-  const SkinVolumes& volume_voxels;
+  const LabelMap& labels;            ///< as they were given
+  const LabelMap& counted;           ///< with the skin's mixed voxels, where those count
+  const LabelMoments& mass;          ///< of `counted`
+  const SkinVolumes& volume_voxels;  ///< of the rows' volumes; of points, no skin
   const DensityCurve& curve;
   Sampling sampling;
   const Landmarks& landmarks;

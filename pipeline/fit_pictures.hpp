@@ -11,10 +11,11 @@
 
 namespace borelli {
 
-/// A square picture about a fitted centre. Pixel (u, v), v downwards, shows the point
-/// centre + ((u + 1/2) / pixels - 1/2) side across + ((v + 1/2) / pixels - 1/2) side down.
+/// A square picture about a point of a fitted sphere's centre or cylinder's axis. Pixel (u, v), v downwards,
+/// shows the point middle + ((u + 1/2) / pixels - 1/2) side across + ((v + 1/2) / pixels - 1/2) side down.
 struct FitPlane {
-  std::string name;                ///< "coronal", "axial", or "across the axis"
+  std::string name;                ///< "coronal" and "axial", or "medial" and "lateral"
+  Eigen::Vector3d middle;          ///< mm, LPS
   Eigen::Vector3d across, down;    ///< unit, patient frame (LPS)
   std::vector<std::uint8_t> grey;  ///< row by row; byte b is the CT number low + b / 255 (high - low)
 };
@@ -29,7 +30,8 @@ struct FitPicture {
 };
 
 /// Every landmark that a sphere or cylinder on bone gave (its radius is not 0): a sphere's in the coronal and
-/// the axial plane, a cylinder's square to its axis, which runs from JOINT_medial_SIDE to JOINT_lateral_SIDE.
+/// the axial plane, a cylinder's square to its axis, half way from its centre to either end of it
+/// (JOINT_medial_SIDE and JOINT_lateral_SIDE): at the middle of a knee no condyle is, but the notch.
 /// CT numbers and densities only; of an MR volume none.
 std::vector<FitPicture> fit_pictures(const GreyVolume& grey, const Landmarks& landmarks);
 

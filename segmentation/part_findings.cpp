@@ -199,45 +199,33 @@ void doubt_what_holds_arms(const Anatomy& a, const Volume<std::uint8_t>& owner, 
   constexpr double thin = 600, much = 5e4, share = 0.02;  // mm^2 of a slice; mm^3; of a part
   constexpr double above = 60, at_thighs = 100;           // mm over the hips
   const auto& g = a.grid();
-  const auto width = static_cast<std::size_t>(g.size[0]), area = width * static_cast<std::size_t>(g.size[1]);
+  Mask slice{g, {}};
+  slice.grid.size[2] = 1;
   std::array<double, parts.size()> beside{};
   double all = 0, lowest = std::numeric_limits<double>::infinity();
-  std::vector<std::uint8_t> seen(area);
   for (std::int64_t k = 0; k < g.size[2]; ++k) {
     const double z = g.point(Vector3d(0, 0, static_cast<double>(k)))[2];
     if (z < hips + above) continue;
+    const auto first = a.body.voxels.begin() + static_cast<std::ptrdiff_t>(g.offset(0, 0, k));
+    slice.voxels.assign(first, first + static_cast<std::ptrdiff_t>(slice.grid.count()));
     // the slice's pieces; all but the largest lie beside the trunk
-    std::fill(seen.begin(), seen.end(), 0);
-    std::vector<std::vector<std::size_t>> pieces;
-    const std::size_t first = g.offset(0, 0, k);
-    for (std::size_t start = 0; start < area; ++start) {
-      if (seen[start] || !a.body.voxels[first + start]) continue;
-      std::vector<std::size_t> piece{start};
-      seen[start] = 1;
-      for (std::size_t n = 0; n < piece.size(); ++n) {
-        const std::size_t o = piece[n], i = o % width;
-        const auto visit = [&](bool there, std::size_t to) {
-          if (!there || seen[to] || !a.body.voxels[first + to]) return;
-          seen[to] = 1, piece.push_back(to);
-        };
-        visit(i > 0, o - 1), visit(i + 1 < width, o + 1);
-        visit(o >= width, o - width), visit(o + width < area, o + width);
-      }
-      pieces.push_back(std::move(piece));
-    }
-    const auto trunk = std::max_element(pieces.begin(), pieces.end(),
-                                        [](const auto& p, const auto& q) { return p.size() < q.size(); });
-    for (auto piece = pieces.begin(); piece != pieces.end(); ++piece) {
-      if (piece == trunk || static_cast<double>(piece->size()) * a.step() * a.step() < thin) continue;
-      for (const std::size_t o : *piece) {
-        if (!owner.voxels[first + o]) continue;
-        const Vector3d p = g.point(
-            Vector3d(static_cast<double>(o % width), static_cast<double>(o / width), static_cast<double>(k)));
-        beside[static_cast<std::size_t>(planes.part(owner.voxels[first + o], p))] += g.voxel_volume();
+    const Regions pieces = connected_regions(slice, 6);
+    const auto is_arm = [&](std::int32_t number) {
+      if (number <= 1) return false;
+      const auto voxels = pieces.list[static_cast<std::size_t>(number - 1)].voxels;
+      return static_cast<double>(voxels) * a.step() * a.step() >= thin;
+    };
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        if (!is_arm(pieces.number.at(i, j, 0))) continue;
+        lowest = std::min(lowest, z);
+        const auto own = owner.at(i, j, k);
+        if (!own) continue;
+        const Vector3d p =
+            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        beside[static_cast<std::size_t>(planes.part(own, p))] += g.voxel_volume();
         all += g.voxel_volume();
       }
-      lowest = std::min(lowest, z);
-    }
   }
   if (all < much) return;
   for (std::size_t n = 1; n < parts.size(); ++n) {

@@ -62,7 +62,9 @@ chart long "Energy and momentum over long runs" \
   $bin/borelli stability samples/pendulum.toml --long $run --step 0.01 -o
 chart model "The smallest model: a human on a bar, within 5 %" $bin/borelli economy $scenes/human_bar.toml --tolerance 0.05 -o
 chart voxels "Volumes: error and time against voxel size" voxel_chart
+command[voxels]="$bin/voxel_chart ${out##*/}/voxels ${sizes[*]}"
 chart grids "Volumes: what a table needs, within 5 %" volume_economy
+command[grids]="$bin/borelli phantom --spacing 5 -o phantom.nii.gz && $bin/borelli economy phantom.nii.gz --quantity hu --tolerance 0.05 -o ${out##*/}/grids"
 
 html() { sed 's/&/\&amp;/g; s/</\&lt;/g; s/>/\&gt;/g'; }
 {
@@ -88,15 +90,17 @@ html() { sed 's/&/\&amp;/g; s/</\&lt;/g; s/>/\&gt;/g'; }
         esac
       done
       [ ${#drawings[@]} -gt 0 ] || drawings=("${others[@]}") others=("${others[@]:${#others[@]}}")
-      show() {
+      show() {  # eager, or lazy for what is folded away; DRAWINGS
+        local when=$1
+        shift
         echo '<div class="drawings">'
         for drawing in "$@"; do
-          echo "<img loading='lazy' src='$name/$folder${drawing##*/}' alt='$(basename "$drawing" .svg)'>"
+          echo "<img loading='$when' src='$name/$folder${drawing##*/}' alt='$(basename "$drawing" .svg)'>"
         done
         echo '</div>'
       }
-      show "${drawings[@]}"
-      [ ${#others[@]} -eq 0 ] || { echo '<details><summary>More drawings</summary>' && show "${others[@]}" && echo '</details>'; }
+      show eager "${drawings[@]}"
+      [ ${#others[@]} -eq 0 ] || { echo '<details><summary>More drawings</summary>' && show lazy "${others[@]}" && echo '</details>'; }
     done
   done
 } >"$out/index.html.part"

@@ -67,7 +67,7 @@ TEST(FitPictures, BoneLiesWithinItsCircle) {
   ASSERT_EQ(pictures.size(), 2U);
   EXPECT_EQ(pictures[0].joint, "hip_left");
   ASSERT_EQ(pictures[0].planes.size(), 2U);
-  ASSERT_EQ(pictures[1].planes.size(), 1U);
+  ASSERT_EQ(pictures[1].planes.size(), 2U);
   for (const FitPicture& picture : pictures)
     for (const FitPlane& plane : picture.planes) {
       SCOPED_TRACE(picture.joint + " " + plane.name);

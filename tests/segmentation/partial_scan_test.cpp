@@ -26,8 +26,9 @@ Segmentation found_in(const GreyVolume& volume, double step = 3) {
 }
 
 // the volume's slices from `first` to `last`, its grid moved along
-GreyVolume cropped(const GreyVolume& volume, std::int64_t first, std::int64_t last) {
-  GreyVolume out = volume;
+template <class Voxels>
+Voxels cropped(const Voxels& volume, std::int64_t first, std::int64_t last) {
+  Voxels out = volume;
   out.grid.size[2] = last - first + 1;
   out.grid.origin = volume.grid.point(Vector3d(0, 0, static_cast<double>(first)));
   const auto slice = static_cast<std::ptrdiff_t>(volume.grid.size[0] * volume.grid.size[1]);
@@ -216,12 +217,7 @@ TEST_F(PartialPhantom, HipsBelowTheScanAreThoseOfRegressions) {
     EXPECT_EQ(name_of(thigh.coverage), "cut");
     EXPECT_NE(thigh.note.find("placed by regression"), std::string::npos) << thigh.note;
   }
-  LabelMap exact = scan_->labels;
-  exact.grid = cut_above.labels.grid;
-  const auto slice = static_cast<std::ptrdiff_t>(exact.grid.size[0] * exact.grid.size[1]);
-  exact.voxels.erase(exact.voxels.begin(), exact.voxels.begin() + first * slice);
-  exact.voxels.resize(cut_above.labels.voxels.size());
-  const auto agreement = dice(cut_above.labels, exact);
+  const auto agreement = dice(cut_above.labels, cropped(scan_->labels, first, last));
   for (const char* part : {"lower_trunk", "middle_trunk", "thigh_left", "thigh_right"})
     EXPECT_GT(agreement[static_cast<std::size_t>(part_label(part))], 0.9) << part;
 }
@@ -268,12 +264,7 @@ TEST_F(PartialIcrp, UpperHalfAndChestHaveNoLegsBelow) {
   const auto first = slices * 55 / 100;
   for (const auto last : {slices - 1, slices * 84 / 100}) {
     const Segmentation found = found_in(cropped(*scan_, first, last));
-    LabelMap there = whole_->labels;
-    there.grid = found.labels.grid;
-    const auto slice = static_cast<std::ptrdiff_t>(there.grid.size[0] * there.grid.size[1]);
-    there.voxels.erase(there.voxels.begin(), there.voxels.begin() + first * slice);
-    there.voxels.resize(found.labels.voxels.size());
-    const auto agreement = dice(found.labels, there);
+    const auto agreement = dice(found.labels, cropped(whole_->labels, first, last));
     for (std::size_t n = 1; n < parts.size(); ++n) {
       const std::string name(parts[n].name);
       const bool below = name.starts_with("shank") || name.starts_with("foot");
