@@ -223,11 +223,18 @@ Result<Phantom> build_phantom(const PhantomOptions& options) {
   Integrals sum = integrals_of(built.builder);
   phantom.solids = by_root(std::move(built.builder.solids));
   const std::vector<SharedPlace> shared = shared_places(phantom.solids);
+  std::array<double, parts.size()> lost{};  // mm^3 of the nominal body, to other parts
   for (const SharedPlace& place : shared) {
     const PhantomSolid& loser = phantom.solids[place.solid];
     sum.mass[static_cast<std::size_t>(loser.part)] -= loser.density_kgm3 * place.moments;
     sum.volume[static_cast<std::size_t>(loser.part)] -= place.moments;
+    const double both = place.moments(3, 3);
+    phantom.overlap[static_cast<std::size_t>(loser.part)] += both;
+    phantom.overlap[static_cast<std::size_t>(phantom.solids[place.winner].part)] += both;
+    lost[static_cast<std::size_t>(loser.part)] += both;
   }
+  for (std::size_t part = 1; part < parts.size(); ++part)
+    phantom.overlap[part] /= sum.volume[part](3, 3) + lost[part];
   for (PhantomSolid& solid : phantom.solids) solid.shape = solid.shape.scaled(scale);
   const Eigen::Vector4d unit(scale, scale, scale, 1);
   Matrix4d whole = Matrix4d::Zero();

@@ -82,6 +82,9 @@ struct Phantom {
   Landmarks landmarks;                        ///< exact, patient frame, mm
   std::array<Inertial, parts.size()> exact;   ///< by label, patient axes, m; [0] is empty
   std::array<double, parts.size()> volume{};  ///< by label, m^3
+  /// By label: the share of a part's place that another limb or the trunk takes up, too. Skin gives way to a
+  /// few hundredths; a pose that makes it more pushes limbs through each other, which no body can do.
+  std::array<double, parts.size()> overlap{};
   Inertial whole;
   double girth = 1;  ///< the factor on the flesh's thickness that gave the mass
 };

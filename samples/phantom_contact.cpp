@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <utility>
 
 namespace borelli {
 namespace {
@@ -68,7 +69,7 @@ std::vector<SharedPlace> shared_places(const std::vector<PhantomSolid>& solids) 
     else
       roots.back().last = n;
   }
-  std::map<std::size_t, Eigen::Matrix4d> lost;
+  std::map<std::pair<std::size_t, std::size_t>, Eigen::Matrix4d> lost;
   for (std::size_t l = 0; l < roots.size(); ++l)
     for (std::size_t w = l + 1; w < roots.size(); ++w) {
       const Root &loser = roots[l], &winner = roots[w];
@@ -84,15 +85,17 @@ std::vector<SharedPlace> shared_places(const std::vector<PhantomSolid>& solids) 
             bool counted = false;
             for (std::size_t other = l + 1; other < w && !counted; ++other) counted = in(roots[other].first);
             if (counted) continue;
-            std::size_t inner = loser.last;
+            std::size_t inner = loser.last, taken = winner.last;
             while (!in(inner)) --inner;
+            while (!in(taken)) --taken;
             const Eigen::Vector4d q(x, y, z, 1);
-            lost.try_emplace(inner, Eigen::Matrix4d::Zero()).first->second +=
+            lost.try_emplace({inner, taken}, Eigen::Matrix4d::Zero()).first->second +=
                 step * step * step * q * q.transpose();
           }
     }
   std::vector<SharedPlace> shared;
-  for (const auto& [solid, moments] : lost) shared.push_back({solid, moments});
+  for (const auto& [solids_there, moments] : lost)
+    shared.push_back({solids_there.first, solids_there.second, moments});
   return shared;
 }
 

@@ -11,9 +11,9 @@ namespace borelli {
 /// the last is the innermost of the root that has the place.
 std::vector<PhantomSolid> by_root(std::vector<PhantomSolid> solids);
 
-/// What a solid would hold, were it not for later roots.
+/// What a solid would hold, were it not for a later root's solid that has the place.
 struct SharedPlace {
-  std::size_t solid = 0;
+  std::size_t solid = 0, winner = 0;
   Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();  ///< as EllipticStack::moments
 };
 

@@ -29,7 +29,9 @@ Vector3d middle_of(const std::array<std::optional<FoundSphere>, 2>& pair) {
   return 0.5 * (pair[0]->centre + pair[1]->centre);
 }
 
-void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seeds) {
+// Marks the trunk's own bones, and in `wings` those of them that are so by nothing but their place over the
+// hips, where the pelvis' wings are, and perhaps a hand.
+void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seeds, Mask& wings) {
   const auto& g = a.grid();
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   const auto between = [](const std::array<std::optional<FoundSphere>, 2>& pair, const Vector3d& p) {
@@ -62,8 +64,8 @@ void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seed
           const Vector3d left = (trunk.hip[0]->centre - trunk.hip[1]->centre).normalized();
           const bool behind_wings = p[1] > middle_of(trunk.hip)[1] + wing_back * size;
           if (!behind_wings && left.dot(p - trunk.hip[0]->centre) < 25 &&
-              left.dot(p - trunk.hip[1]->centre) > -25)
-            axial = true;
+              left.dot(p - trunk.hip[1]->centre) > -25 && !axial)
+            axial = true, wings.at(i, j, k) = 1;
         }
         if (axial) seeds.at(i, j, k) = static_cast<std::uint8_t>(Limb::axial);
       }
@@ -150,6 +152,24 @@ Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
   return limbs;
 }
 
+// Takes away the trunk's seeds over the hips in small bones that hold no other seed of the trunk's: a hand's.
+// The wings themselves are large, and ribs begin at the column.
+void unmark_hands(const Anatomy& a, const Trunk& trunk, const Mask& wings, Volume<std::uint8_t>& seeds) {
+  const double small = 40e3 * std::pow(trunk.scale, 3);  // mm^3; a hand's bones together have some 20e3
+  constexpr auto axial = static_cast<std::uint8_t>(Limb::axial);
+  const Regions bones = connected_regions(a.bone, 6);
+  std::vector<char> own(bones.list.size() + 1, 0);
+  for (std::size_t o = 0; o < seeds.voxels.size(); ++o)
+    if (seeds.voxels[o] == axial && !wings.voxels[o])
+      own[static_cast<std::size_t>(bones.number.voxels[o])] = 1;
+  for (std::size_t o = 0; o < seeds.voxels.size(); ++o) {
+    if (!wings.voxels[o]) continue;
+    const auto number = static_cast<std::size_t>(bones.number.voxels[o]);
+    if (!own[number] && static_cast<double>(bones.list[number - 1].voxels) * a.grid().voxel_volume() < small)
+      seeds.voxels[o] = 0;
+  }
+}
+
 // Ways along bones where the trunk's bones reach no farther than bone goes on from their seeds, and less than
 // a gap beyond: the rest is the limbs', however far from their heads.
 Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Volume<float>& cost,
@@ -188,7 +208,8 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
     if (a.body.voxels[o] && a.off_bone.voxels[o] < 40)
       cost.voxels[o] = static_cast<float>(step_cost(a.off_bone.voxels[o]));
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
-  mark_axial(a, trunk, seeds);
+  Mask wings{g, std::vector<std::uint8_t>(g.count(), 0)};
+  mark_axial(a, trunk, seeds, wings);
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side);
     if (trunk.hip[n])
@@ -205,6 +226,7 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
            limbs.arm(side).length() < far_enough * trunk.scale;
   };
   if (!ends_early(left_side) && !ends_early(right_side)) return limbs;
+  unmark_hands(a, trunk, wings, seeds);
   Limbs kept = limbs_of(a, trunk, territory_of_kept_trunk(a, trunk, cost, seeds));
   for (const int side : {left_side, right_side})
     if (ends_early(side) && kept.arm(side).length() > limbs.arm(side).length() + gained * trunk.scale)

@@ -118,6 +118,21 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
   }
 }
 
+// The joint and the tips of a hand or foot that is not that alone, or not all of it, may lie as far off as it
+// is large: `size` is the edge of a cube of the volume that it should have, mm.
+void doubt_ends(std::string_view part, double size, Landmarks& marks) {
+  constexpr std::array<std::array<std::string_view, 4>, 2> ends{
+      {{"hand", "wrist", "metacarpale_3", "dactylion_3"}, {"foot", "ankle", "heel", "toe_tip"}}};
+  constexpr std::array<double, 4> share{0, 0.5, 1, 2};  // of the size: a hand or foot is some 2.5 long
+  for (const auto& end : ends) {
+    if (!part.starts_with(end[0])) continue;
+    for (std::size_t n = 1; n < end.size(); ++n) {
+      const auto mark = marks.find(std::string(end[n]) + std::string(part.substr(end[0].size())));
+      if (mark != marks.end()) mark->second.deviation = std::max(mark->second.deviation, share[n] * size);
+    }
+  }
+}
+
 // The last guard: a whole part whose share beside the other whole ones no body has is not that part alone, or
 // not all of it. Shares of an adult's mass, mean of de Leva (1996), Table 4, male and female; from children
 // to the very heavy a part's share is within a factor of two of these.
@@ -153,6 +168,7 @@ void doubt_impossible_shares(Segmentation& out) {
     finding.note = std::string(body[n] > *middle ? "too large" : "too small") +
                    " beside the other whole parts to be this part" +
                    (finding.note.empty() ? "" : "; " + finding.note);
+    doubt_ends(parts[n].name, std::cbrt(finding.volume * *middle / body[n]), out.landmarks);
   }
 }
 
@@ -276,7 +292,10 @@ void warn_of_joints(const Grid& grid, Segmentation& out) {
   std::string outlined;
   double most = 0, wrists = 0;
   for (const auto& [name, mark] : out.landmarks) {
-    if (mark.source.starts_with("bone: between radius")) wrists = std::max(wrists, mark.deviation);
+    // of a hand that is cut or not all there its part tells
+    if (mark.source.starts_with("bone: between radius") &&
+        out.part[static_cast<std::size_t>(part_label("hand" + name.substr(5)))].coverage == Coverage::whole)
+      wrists = std::max(wrists, mark.deviation);
     if (!mark.source.starts_with("bone: middle of the hum") &&
         !mark.source.starts_with("bone: middle of the fem") &&
         !mark.source.starts_with("bone: middle of the mal"))

@@ -170,10 +170,21 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
   if (auto written = write_all(*files, *phantom, scan, table); !written)
     return tl::unexpected(written.error());
   if (!command.json) print(*phantom, grid, *files);
+  nlohmann::json overlap = nlohmann::json::object();
+  for (std::size_t label = 1; label < parts.size(); ++label) {
+    const double share = phantom->overlap[label];
+    if (share > 0) overlap[std::string(parts[label].name)] = share;
+    // skin and fat that are pressed flat; more is a limb within another
+    if (constexpr double pressed = 0.25; share > pressed)
+      fmt::print(stderr,
+                 "warning: {:.0f} % of {} lies within another limb or the trunk, as no body's can: choose "
+                 "other angles for this body\n",
+                 100 * share, parts[label].name);
+  }
   return nlohmann::json{{"volume", files->volume}, {"labels", files->labels},
                         {"table", files->table},   {"landmarks", files->landmarks},
                         {"size", grid.size},       {"mass_kg", phantom->whole.mass},
-                        {"girth", phantom->girth}};
+                        {"girth", phantom->girth}, {"overlap", overlap}};
 }
 
 // A seed: -3 would wrap round to a large one.
