@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "segmentation/bent_joints.hpp"
 #include "segmentation/hinges.hpp"
 #include "segmentation/joints_along_way.hpp"
 #include "segmentation/slabs.hpp"
@@ -104,13 +105,16 @@ std::optional<double> side_of_bone(const CloseUp& view, const Vector3d& from, co
   return falls.empty() ? std::nullopt : std::optional(falls.back());
 }
 
+// `bent`: tells place and axis where outlines of the next bone lie beside this one's.
 JointEnd joint_end(const Anatomy& a, const Limbs& limbs, Limb limb, int side, const Vector3d& point,
-                   const Vector3d& along, const Vector3d& left, const Cylinder& shape) {
+                   const Vector3d& along, const Vector3d& left, const Cylinder& shape,
+                   const std::optional<BentJoint>& bent = std::nullopt) {
   const Section s = section_of(a, limbs, limb, point - shape.above * along, along, 6, shape.outer);
   Vector3d axis = (left - left.dot(along) * along).normalized();
   if (s.ratio > 1.15) axis = s.wide;
+  if (bent) axis = bent->axis;
   if (axis.dot(left) < 0) axis = -axis;
-  const Vector3d near = s.centre + shape.above * along;
+  const Vector3d near = bent ? bent->centre : s.centre + shape.above * along;
   JointEnd end{near, near, near, 0, by_outline, false};
   const CloseUp view = close_up(*a.source, near, shape.outer + shape.search + 8);
   const auto hinge =
@@ -227,8 +231,10 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const Vector3d knee_line = way.points[way.index(joints.middle)];
   const Vector3d down = (knee_line - trunk.hip[n]->centre).normalized();
   const Section end = section_of(a, limbs, limb, knee_line, down, 9, 65);
-  const JointEnd k = joint_end(a, limbs, limb, side, end.centre - condyle * scale * down, down, left,
-                               {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0});
+  const auto bent_knee = bent_joint(a, limbs, limb, joints.middle, 70 * scale, 220 * scale);
+  const JointEnd k =
+      joint_end(a, limbs, limb, side, end.centre - condyle * scale * down, down, left,
+                {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0}, bent_knee);
   // beyond a right angle outlines of both bones lie in each other's way
   const double beyond = joints.middle + 150 * scale;
   const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
@@ -282,7 +288,8 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const Section end = section_of(a, limbs, limb, elbow_line, down, 6, 45);
   const JointEnd e =
       joint_end(a, limbs, limb, side, end.centre - trochlea * scale * down, down, left,
-                {22 * scale, 6 * scale, 16 * scale, 24, 15 * scale, 45 * scale, 0.5, 1, 22 * scale});
+                {22 * scale, 6 * scale, 16 * scale, 24, 15 * scale, 45 * scale, 0.5, 1, 22 * scale},
+                bent_joint(a, limbs, limb, joints.middle, 50 * scale, 160 * scale));
   marks["elbow" + at] = found(
       e.centre, e.deviation,
       e.measured ? "bone: cylinder on the trochlea and capitulum" : "bone: middle of the humeral epicondyles",

@@ -28,14 +28,21 @@ bool level_seen(const Anatomy& a, double z) {
   return false;
 }
 
-// foremost body point on the midsagittal line at a level
-std::optional<Vector3d> front_skin(const Anatomy& a, double x, double z) {
+// of an arm that lies before the trunk
+bool is_arm(const Limbs& limbs, std::int64_t i, std::int64_t j, std::int64_t k) {
+  const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
+  return owner == Limb::arm_left || owner == Limb::arm_right;
+}
+
+// foremost point of the trunk on the midsagittal line at a level
+std::optional<Vector3d> front_skin(const Anatomy& a, const Limbs& limbs, double x, double z) {
   const auto& g = a.grid();
   const Vector3d index = g.index(Vector3d(x, g.origin[1], z));
   const auto i = std::lround(index[0]), k = std::lround(index[2]);
   if (!g.holds(i, 0, k)) return std::nullopt;
   for (std::int64_t j = 0; j < g.size[1]; ++j)
-    if (a.body.at(i, j, k)) return voxel_point(g, i, j, k) - Vector3d(0, 0.5 * a.step(), 0);
+    if (a.body.at(i, j, k) && !is_arm(limbs, i, j, k))
+      return voxel_point(g, i, j, k) - Vector3d(0, 0.5 * a.step(), 0);
   return std::nullopt;
 }
 
@@ -43,7 +50,8 @@ std::optional<Vector3d> front_skin(const Anatomy& a, double x, double z) {
 struct Sternum {
   Vector3d top, tip;
 };
-std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, double from, double to) {
+std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double from,
+                                    double to) {
   const auto& g = a.grid();
   // per level: the foremost bone within 18 mm of the middle and 55 mm or more in front of the column
   std::vector<std::optional<Vector3d>> front;
@@ -57,10 +65,10 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, double
     const auto behind = std::lround((column[1] - 55 * trunk.scale - g.origin[1]) / a.step());
     for (std::int64_t j = 0; j < std::min(behind, g.size[1]) && !best; ++j)
       for (auto i = std::max<std::int64_t>(0, mid - half); i <= std::min(g.size[0] - 1, mid + half); ++i)
-        if (a.bone.at(i, j, k)) {
+        if (a.bone.at(i, j, k) && !is_arm(limbs, i, j, k)) {
           std::int64_t last = i;
           for (auto n = i; n <= std::min(g.size[0] - 1, mid + half); ++n)
-            if (a.bone.at(n, j, k)) last = n;
+            if (a.bone.at(n, j, k) && !is_arm(limbs, n, j, k)) last = n;
           best = 0.5 * (voxel_point(g, i, j, k) + voxel_point(g, last, j, k));
           break;
         }
@@ -131,7 +139,8 @@ std::optional<Vector3d> find_notch(const Anatomy& a, const Trunk& trunk, const V
 }
 
 // the navel: where the midline skin lies deepest behind the skin around it
-std::optional<Vector3d> find_navel(const Anatomy& a, const Trunk& trunk, double from, double to) {
+std::optional<Vector3d> find_navel(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double from,
+                                   double to) {
   const auto& g = a.grid();
   const auto k0 = std::lround((from - g.origin[2]) / a.step()),
              k1 = std::lround((to - g.origin[2]) / a.step());
@@ -139,6 +148,7 @@ std::optional<Vector3d> find_navel(const Anatomy& a, const Trunk& trunk, double 
     if (!g.holds(i, 0, k)) return 1e9;
     for (std::int64_t j = 0; j < g.size[1]; ++j) {
       if (!a.body.at(i, j, k)) continue;
+      if (is_arm(limbs, i, j, k)) return 1e9;
       // between air and body at half the step of the CT number
       if (j == 0) return 0;
       const double v0 = a.scan.hu.at(i, j - 1, k), v1 = a.scan.hu.at(i, j, k);
@@ -373,7 +383,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
   const double spread = has_neck && hips ? 15 : 30;
 
   double xiphion = bottom + length * (omphalion_to_hip + xiphion_to_omphalion) / neck_to_hip;
-  if (const auto sternum = find_sternum(a, trunk, bottom + 0.45 * length, bottom + 1.0 * length)) {
+  if (const auto sternum = find_sternum(a, trunk, limbs, bottom + 0.45 * length, bottom + 1.0 * length)) {
     Vector3d tip = sternum->tip - Vector3d(0, 0, 0.5 * a.step());
     if (const auto end = sternum_end(a, tip, trunk.scale)) tip[2] = *end;
     xiphion = tip[2];
@@ -384,17 +394,17 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
   } else if (level_seen(a, xiphion)) {
     if (const auto notch = has_neck ? find_notch(a, trunk, neck->second.point) : std::nullopt)
       marks["suprasternale"] = {*notch, 11, 0, "bone: highest in the midline before the neck's foot"};
-    const auto skin = front_skin(a, trunk.middle(xiphion), xiphion);
+    const auto skin = front_skin(a, limbs, trunk.middle(xiphion), xiphion);
     if (skin) marks["xiphion"] = {*skin, spread, 0, "proportion: between neck and hips"};
   }
   double omphalion =
       bottom + (xiphion - bottom) * omphalion_to_hip / (omphalion_to_hip + xiphion_to_omphalion);
-  if (const auto navel =
-          find_navel(a, trunk, bottom + 0.25 * (xiphion - bottom), bottom + 0.62 * (xiphion - bottom))) {
+  if (const auto navel = find_navel(a, trunk, limbs, bottom + 0.25 * (xiphion - bottom),
+                                    bottom + 0.62 * (xiphion - bottom))) {
     omphalion = (*navel)[2];
     marks["omphalion"] = {*navel, 3, 0, "skin: the navel's dent"};
   } else if (level_seen(a, omphalion)) {
-    const auto skin = front_skin(a, trunk.middle(omphalion), omphalion);
+    const auto skin = front_skin(a, limbs, trunk.middle(omphalion), omphalion);
     if (skin) marks["omphalion"] = {*skin, spread, 0, "proportion: between xiphion and hips"};
   }
   for (const auto& [joint, level] : {std::pair{"spine_upper", "xiphion"}, {"spine_lower", "omphalion"}}) {
