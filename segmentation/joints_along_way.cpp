@@ -81,12 +81,12 @@ JointsAlongWay leg_joints(const LimbWay& way, double scale) {
   if (section(way, knee) < 2 * section(way, shaft)) return joints;
   joints.middle = gap_near(way, knee, 40 * scale).value_or(waist_near(way, knee, 70 * scale).value_or(knee));
 
-  // past the shank's narrowest place the tibia broadens to the ankle
+  // past the shank's shaft the tibia broadens to the ankle
   const double from = joints.middle + 280 * scale, to = joints.middle + 560 * scale;
   if (way.length() < from + 60) return joints;
-  const double thin = narrowest(way, joints.middle + 150 * scale, joints.middle + 340 * scale);
-  for (double s = thin; s <= std::min(to, way.length() - 60) && joints.end == 0; s += LimbWay::spacing)
-    if (section(way, s) >= 1.5 * section(way, thin)) joints.end = s + flare_to_ankle * scale;
+  const double shank = middling_section(way, joints.middle + 150 * scale, joints.middle + 340 * scale);
+  for (double s = from; s <= std::min(to, way.length() - 60) && joints.end == 0; s += LimbWay::spacing)
+    if (smooth_section(way, s) >= 1.4 * shank) joints.end = s + flare_to_ankle * scale;
   if (joints.end > way.length() - 40) joints.end = 0;
   return joints;
 }
