@@ -71,6 +71,21 @@ std::optional<double> gap_near(const LimbWay& way, double s, double reach) {
   return best;
 }
 
+// The first place in a stretch of an arm's way where hardly any bone is left of what the forearm's shaft has
+// (`thin`), with a hand's bones soon beyond: shows a wrist where noise hides all that is finer.
+std::optional<double> notch_before_hand(const LimbWay& way, double from, double to, double thin,
+                                        double hand) {
+  for (double s = from; s <= std::min(to, way.length() - hand); s += LimbWay::spacing) {
+    if (smooth_section(way, s) >= 0.4 * thin) continue;
+    while (s < to && smooth_section(way, s + LimbWay::spacing) < smooth_section(way, s))
+      s += LimbWay::spacing;
+    for (double beyond = s; beyond <= s + hand; beyond += LimbWay::spacing)
+      if (smooth_section(way, beyond) > 0.6 * thin) return s;
+    return std::nullopt;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 JointsAlongWay leg_joints(const LimbWay& way, double scale) {
@@ -109,6 +124,8 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
   for (double s = from; s < last; s += LimbWay::spacing)
     if (section(way, s) < 0.5 * thin) waist = narrowest(way, s, s + 15 * scale), last = s;
   double broad = 0;
+  const auto notch = notch_before_hand(way, joints.middle + 225 * scale, to, thin, 45 * scale);
+  if (notch) broad = widest(way, *notch - 45 * scale, *notch), waist = *notch;
   for (double s = from; s <= last && broad == 0; s += LimbWay::spacing)
     if (smooth_section(way, s) >= 1.25 * thin) broad = widest(way, s, s + 24 * scale);
   if (broad == 0) broad = widest(way, std::min(joints.middle + 200 * scale, last), last);
