@@ -71,6 +71,15 @@ std::optional<double> gap_near(const LimbWay& way, double s, double reach) {
   return best;
 }
 
+// Whether a forearm's sections jump where its shaft's are all alike: the voxels are too coarse for it.
+bool is_noisy(const LimbWay& way, double from, double to) {
+  const double usual = middling_section(way, from, to);
+  double off = 0;
+  for (double s = from; s <= to; s += LimbWay::spacing)
+    off = std::max(off, std::abs(smooth_section(way, s) - usual));
+  return off > 0.2 * usual;
+}
+
 // The first place in a stretch of an arm's way where hardly any bone is left of what the forearm's shaft has
 // (`thin`), with a hand's bones soon beyond: shows a wrist where noise hides all that is finer.
 std::optional<double> notch_before_hand(const LimbWay& way, double from, double to, double thin,
@@ -124,7 +133,9 @@ JointsAlongWay arm_joints(const LimbWay& way, double scale) {
   for (double s = from; s < last; s += LimbWay::spacing)
     if (section(way, s) < 0.5 * thin) waist = narrowest(way, s, s + 15 * scale), last = s;
   double broad = 0;
-  const auto notch = notch_before_hand(way, joints.middle + 225 * scale, to, thin, 45 * scale);
+  const auto notch = is_noisy(way, joints.middle + 90 * scale, from)
+                         ? notch_before_hand(way, joints.middle + 225 * scale, to, thin, 45 * scale)
+                         : std::nullopt;
   if (notch) broad = widest(way, *notch - 45 * scale, *notch), waist = *notch;
   for (double s = from; s <= last && broad == 0; s += LimbWay::spacing)
     if (smooth_section(way, s) >= 1.25 * thin) broad = widest(way, s, s + 24 * scale);

@@ -100,6 +100,37 @@ std::vector<PhantomOptions> options_of_hard_bodies() {
   return all;
 }
 
+// What a part shares with others, against counting a grid's points that two roots hold.
+TEST(Phantom, OverlapIsTheShareOfAPartThatAnotherLimbHolds) {
+  PhantomOptions options;
+  options.variation = 306;
+  for (const double share : built(options).overlap) EXPECT_EQ(share, 0);
+  options.pose_deg = {{"shoulder_left_abduction", 45},
+                      {"shoulder_left_flexion", -10},
+                      {"shoulder_left_rotation", 80},
+                      {"elbow_left_flexion", 100},
+                      {"wrist_left_flexion", 40}};  // the hand goes into the pelvis
+  const Phantom phantom = built(options);
+  const auto hand = static_cast<std::size_t>(part_label("hand_left"));
+  const Vector3d wrist = phantom.landmarks.at("wrist_left").point;
+  double all = 0, shared = 0;
+  for (double x = -222; x < 225; x += 6)
+    for (double y = -222; y < 225; y += 6)
+      for (double z = -222; z < 225; z += 6) {
+        const Vector3d p = wrist + Vector3d(x, y, z);
+        const auto held = [&](bool by_hand) {
+          return std::any_of(phantom.solids.begin(), phantom.solids.end(), [&](const PhantomSolid& solid) {
+            return solid.parent < 0 && (static_cast<std::size_t>(solid.part) == hand) == by_hand &&
+                   solid.shape.holds(p);
+          });
+        };
+        if (!held(true)) continue;
+        ++all, shared += held(false);
+      }
+  EXPECT_GT(shared / all, 0.9);
+  EXPECT_NEAR(phantom.overlap[hand], shared / all, 0.01);
+}
+
 // Nested solids lie in their parents there, too, and roots come one after the other with all that they hold.
 TEST(Phantom, HardBodiesAreNested) {
   std::mt19937_64 random(8);

@@ -85,6 +85,34 @@ std::vector<Case> cases() {
   c.body.variation = 206, c.scan.seed = 205;
   all.push_back(c);
 
+  c = standing("hands_on_hips", "both hands on the hips", 305);
+  for (const std::string side : {"_left", "_right"}) {
+    c.body.pose_deg["shoulder" + side + "_abduction"] = 50;
+    c.body.pose_deg["shoulder" + side + "_flexion"] = 0;
+    c.body.pose_deg["shoulder" + side + "_rotation"] = 88;
+    c.body.pose_deg["elbow" + side + "_flexion"] = 98;
+    c.body.pose_deg["wrist" + side + "_flexion"] = 55;
+  }
+  c.body.sex = Sex::female;
+  c.touching = both_arms;
+  all.push_back(c);
+
+  c = standing("arms_on_chest", "arms crossed before the chest", 30);
+  c.body.variation.reset();
+  c.body.pose_deg = {{"shoulder_left_flexion", 45},   {"shoulder_left_abduction", 0},
+                     {"shoulder_left_rotation", 75},  {"elbow_left_flexion", 95},
+                     {"shoulder_right_flexion", 30},  {"shoulder_right_abduction", 0},
+                     {"shoulder_right_rotation", 65}, {"elbow_right_flexion", 110}};
+  c.touching = both_arms;
+  all.push_back(c);
+
+  c = standing("knees_folded", "knees bent beyond a right angle", 611);
+  c.body.pose_deg = {{"hip_left_flexion", 25},
+                     {"hip_right_flexion", 20},
+                     {"knee_left_flexion", 105},
+                     {"knee_right_flexion", 97}};
+  all.push_back(c);
+
   all.push_back(scanned("cut_at_neck", "ends at the neck", 18, {-far, -far, -far}, {far, far, 1560}));
   all.push_back(scanned("cut_at_knee", "ends above the knees", 19, {-far, -far, 590}, {far, far, far}));
   all.push_back(scanned("cut_on_left", "the left arm half outside", 20, {-far, -far, -far}, {225, far, far}));
