@@ -392,10 +392,14 @@ std::string to_json(const InertiaTable& table) {
 Result<InertiaTable> table_from_json(const std::string& bytes, const std::string& where) {
   try {
     return table_from(Json::parse(bytes));
-  } catch (const Json::exception& e) {
+  } catch (const Json::parse_error& e) {
     if (where.ends_with(".csv"))
       return bad_use(where, "is the table as CSV; expected the JSON that `borelli inertia` writes beside it");
-    return failure(where, fmt::format("is not a JSON file: {}", e.what()));
+    return failure(where, e.byte > bytes.size() ? "ends too early to be an inertia table: was it cut off?"
+                                                : fmt::format("is not JSON: see byte {}", e.byte));
+  } catch (const Json::exception&) {
+    return failure(where,
+                   "is no whole inertia table: an entry is of another kind than `borelli inertia` writes");
   } catch (const Damaged& damaged) {
     return failure(where, "is no whole inertia table: " + damaged.what);
   }

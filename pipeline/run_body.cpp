@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <tuple>
+
 #include "dynamics/integrator.hpp"
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
@@ -234,8 +236,12 @@ Result<json> write_page(RunData& data, const json& record) {
   if (!labels) return tl::unexpected(labels.error());
   page.labels = *labels;
   page.landmarks = &(*segmentation)->landmarks;
-  page.table = json::parse(*table);
-  page.segmentation = json::parse(*account);
+  for (const auto& [name, bytes, to] : {std::tuple{"inertia/table.json", &*table, &page.table},
+                                        {"segmentation/segmentation.json", &*account, &page.segmentation}}) {
+    *to = json::parse(*bytes, nullptr, false);
+    if (!to->is_object())
+      return failure(data.file(name).string(), "is not whole: remove it, and it is made anew");
+  }
   page.trajectory = *trajectory;
   page.glb = *body;
   page.run = record;

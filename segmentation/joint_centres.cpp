@@ -254,15 +254,17 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const JointEnd m =
       joint_end(a, limbs, limb, side, flare + flare_to_ankle * scale * along, along, left,
                 {13 * scale, 9 * scale, 24 * scale, 15, 20 * scale, 48 * scale, 0.5, 0, 18 * scale});
+  // on voxels that show no talar dome, malleoli may be taken for each other's bones
+  const double unseen = m.measured ? 0 : 2 * a.gaps_unseen(scale);
   marks["ankle" + at] =
-      found(m.centre, m.measured ? m.deviation : 8,
+      found(m.centre, m.measured ? m.deviation : std::hypot(8, unseen),
             m.measured ? "bone: cylinder on the talar dome" : "bone: middle of the malleoli", m.radius);
   const CloseUp view = close_up(*a.source, m.centre, 90 * scale);
   for (const auto& [name, place] :
        {std::pair{"lateral_malleolus", m.lateral}, {"medial_malleolus", m.medial}}) {
     const auto end_of_bone = malleolus_tip(view, place, (m.centre - place).normalized(), along);
-    marks[name + at] = end_of_bone ? found(*end_of_bone, 4, "bone: tip of the malleolus")
-                                   : found(place, 15, "bone: side of the malleolus");
+    marks[name + at] = end_of_bone ? found(*end_of_bone, std::hypot(4, unseen), "bone: tip of the malleolus")
+                                   : found(place, std::hypot(15, unseen), "bone: side of the malleolus");
   }
 }
 

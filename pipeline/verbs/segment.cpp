@@ -41,6 +41,9 @@ void print(const Segmentation& found, const std::string& reading, const std::str
     const PartFinding& part = found.part[n];
     if (part.coverage == Coverage::absent)
       fmt::print("{:<18} absent\n", parts[n].name);
+    else if (part.volume == 0)  // in view, but in another part's label
+      fmt::print("{:<18} {:<7} {:>10}  {:<4}  {}\n", parts[n].name, name_of(part.coverage), "", "",
+                 part.note);
     else
       fmt::print("{:<18} {:<7} {:>10.3f}  {:.2f}  {}\n", parts[n].name, name_of(part.coverage),
                  part.volume * 1e-6, part.confidence, part.note);
