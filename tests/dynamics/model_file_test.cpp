@@ -82,29 +82,18 @@ TEST(ModelFile, NothingOfMjcfIsDroppedSilently) {
                "</body>\n<body><joint name='j' springdamper='1 1'/><geom size='1'/></body></worldbody>\n"
                "<equality><connect body1='a' active='false' anchor='0 0 0'/><tendon tendon1='t'/>"
                "<joint joint1='j' active='false'/></equality>"
-               "<contact><exclude body1='u' body2='v'/><other/></contact><tendon/><actuator><motor/><motor/></actuator><keyframe/"
+               "<contact><exclude body1='u' "
+               "body2='v'/><other/></contact><tendon/><actuator><motor/><motor/></actuator><keyframe/"
                "><sensor/></mujoco>")))
           .not_modelled;
   const std::string all = fmt::format("{}", fmt::join(lines, "\n"));
-  for (const char* part : {"<option> in <mujoco> (integrator, viscosity)",
-                           "<flag> in <option> (energy)",
-                           "<size> in",
-                           "<custom>",
-                           "<texture>",
-                           "<mesh> in <asset>",
-                           "<joint> in <body> (frictionloss, springdamper)",
-                           "<geom> in <body> (rgba): 3 times",
-                           "<light> in <worldbody>",
-                           "<body> in <worldbody> (mocap)",
-                           "<connect> in <equality>",
-                           "<tendon> in <equality>",
-                           "<joint> in <equality>",
-                           "<other> in <contact>",
-                           "<tendon> in <mujoco>",
-                           "<actuator> in <mujoco> with 2 <motor>",
-                           "<keyframe>",
-                           "<sensor>",
-                           "contacts of 2 pairs of geoms that may touch"})
+  for (const char* part :
+       {"<option> in <mujoco> (integrator, viscosity)", "<flag> in <option> (energy)", "<size> in",
+        "<custom>", "<texture>", "<mesh> in <asset>", "<joint> in <body> (frictionloss, springdamper)",
+        "<geom> in <body> (rgba): 3 times", "<light> in <worldbody>", "<body> in <worldbody> (mocap)",
+        "<connect> in <equality>", "<tendon> in <equality>", "<joint> in <equality>", "<other> in <contact>",
+        "<tendon> in <mujoco>", "<actuator> in <mujoco> with 2 <motor>", "<keyframe>", "<sensor>",
+        "contacts of 2 pairs of geoms that may touch"})
     EXPECT_NE(all.find(part), std::string::npos) << part << "\n" << all;
 }
 
