@@ -257,7 +257,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   // on voxels that show no talar dome, malleoli may be taken for each other's bones
   const double unseen = m.measured ? 0 : 2 * a.gaps_unseen(scale);
   marks["ankle" + at] =
-      found(m.centre, m.measured ? m.deviation : std::hypot(8, unseen),
+      found(m.centre, m.measured ? m.deviation : std::hypot(8, 0.5 * unseen),
             m.measured ? "bone: cylinder on the talar dome" : "bone: middle of the malleoli", m.radius);
   const CloseUp view = close_up(*a.source, m.centre, 90 * scale);
   for (const auto& [name, place] :
