@@ -66,7 +66,7 @@ std::optional<BentJoint> bent_joint(const Anatomy& a, const Limbs& limbs, Limb l
   const double s = (u - cosine * v) / sine2, t = (cosine * u - v) / sine2;
   const Vector3d p = above->point + s * above->direction, q = below->point + t * below->direction;
   if ((p - q).norm() > apart) return std::nullopt;
-  return BentJoint{0.5 * (p + q), above->direction.cross(below->direction).normalized(), cosine};
+  return BentJoint{0.5 * (p + q), above->direction.cross(below->direction).normalized()};
 }
 
 }  // namespace borelli

@@ -11,7 +11,6 @@ namespace borelli {
 struct BentJoint {
   Eigen::Vector3d centre;  ///< half way between the lines' nearest points, mm
   Eigen::Vector3d axis;    ///< unit, square to both lines, either way
-  double cosine;           ///< of the angle by which the joint is bent
 };
 
 /// `middle`: where along the way the joint lies, mm; `near`, `far`: the stretches of shaft looked at begin

@@ -235,12 +235,12 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const JointEnd k =
       joint_end(a, limbs, limb, side, end.centre - condyle * scale * down, down, left,
                 {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0}, bent_knee);
-  // beyond a right angle outlines of both bones lie in each other's way
+  // near a right angle and beyond outlines of both bones lie in each other's way, unless their shafts tell
   const double beyond = joints.middle + 150 * scale;
   const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
   constexpr double bent = 0.26;  // cosine of 75 degrees
   const bool folded = way.length() > beyond && shank.normalized().dot(down) < bent;
-  const double deviation = !k.measured && folded ? 45 * scale : k.deviation;
+  const double deviation = !k.measured && folded && !bent_knee ? 45 * scale : k.deviation;
   marks["knee" + at] =
       found(k.centre, deviation,
             k.measured ? "bone: cylinder on the femoral condyles" : "bone: middle of the femoral condyles",

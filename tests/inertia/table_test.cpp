@@ -244,7 +244,12 @@ TEST(Table, DamagedJsonIsRefusedNamingWhatIsWrong) {
   expect_refused("/parts/0/frame/anatomical_axes_in_patient/0", {2, 0, 0}, "orthonormal");
   expect_refused("/format", "something else", "something else");
   expect_refused("/source", removed, "\"source\"");
-  EXPECT_FALSE(table_from_json("{\"format\": ", "table.json"));
+  const auto cut_off = table_from_json("{\"format\": ", "table.json");
+  ASSERT_FALSE(cut_off);
+  EXPECT_NE(cut_off.error().message().find("ends too early"), std::string::npos) << cut_off.error().message();
+  const auto spoilt = table_from_json("{\"format\"; 1}", "table.json");
+  ASSERT_FALSE(spoilt);
+  EXPECT_NE(spoilt.error().message().find("see byte 10"), std::string::npos) << spoilt.error().message();
   EXPECT_FALSE(read_table("/no/such/table.json"));
   EXPECT_FALSE(write_table("/no/such/folder/table.json", make_table(source(), {thigh_row()})));
   EXPECT_FALSE(write_table("table.txt", make_table(source(), {thigh_row()})));

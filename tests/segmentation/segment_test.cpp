@@ -297,6 +297,32 @@ TEST(Segment, RaisedArmsKeepTheirEpicondylesAndTheHeadItsVertex) {
   EXPECT_LE(vertex.deviation, 10);
 }
 
+// A hand within the pelvis, as no scan shows it, cannot be found: what is left of it is no hand, and where it
+// ends is as little known as the whole is long.
+TEST(Segment, EndsOfAHandThatIsNotAllThereAreLessSure) {
+  PhantomOptions options;
+  options.variation = 306;
+  options.pose_deg = {{"shoulder_left_abduction", 45},
+                      {"shoulder_left_flexion", -10},
+                      {"shoulder_left_rotation", 80},
+                      {"elbow_left_flexion", 100},
+                      {"wrist_left_flexion", 40}};
+  const auto body = build_phantom(options);
+  ASSERT_TRUE(body) << body.error().message();
+  GridOptions how;
+  how.spacing = Vector3d::Constant(3);
+  const auto found = segment(voxelise(*body, phantom_grid(*body, how), {.noise_hu = 10}).grey);
+  ASSERT_TRUE(found) << found.error().message();
+  const PartFinding& hand = found->part[static_cast<std::size_t>(part_label("hand_left"))];
+  EXPECT_EQ(hand.coverage, Coverage::cut);
+  EXPECT_LT(hand.confidence, 0.2);
+  for (const char* name : {"wrist_left", "metacarpale_3_left", "dactylion_3_left"}) {
+    const Landmark& mark = found->landmarks.at(name);
+    EXPECT_LT((mark.point - body->landmarks.at(name).point).norm(), 2 * mark.deviation) << name;
+  }
+  EXPECT_LT(found->landmarks.at("dactylion_3_right").deviation, 10);
+}
+
 TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
   GreyVolume volume;
   volume.grid.size = {30, 30, 30};

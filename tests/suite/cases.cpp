@@ -24,6 +24,14 @@ Case scanned(const char* name, const char* what, std::uint64_t seed, const Eigen
   return c;
 }
 
+void put_hand_on_hip(PhantomOptions& body, const std::string& side) {
+  body.pose_deg["shoulder" + side + "_abduction"] = 50;
+  body.pose_deg["shoulder" + side + "_flexion"] = 0;
+  body.pose_deg["shoulder" + side + "_rotation"] = 88;
+  body.pose_deg["elbow" + side + "_flexion"] = 98;
+  body.pose_deg["wrist" + side + "_flexion"] = 55;
+}
+
 const std::vector<std::string> left_arm{"upper_arm_left", "forearm_left", "hand_left"},
     both_arms{"upper_arm_left", "upper_arm_right", "forearm_left",
               "forearm_right",  "hand_left",       "hand_right"},
@@ -71,11 +79,7 @@ std::vector<Case> cases() {
   all.push_back(c);
 
   c = standing("hand_on_hip", "hand on the hip", 17);
-  c.body.pose_deg = {{"shoulder_left_abduction", 50},
-                     {"shoulder_left_flexion", 0},
-                     {"shoulder_left_rotation", 88},
-                     {"elbow_left_flexion", 98},
-                     {"wrist_left_flexion", 55}};
+  put_hand_on_hip(c.body, "_left");
   c.touching = left_arm;
   all.push_back(c);
 
@@ -86,13 +90,7 @@ std::vector<Case> cases() {
   all.push_back(c);
 
   c = standing("hands_on_hips", "both hands on the hips", 305);
-  for (const std::string side : {"_left", "_right"}) {
-    c.body.pose_deg["shoulder" + side + "_abduction"] = 50;
-    c.body.pose_deg["shoulder" + side + "_flexion"] = 0;
-    c.body.pose_deg["shoulder" + side + "_rotation"] = 88;
-    c.body.pose_deg["elbow" + side + "_flexion"] = 98;
-    c.body.pose_deg["wrist" + side + "_flexion"] = 55;
-  }
+  for (const char* side : {"_left", "_right"}) put_hand_on_hip(c.body, side);
   c.body.sex = Sex::female;
   c.touching = both_arms;
   all.push_back(c);
