@@ -14,6 +14,15 @@ Branch branch_of(const System& system, int k) {
   return {system.ancestors.data() + first, system.first_ancestor[k + 1] - first};
 }
 
+/// One step of F^-T x: the last coordinate that has not been done.
+void take_from_ancestors(const System& system, const Rows& F, int k, double* x) {
+  if (x[k] == 0) return;
+  const Branch branch = branch_of(system, k);
+  const double* row = F.row(k).data();
+  x[k] /= row[k];
+  for (int a = 0; a < branch.count; ++a) x[branch.ancestors[a]] -= row[branch.ancestors[a]] * x[k];
+}
+
 }  // namespace
 
 int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
@@ -47,13 +56,11 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
 }
 
 void solve_transposed(const System& system, const Rows& F, double* x) {
-  for (int k = system.nv - 1; k >= 0; --k) {
-    const Branch branch = branch_of(system, k);
-    if (x[k] == 0) continue;  // a row of constraints has entries on few branches
-    const double* row = F.row(k).data();
-    x[k] /= row[k];
-    for (int a = 0; a < branch.count; ++a) x[branch.ancestors[a]] -= row[branch.ancestors[a]] * x[k];
-  }
+  for (int k = system.nv - 1; k >= 0; --k) take_from_ancestors(system, F, k, x);
+}
+
+void solve_transposed(const System& system, const Rows& F, std::span<const int> coordinates, double* x) {
+  for (std::size_t i = coordinates.size(); i-- > 0;) take_from_ancestors(system, F, coordinates[i], x);
 }
 
 void solve_lower(const System& system, const Rows& F, double* x) {

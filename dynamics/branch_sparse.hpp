@@ -3,6 +3,8 @@
 // Algorithms, 2008, section 6.5, there called LTL).
 #pragma once
 
+#include <span>
+
 #include "dynamics/system.hpp"
 
 namespace borelli {
@@ -14,5 +16,7 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F);
 /// x <- F^-T x, and x <- F^-1 x, in place, nv numbers. One after the other they solve A x = b.
 void solve_transposed(const System& system, const Rows& F, double* x);
 void solve_lower(const System& system, const Rows& F, double* x);
+/// x <- F^-T x, where x has entries in these coordinates only: ascending, each with its ancestors.
+void solve_transposed(const System& system, const Rows& F, std::span<const int> coordinates, double* x);
 
 }  // namespace borelli

@@ -21,14 +21,18 @@ double known_left(const BlockRows& W, int row, double& left) {
 
 ConstraintSolver::ConstraintSolver(const System& system)
     : system_(system),
+
       order_(system.rows),
       scale_(Eigen::VectorXd::Zero(system.rows)),
       length_(scale_),
       longest_(scale_),
+      unit_(system),
       W_(system.rows, system.nv),
       basis_(std::min(system.rows, system.nv), system.nv),
       R_(Rows::Zero(system.rows, basis_.rows())),
       left_(scale_),
+      unit_multipliers_(scale_),
+      rest_(scale_),
       pivot_(Eigen::VectorXd::Zero(basis_.rows())),
       largest_(pivot_),
       z_(pivot_),
@@ -39,37 +43,83 @@ ConstraintSolver::ConstraintSolver(const System& system)
 }
 
 void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide, RowSet set) {
-  const int n = system_.nv;
-  const Eigen::Map<const Eigen::RowVectorXd> scale(system_.velocity_scale.data(), n);
   for (int r = 0; r < system_.rows; ++r) {
-    const auto row = L.row(r).head(n);
-    length_[r] = row.cwiseAbs().dot(scale);
-    const double largest = n > 0 ? row.cwiseAbs().maxCoeff() : 0;
+    const std::span<const int> columns = unit_.columns(r);
+    double* row = unit_.row(r);
+    double largest = 0;
+    length_[r] = 0;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      row[i] = L(r, columns[i]);
+      largest = std::max(largest, std::abs(row[i]));
+      length_[r] += std::abs(row[i]) * system_.velocity_scale[columns[i]];
+    }
     // entries are lengths or pure numbers; one of rounding's size is none
     const bool left_out = set == RowSet::positions && system_.kinematic_rows[r];
     if (left_out || largest <= 1e-13 * std::max(1.0, system_.length)) {
-      W_.clear(r);
-      scale_[r] = left_[r] = 0;
+      unit_.clear(r);
+      scale_[r] = 0;
       continue;
     }
-    std::copy(row.begin(), row.end(), W_.row(r));
-    solve_transposed(system_, F, W_.row(r));
-    W_.find_blocks(r);
-    scale_[r] = 1 / std::sqrt(W_.squared_norm(r));
+    unit_.measure(system_, F, r);
+    double square = 0;
+    for (std::size_t i = 0; i < columns.size(); ++i) square += row[i] * row[i];
+    scale_[r] = 1 / std::sqrt(square);
     // one that has all but vanished (a slide at its crank's dead point) points where rounding will
     if (remembered_ >= 0 && length_[r] < longest_[r]) scale_[r] *= length_[r] / longest_[r];
-    W_.scale(r, scale_[r]);
+    for (std::size_t i = 0; i < columns.size(); ++i) row[i] *= scale_[r];
+  }
+  factored_ = (decide || healthy_) && eliminate(decide);
+  if (!factored_) orthonormalise(decide);
+  if (decide) healthy_ = factored_;
+}
+
+void ConstraintSolver::begin(bool decide) {
+  if (!decide) return;
+  std::iota(order_.begin(), order_.end(), 0);
+  rank_ = int(basis_.rows());
+  nearness_ = 1;
+}
+
+/// The factor by the rows' Gram matrix. False: a row is too near to the others for it, and nothing is
+/// decided.
+bool ConstraintSolver::eliminate(bool decide) {
+  unit_.multiply();
+  begin(decide);
+  const auto left = [&](int row) { return unit_.left(row); };
+  for (int k = 0; k < rank_; ++k) {
+    if (decide) {
+      choose_pivot(k, left);
+      if (is_empty(order_[k])) {  // and so are all that are left
+        rank_ = k;
+        return std::all_of(order_.begin() + k, order_.end(), [&](int row) { return is_empty(row); });
+      }
+    }
+    const int row = order_[k];
+    if (!(left(row) >= healthy_distance * healthy_distance)) return false;
+    if (decide) {
+      pivot_[k] = std::sqrt(left(row));
+      if (!counts(k, pivot_[k])) return false;
+    }
+    unit_.eliminate(row);
+  }
+  return std::all_of(order_.begin() + rank_, order_.end(), [&](int row) { return is_empty(row); });
+}
+
+/// The factor with an orthonormal basis of the rows.
+void ConstraintSolver::orthonormalise(bool decide) {
+  for (int r = 0; r < system_.rows; ++r) {
+    W_.clear(r);
+    const std::span<const int> columns = unit_.columns(r);
+    for (std::size_t i = 0; i < columns.size(); ++i) W_.row(r)[columns[i]] = unit_.row(r)[i];
+    W_.find_blocks(r);
     left_[r] = W_.squared_norm(r);
   }
   R_.setZero();
-  if (decide) {
-    std::iota(order_.begin(), order_.end(), 0);
-    rank_ = int(basis_.rows());
-    nearness_ = 1;
-  }
+  begin(decide);
+  const auto left = [&](int row) { return known_left(W_, row, left_[row]); };
   for (int k = 0; k < rank_; ++k) {
     if (decide) {
-      choose_pivot(k);
+      choose_pivot(k, left);
       pivot_[k] = std::sqrt(left_[order_[k]]);
       if (!counts(k, pivot_[k])) {
         rank_ = k;
@@ -107,14 +157,15 @@ void ConstraintSolver::forget() {
   remembered_ = -1;
 }
 
-void ConstraintSolver::choose_pivot(int k) {
+/// Brings the row of which most is left to the k-th place.
+template <class Left>
+void ConstraintSolver::choose_pivot(int k, Left&& left) {
   int best = k;
-  double largest = known_left(W_, order_[k], left_[order_[k]]);
+  double largest = left(order_[k]);
   for (int i = k + 1; i < system_.rows; ++i) {
     // of rows equally far the earlier written one is taken, whatever the rounding
-    const int row = order_[i];
-    if (const double left = known_left(W_, row, left_[row]); left > largest * (1 + 1e-6)) {
-      largest = left;
+    if (const double other = left(order_[i]); other > largest * (1 + 1e-6)) {
+      largest = other;
       best = i;
     }
   }
@@ -145,7 +196,8 @@ void ConstraintSolver::take_out(int k, int row) {
 
 std::vector<std::string> ConstraintSolver::rows_behind(int row) const {
   std::vector<std::string> names;
-  if (std::find(order_.begin(), order_.begin() + rank_, row) != order_.begin() + rank_) return names;
+  if (is_empty(row) || std::find(order_.begin(), order_.begin() + rank_, row) != order_.begin() + rank_)
+    return names;
   // its parts c along the independent rows: sum_i R(k, i) c_i = R(k, row), triangular in the rows' order
   Eigen::VectorXd part(rank_);
   for (int k = rank_ - 1; k >= 0; --k) {
@@ -159,17 +211,43 @@ std::vector<std::string> ConstraintSolver::rows_behind(int row) const {
 }
 
 void ConstraintSolver::correct(const Rows& F, const Eigen::VectorXd& b, Eigen::VectorXd& x) {
-  for (int k = 0; k < rank_; ++k) {
-    const int row = order_[k];
-    const double sum = scale_[row] * b[row] - R_.row(row).head(k).dot(z_.head(k));
-    z_[k] = R_(row, k) >= rank_tolerance ? sum / R_(row, k) : 0;
+  if (factored_) {
+    combine_rows(b, x);
+  } else {
+    for (int k = 0; k < rank_; ++k) {
+      const int row = order_[k];
+      const double sum = scale_[row] * b[row] - R_.row(row).head(k).dot(z_.head(k));
+      z_[k] = R_(row, k) >= rank_tolerance ? sum / R_(row, k) : 0;
+    }
+    combine(x);
   }
-  combine(x);
   solve_lower(system_, F, x.data());
+}
+
+/// x <- y = W^T m with W y = b, of unit rows, by their Gram matrix; m stays.
+void ConstraintSolver::combine_rows(const Eigen::VectorXd& b, Eigen::VectorXd& x) {
+  y_.setZero();
+  unit_multipliers_.setZero();
+  for (int refinement = 0; refinement < 2; ++refinement) {
+    rest_.setZero();
+    for (int k = 0; k < rank_; ++k) {
+      const int row = order_[k];
+      rest_[row] = scale_[row] * b[row] - (refinement > 0 ? unit_.dot(row, y_.data()) : 0);
+    }
+    unit_.solve_lower(rest_.data());
+    unit_.solve_upper(rest_.data());
+    for (int k = 0; k < rank_; ++k) unit_.add_to(y_.data(), rest_[order_[k]], order_[k]);
+    unit_multipliers_ += rest_;
+  }
+  x = y_.head(system_.nv);
 }
 
 void ConstraintSolver::compromise(const Rows& F, const Eigen::VectorXd& b, double damping,
                                   Eigen::VectorXd& x) {
+  if (factored_) {
+    orthonormalise(false);
+    factored_ = false;
+  }
   z_.head(rank_).setZero();
   for (int row = 0; row < system_.rows; ++row)
     z_.head(rank_) += scale_[row] * b[row] * R_.row(row).head(rank_).transpose();
@@ -208,6 +286,10 @@ void ConstraintSolver::solve_gram(double damping, Eigen::VectorXd& x) {
 }
 
 void ConstraintSolver::multipliers(Eigen::VectorXd& lambda) {
+  if (factored_) {
+    lambda = unit_multipliers_.cwiseProduct(scale_);
+    return;
+  }
   lambda.setZero();
   s_ = z_;
   const bool independent =

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "dynamics/block_rows.hpp"
+#include "dynamics/sparse_rows.hpp"
 #include "dynamics/system.hpp"
 
 namespace borelli {
@@ -41,6 +42,9 @@ class ConstraintSolver {
   /// the farthest that they have been, and from where on rows count as independent that have never been. What
   /// coasting through costs falls with it, what rounding costs rises with its inverse square: 1e-16 / 1e-8.
   static constexpr double nearness_tolerance = 1e-4, nearness_share = 1e-3;
+  /// Rows farther from those before them than this, unit rows, are told apart by their Gram matrix: to 1e-8
+  /// of the distance's square.
+  static constexpr double healthy_distance = 1e-4;
 
   /// Takes in L (rows x size; its free columns) and the factor F of the mass matrix. With `decide` it also
   /// decides rank and order of the rows; else it keeps those of the last decision. Rows that are not in the
@@ -73,7 +77,7 @@ class ConstraintSolver {
   void forget();
   template <class Keeper>
   void keep(Keeper& k) {
-    k(rank_, order_, scale_, length_, longest_, remembered_, nearness_, pivot_, largest_);
+    k(rank_, order_, scale_, length_, longest_, remembered_, nearness_, pivot_, largest_, healthy_);
   }
   /// The last correction (not compromise) in the basis of F, F x = y: its energy where x is a velocity is
   /// y . y / 2, component by component.
@@ -87,9 +91,14 @@ class ConstraintSolver {
 
  private:
   bool counts(int k, double distance);
-  void choose_pivot(int k);
+  void begin(bool decide);
+  bool eliminate(bool decide);
+  void orthonormalise(bool decide);
+  template <class Left>
+  void choose_pivot(int k, Left&& left);
   void make_orthonormal(int k);
   void take_out(int k, int row);
+  void combine_rows(const Eigen::VectorXd& b, Eigen::VectorXd& x);
   void combine(Eigen::VectorXd& x);
   void solve_gram(double damping, Eigen::VectorXd& x);
 
@@ -98,12 +107,16 @@ class ConstraintSolver {
   std::vector<int> order_;
   Eigen::VectorXd scale_;  ///< of each row of W: 1 / its length, less for one that was longer; 0: empty
   Eigen::VectorXd length_,
-      longest_;           ///< of each row of L, by the coordinates' scales; over the states remembered
-  BlockRows W_;           ///< rows x nv: unit rows, on the way to what is left of them
-  BlockRows basis_;       ///< rank x nv, orthonormal
-  Rows R_;                ///< rows x rank: unit row r of W is sum_k R(r, k) basis_k
-  Eigen::VectorXd left_;  ///< of each row of W: the square of what is left of it
-  int remembered_ = -1;   ///< the largest rank that states of the run had; -1: none seen
+      longest_;            ///< of each row of L, by the coordinates' scales; over the states remembered
+  SparseRows unit_;        ///< W, unit rows
+  bool healthy_ = true;    ///< whether the last decision was made by their Gram matrix
+  bool factored_ = false;  ///< whether it stands in unit_; else basis_ and R_ do
+  BlockRows W_;            ///< rows x nv: unit rows, on the way to what is left of them
+  BlockRows basis_;        ///< rank x nv, orthonormal
+  Rows R_;                 ///< rows x rank: unit row r of W is sum_k R(r, k) basis_k
+  Eigen::VectorXd left_;   ///< of each row of W: the square of what is left of it
+  Eigen::VectorXd unit_multipliers_, rest_;  ///< of unit_: of the last correction; scratch
+  int remembered_ = -1;                      ///< the largest rank that states of the run had; -1: none seen
   double nearness_ = 1;
   Eigen::VectorXd pivot_;    ///< of each independent row in its order: its distance from those before it
   Eigen::VectorXd largest_;  ///< of these over the states remembered

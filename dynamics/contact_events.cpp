@@ -17,6 +17,9 @@ constexpr double closed_gap = 1e-9, rounding_gap = 1e-10;
 // approaching: faster than this part of the largest velocity
 constexpr double approaching = 1e-11;
 
+// impacts and choices of modes at one moment, which may bring about each other
+constexpr int most_rounds = 8;
+
 // a friction within this part of its limit has not passed it
 constexpr double at_limit_rounding = 1e-9;
 
@@ -191,9 +194,6 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
   std::vector<int> closed;
   for (std::size_t i = 0; i < modes_.size(); ++i)
     cannot_leave_[i] = hit_[i] && every_.rate[system_.contacts[i].row] > 0;
-  double speed = 0;
-  for (int i = 0; i < system_.nv; ++i) speed = std::max(speed, std::abs(state.v[i]));
-  bool approach = false;
   for (int i = 0; i < int(modes_.size()); ++i) {
     const int row = system_.contacts[i].row;
     const bool touches =
@@ -209,22 +209,38 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
       continue;
     }
     closed.push_back(i);
-    if (every_.rate[row] < -std::max(approaching * speed, 1e-3 * settings_.rest_speed)) approach = true;
   }
-  if (approach) {
-    if (auto done = meet(state, closed, log); !done) return done;
+  for (int round = 0; round < most_rounds; ++round) {
+    if (approach(state, closed)) {
+      if (auto done = meet(state, closed, log); !done) return done;
+      if (auto done = look(state); !done) return done;
+    } else if (round > 0) {
+      break;
+    }
+    if (auto done = choose(state, closed); !done) return done;
+    tell();
+    if (!any_closed_) break;
+    if (auto done = take_away_speed(state); !done) return done;
+    // what was taken away may press others on that part
     if (auto done = look(state); !done) return done;
+    std::fill(cannot_leave_.begin(), cannot_leave_.end(), false);
   }
-  if (auto done = choose(state, closed); !done) return done;
+  tell();
   std::fill(hit_.begin(), hit_.end(), false);
   std::fill(slip_at_limit_.begin(), slip_at_limit_.end(), Eigen::Vector2d::Zero());
-  tell();
-  if (any_closed_)
-    if (auto done = take_away_speed(state); !done) return done;
   for (std::size_t i = 0; i < modes_.size(); ++i)
     if (before[i].touch != Touch::sticking || modes_[i].touch != Touch::sticking) shared_[i] = false;
   log_changes(state.t, before, log);
   return {};
+}
+
+/// Whether any of the contacts closes faster than numbers can tell.
+bool ContactEvents::approach(const State& state, const std::vector<int>& contacts) const {
+  double speed = 0;
+  for (int i = 0; i < system_.nv; ++i) speed = std::max(speed, std::abs(state.v[i]));
+  const double least = std::max(approaching * speed, 1e-3 * settings_.rest_speed);
+  return std::any_of(contacts.begin(), contacts.end(),
+                     [&](int i) { return every_.rate[system_.contacts[i].row] < -least; });
 }
 
 double ContactEvents::mobility(int row) {

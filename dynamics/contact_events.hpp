@@ -62,6 +62,7 @@ class ContactEvents : public EventSource {
   double friction_of(int i) const;
   bool has_company(int i) const;
   /// The acceleration that a unit force along a row gives along it, the bilateral constraints apart.
+  bool approach(const State& state, const std::vector<int>& contacts) const;
   double mobility(int row);
 
   const System& system_;

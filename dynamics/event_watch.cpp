@@ -338,10 +338,10 @@ Result<AfterEvent> EventWatch::handle(Landing& landing, Workspace& workspace, st
     w.start = w.end = values_[i];
     const bool hit = std::find(hits_.begin(), hits_.end(), int(i)) != hits_.end();
     const int value = sign(w.start.value), rate = sign(w.start.rate);
+    const bool put_back = value * sign(before.value) < 0 && std::isfinite(w.start.size) && !at_zero(w.start);
+    const bool changed = std::abs(w.start.value) > 2 * std::abs(before.value) || put_back;
     if (hit)  // at zero to rounding, unless the event changed it: it is where it goes
-      w.side = std::abs(w.start.value) > 2 * std::abs(before.value) && value != 0 ? value
-               : rate != 0                                                        ? rate
-                                                                                  : -w.side;
+      w.side = changed && value != 0 ? value : rate != 0 ? rate : -w.side;
     else if (at_zero(w.start) && rate != 0)  // another event has let it go
       w.side = rate;
     else if (w.found > 1 && value != 0)

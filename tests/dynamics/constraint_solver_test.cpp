@@ -68,6 +68,37 @@ TEST(ConstraintSolver, AgreesWithTheSaddlePointSystemOverManyLoops) {
   for (int k = m; k < system.rows; ++k) EXPECT_EQ(w.multipliers[w.solver.order()[k]], 0);
 }
 
+// Two rows that differ by little, against the saddle point in long double: the Gram matrix has the square of
+// the rows' condition, 1 / nearness, but its solution is refined.
+TEST(ConstraintSolver, LosesNoMoreThanTheConditionNearDependence) {
+  for (const double apart : {1., 1e-1, 1e-2, 1e-3, 3e-4, 1e-4, 1e-5, 1e-6, 1e-7}) {
+    Scene scene = chain(6, true, 0.5);
+    scene.constraints = {
+        {"one", CoordinateCoupling{{{"h0"}, {"h3"}, {"h4"}}, {1, -2, 1}, constant(0)}},
+        {"end", PointOnPlane{{"l5", {0, 0, -1}}, {{"world", {0, 0, -2}}, {0.6, 0, 0.8}}}},
+        {"two", CoordinateCoupling{{{"h0"}, {"h3"}, {"h4"}, {"h5"}}, {1, -2, 1, apart}, constant(0)}}};
+    const System system = compiled(scene);
+    const State state = Random(1).state(system);
+    const Workspace w = accelerated(system, state);
+    const int n = system.nv, m = system.rows;
+    ASSERT_EQ(w.solver.rank(), m);
+    using Real = long double;
+    Eigen::MatrixX<Real> K = Eigen::MatrixX<Real>::Zero(n + m, n + m);
+    Eigen::VectorX<Real> rest(n + m);
+    K.topLeftCorner(n, n) =
+        Eigen::MatrixXd(Eigen::MatrixXd(w.terms.A).selfadjointView<Eigen::Lower>()).cast<Real>();
+    K.bottomLeftCorner(m, n) = w.rows.L.cast<Real>();
+    K.topRightCorner(n, m) = -w.rows.L.transpose().cast<Real>();
+    rest << (w.terms.Q - w.terms.B).cast<Real>(), -w.rows.E.cast<Real>();
+    const Eigen::VectorXd x = K.fullPivLu().solve(rest).cast<double>();
+    const double nearness = w.solver.nearness();
+    EXPECT_LT(nearness, 2 * apart);
+    // rounding, the condition of A (some 1e3) and that of the rows; once more for multipliers
+    EXPECT_LT((w.a - x.head(n)).norm(), 1e-13 / nearness * x.head(n).norm()) << apart;
+    EXPECT_LT((w.multipliers - x.tail(m)).norm(), 1e-13 / nearness * x.tail(m).norm()) << apart;
+  }
+}
+
 TEST(ConstraintSolver, SurvivesDependentRowsWithTheLeastMultipliers) {
   Scene scene = loop();
   scene.constraints.push_back(scene.constraints[0]);

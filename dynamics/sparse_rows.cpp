@@ -1,0 +1,163 @@
+#include "dynamics/sparse_rows.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "dynamics/branch_sparse.hpp"
+
+namespace borelli {
+
+namespace {
+
+/// The free columns that an action's sites and coordinates depend on, ascending, closed under ancestors.
+std::vector<int> columns_of(const System& system, const Action& action) {
+  std::vector<int> columns;
+  const auto add = [&](int u) {
+    if (u < 0 || u >= system.nv) return;
+    columns.push_back(u);
+    columns.insert(columns.end(), system.ancestors.begin() + system.first_ancestor[u],
+                   system.ancestors.begin() + system.first_ancestor[u + 1]);
+  };
+  for (int i = 0; i < action.site_count; ++i) {
+    const int at = system.sites[action.first_site + i].body;
+    if (at < 0) continue;
+    const Body& body = system.bodies[at];
+    for (int s = 0; s < body.support_count; ++s) add(system.support[body.first_support + s]);
+  }
+  for (int i = 0; i < action.coordinate_count; ++i)
+    add(system.coordinate_sites[action.first_coordinate + i].u);
+  std::sort(columns.begin(), columns.end());
+  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  return columns;
+}
+
+}  // namespace
+
+SparseRows::SparseRows(const System& system)
+    : constraint_(system.row_constraint),
+      spread_(system.nv, 0.0),
+      empty_(system.rows, 1),
+      words_((system.rows + 63) / 64),
+      products_(Rows::Zero(system.rows, system.rows)),
+      relatives_(std::size_t(system.rows) * words_, 0),
+      left_(system.rows, 0.0) {
+  std::vector<std::vector<int>> users(system.nv);  // of each column: constraints
+  int numbers = 0;
+  for (std::size_t c = 0; c < system.constraints.size(); ++c) {
+    const Action& action = system.constraints[c];
+    const std::vector<int> columns = columns_of(system, action);
+    ranges_.push_back({int(columns_.size()), int(columns.size())});
+    rows_.push_back({action.first_row, action.row_count});
+    columns_.insert(columns_.end(), columns.begin(), columns.end());
+    for (int u : columns) users[u].push_back(int(c));
+    for (int r = 0; r < action.row_count; ++r) {
+      first_.push_back(numbers);
+      numbers += int(columns.size());
+    }
+  }
+  numbers_.assign(numbers, 0.0);
+  std::vector<int> near;
+  for (int c = 0; c < int(ranges_.size()); ++c) {
+    near = {c};
+    for (int i = 0; i < ranges_[c].count; ++i) {
+      const std::vector<int>& others = users[columns_[ranges_[c].first + i]];
+      near.insert(near.end(), std::upper_bound(others.begin(), others.end(), c), others.end());
+    }
+    std::sort(near.begin(), near.end());
+    near.erase(std::unique(near.begin(), near.end()), near.end());
+    first_neighbour_.push_back(int(neighbours_.size()));
+    neighbours_.insert(neighbours_.end(), near.begin(), near.end());
+  }
+  first_neighbour_.push_back(int(neighbours_.size()));
+  first_entry_.reserve(system.rows + 1);
+  entries_.reserve(std::size_t(system.rows) * std::min(system.rows, 64));  // more than most factors have
+}
+
+void SparseRows::clear(int r) { std::fill_n(row(r), columns(r).size(), 0.0); }
+
+void SparseRows::measure(const System& system, const Rows& F, int r) {
+  add_to(spread_.data(), 1, r);
+  solve_transposed(system, F, columns(r), spread_.data());
+  double* numbers = row(r);
+  for (const int u : columns(r)) *numbers++ = std::exchange(spread_[u], 0);
+}
+
+double SparseRows::dot(int r, const double* x) const {
+  const double* numbers = numbers_.data() + first_[r];
+  double sum = 0;
+  for (const int u : columns(r)) sum += *numbers++ * x[u];
+  return sum;
+}
+
+void SparseRows::add_to(double* x, double factor, int r) const {
+  const double* numbers = numbers_.data() + first_[r];
+  for (const int u : columns(r)) x[u] += factor * *numbers++;
+}
+
+void SparseRows::relate(int i, int j, double product) {
+  products_(i, j) = products_(j, i) = product;
+  relatives_[i * words_ + j / 64] |= std::uint64_t(1) << (j % 64);
+  relatives_[j * words_ + i / 64] |= std::uint64_t(1) << (i % 64);
+}
+
+void SparseRows::multiply() {
+  entries_.clear();
+  first_entry_.assign(1, 0);
+  std::fill(relatives_.begin(), relatives_.end(), 0);
+  for (int i = 0; i < int(left_.size()); ++i) {
+    add_to(spread_.data(), 1, i);
+    left_[i] = dot(i, spread_.data());
+    const int own = constraint_[i];
+    for (int n = first_neighbour_[own]; left_[i] > 0 && n < first_neighbour_[own + 1]; ++n) {
+      const Range& rows = rows_[neighbours_[n]];
+      for (int j = std::max(rows.first, i + 1); j < rows.first + rows.count; ++j)
+        if (const double product = dot(j, spread_.data()); product != 0) relate(i, j, product);
+    }
+    for (const int u : columns(i)) spread_[u] = 0;
+  }
+}
+
+void SparseRows::eliminate(int row) {
+  const double pivot = std::sqrt(left_[row]);
+  entries_.push_back({row, pivot});
+  const std::size_t first = entries_.size();
+  for (int w = 0; w < words_; ++w)
+    for (std::uint64_t set = relatives_[row * words_ + w]; set; set &= set - 1) {
+      const int i = w * 64 + std::countr_zero(set);
+      entries_.push_back({i, products_(row, i) / pivot});
+      relatives_[i * words_ + row / 64] &= ~(std::uint64_t(1) << (row % 64));
+    }
+  for (std::size_t a = first; a < entries_.size(); ++a) {
+    const auto [i, c] = entries_[a];
+    left_[i] -= c * c;
+    for (std::size_t b = a + 1; b < entries_.size(); ++b) {
+      const auto [j, d] = entries_[b];
+      if (related(i, j))
+        products_(j, i) = products_(i, j) -= c * d;
+      else
+        relate(i, j, -c * d);
+    }
+  }
+  first_entry_.push_back(int(entries_.size()));
+}
+
+void SparseRows::solve_lower(double* b) const {
+  for (std::size_t k = 0; k + 1 < first_entry_.size(); ++k) {
+    const auto entries = column(int(k));
+    const double x = b[entries[0].row] /= entries[0].value;
+    for (const Entry& e : entries.subspan(1)) b[e.row] -= e.value * x;
+  }
+}
+
+void SparseRows::solve_upper(double* b) const {
+  for (int k = int(first_entry_.size()) - 2; k >= 0; --k) {
+    const auto entries = column(k);
+    double sum = b[entries[0].row];
+    for (const Entry& e : entries.subspan(1)) sum -= e.value * b[e.row];
+    b[entries[0].row] = sum / entries[0].value;
+  }
+}
+
+}  // namespace borelli

@@ -1,0 +1,76 @@
+// Rows over the few columns that they can have entries in, and the factor of their Gram matrix, W W^T = R
+// R^T, by Cholesky's elimination in any order: for many loops, each tied to its neighbours only, as good as
+// linear in their number.
+//
+// What is left of a row's square shows its distance from those before it, to rounding over that square: so
+// near dependence others must decide (ConstraintSolver).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "dynamics/system.hpp"
+
+namespace borelli {
+
+class SparseRows {
+ public:
+  explicit SparseRows(const System& system);
+
+  /// The free columns that row r can have entries in, ascending, with those before them on their branches.
+  std::span<const int> columns(int r) const {
+    const Range& range = ranges_[constraint_[r]];
+    return {columns_.data() + range.first, std::size_t(range.count)};
+  }
+  /// Row r's numbers in these columns. Whoever writes all of them calls `clear` for a row without entries.
+  double* row(int r) { return numbers_.data() + first_[r]; }
+  void clear(int r);
+  /// Row r <- F^-T times it (branch_sparse.hpp).
+  void measure(const System& system, const Rows& F, int r);
+
+  double dot(int r, const double* x) const;            ///< row r . x; x: nv numbers
+  void add_to(double* x, double factor, int r) const;  ///< x += factor times row r
+
+  /// Begins the factor: the Gram matrix.
+  void multiply();
+  /// The square of what is left of row r beside those eliminated, and of a row eliminated: when it was.
+  double left(int r) const { return left_[r]; }
+  /// Makes a row, of which something is left, the next of the factor.
+  void eliminate(int row);
+  /// A column of R: its row itself first, then those eliminated later or never.
+  struct Entry {
+    int row;
+    double value;
+  };
+  std::span<const Entry> column(int k) const {
+    return {entries_.data() + first_entry_[k], std::size_t(first_entry_[k + 1] - first_entry_[k])};
+  }
+  /// b <- R^-1 b and b <- R^-T b over the rows eliminated; b by rows.
+  void solve_lower(double* b) const;
+  void solve_upper(double* b) const;
+
+ private:
+  struct Range {
+    int first = 0, count = 0;
+  };
+
+  void relate(int i, int j, double product);
+  bool related(int i, int j) const { return relatives_[i * words_ + j / 64] >> (j % 64) & 1; }
+
+  std::vector<int> constraint_, first_;  ///< of each row; where its numbers begin
+  std::vector<Range> ranges_;            ///< of each constraint: its columns, and its rows
+  std::vector<Range> rows_;
+  std::vector<int> columns_, first_neighbour_,
+      neighbours_;                        ///< constraints that share a column: itself, later ones
+  std::vector<double> numbers_, spread_;  ///< (spread_: nv zeros)
+  std::vector<char> empty_;
+  int words_;
+  Rows products_;                         ///< rows x rows, where related
+  std::vector<std::uint64_t> relatives_;  ///< words_ per row: which rows have a product with it
+  std::vector<double> left_;
+  std::vector<Entry> entries_;
+  std::vector<int> first_entry_;
+};
+
+}  // namespace borelli

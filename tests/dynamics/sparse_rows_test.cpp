@@ -1,0 +1,83 @@
+// The factor of the rows' Gram matrix, with its fill-in, against a dense Cholesky of the same rows.
+#include "dynamics/sparse_rows.hpp"
+
+#include <Eigen/Cholesky>
+#include <numeric>
+
+#include "dynamics/assembly.hpp"
+#include "dynamics/branch_sparse.hpp"
+#include "dynamics/equations.hpp"
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+/// Eliminates the rows of a scene's constraints in the order, which names all that are not empty.
+void expect_factor(const System& system, const State& state, std::vector<int> order) {
+  Workspace w(system);
+  ASSERT_FALSE(update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w));
+  SparseRows rows(system);
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(order.size(), system.nv);
+  for (int r = 0; r < system.rows; ++r) {
+    rows.clear(r);
+    const auto at = std::find(order.begin(), order.end(), r);
+    if (at == order.end()) continue;
+    for (std::size_t i = 0; i < rows.columns(r).size(); ++i) rows.row(r)[i] = w.rows.L(r, rows.columns(r)[i]);
+    rows.measure(system, w.factor, r);
+    Eigen::VectorXd whole = w.rows.L.row(r).head(system.nv);  // with whatever stands outside its columns
+    solve_transposed(system, w.factor, whole.data());
+    dense.row(at - order.begin()) = whole;
+  }
+  const Eigen::MatrixXd gram = dense * dense.transpose();
+  const Eigen::MatrixXd R = gram.llt().matrixL();
+  rows.multiply();
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    EXPECT_NEAR(std::sqrt(rows.left(order[k])), R(k, k), 1e-10 * R(k, k));
+    rows.eliminate(order[k]);
+    Eigen::VectorXd column = Eigen::VectorXd::Zero(order.size());
+    for (const SparseRows::Entry& e : rows.column(int(k)))
+      column[std::find(order.begin(), order.end(), e.row) - order.begin()] = e.value;
+    EXPECT_LT((column - R.col(k)).norm(), 1e-10 * R.norm()) << "column " << k;
+  }
+  // b by rows; what the order does not name stays zero
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(order.size(), -1, 2);
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(system.rows);
+  for (std::size_t k = 0; k < order.size(); ++k) x[order[k]] = b[k];
+  rows.solve_lower(x.data());
+  rows.solve_upper(x.data());
+  const Eigen::VectorXd expected = gram.llt().solve(b);
+  for (std::size_t k = 0; k < order.size(); ++k)
+    EXPECT_NEAR(x[order[k]], expected[k], 1e-9 * expected.norm());
+}
+
+TEST(SparseRows, FactorLoopsInAnyOrder) {
+  const System system = compiled(sample("four_bar_40.toml"));
+  State state = system.initial;
+  Workspace w(system);
+  need(assemble(system, system.parameters, state, w));
+  std::vector<int> order;
+  for (int r = 0; r < system.rows; ++r)
+    if (w.rows.L.row(r).head(system.nv).norm() > 1e-9) order.push_back(r);
+  ASSERT_EQ(order.size(), 80u);
+  expect_factor(system, state, order);
+  std::shuffle(order.begin(), order.end(), std::mt19937(3));
+  expect_factor(system, state, order);
+}
+
+TEST(SparseRows, FactorRowsOfBranchesAndCoordinates) {
+  Scene scene = chain(6, true, 0.5);
+  scene.constraints = {{"end", PointOnPoint{{"l5", {0, 0, -1}}, {"world", {0, 0, -2}}}},
+                       {"far", Distance{{"l1", {0, 0, -1}}, {"l4", {0, 0, -1}}, constant(1)}},
+                       {"tie", CoordinateCoupling{{{"h0"}, {"h3"}}, {1, -2}, constant(0)}}};
+  const System system = compiled(scene);
+  std::vector<int> order(system.rows);
+  std::iota(order.begin(), order.end(), 0);
+  std::mt19937 dice(5);
+  for (int trial = 0; trial < 5; ++trial) {
+    std::shuffle(order.begin(), order.end(), dice);
+    expect_factor(system, Random(trial).state(system), order);
+  }
+}
+
+}  // namespace
+}  // namespace borelli::test
