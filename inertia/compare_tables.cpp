@@ -41,6 +41,10 @@ std::vector<Entry> numbers_of(const InertiaTable& table, const std::string& part
       entries_of(table, row ? *row : InertiaRow{.completeness = Completeness::absent});
   for (Entry& entry : entries)
     if (!row || row->completeness != Completeness::whole) entry.value = std::nan("");
+  // of the whole body its share of itself says nothing
+  if (row == &table.whole)
+    for (Entry& entry : entries)
+      if (entry.name == "mass_pct") entry.value = std::nan("");
   // of a part a share of a body that is not whole says nothing
   if (table.whole.completeness != Completeness::whole)
     for (Entry& entry : entries)
@@ -179,7 +183,7 @@ std::vector<TableDifference> differences(const InertiaTable& first, const Inerti
       if (!a[n].of_the_body || !std::isfinite(a[n].value) || !std::isfinite(b[n].value)) continue;
       TableDifference difference{part, a[n].name, a[n].value, b[n].value, {}};
       const auto da = deviation_of(first, part, a[n].name), db = deviation_of(second, part, a[n].name);
-      if (da && db) difference.deviation = std::hypot(*da, *db);
+      if (da && db && std::hypot(*da, *db) > 0) difference.deviation = std::hypot(*da, *db);
       all.push_back(std::move(difference));
     }
   }
@@ -209,7 +213,8 @@ GroupTable group_of(const std::vector<NamedTable>& tables) {
       for (const double value : values)
         if (std::isfinite(value)) entry.sd += (value - entry.mean) * (value - entry.mean);
       entry.sd = entry.bodies > 1 ? std::sqrt(entry.sd / (entry.bodies - 1)) : std::nan("");
-      if (predictors.why_not.empty()) entry.regression = regression_of(predictors, values);
+      const bool predictor = part == "body" && entry.entry == "mass_kg";
+      if (predictors.why_not.empty() && !predictor) entry.regression = regression_of(predictors, values);
       group.entries.push_back(std::move(entry));
     }
   }

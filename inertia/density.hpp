@@ -45,7 +45,8 @@ enum class BelowAir {
   hold,  ///< as much as air
   /// Less than nothing, as the curve above air goes on straight (by its slope from -1000 to -900 HU). So the
   /// noise of voxels in air averages out, where `hold` would count its upper half only: with 30 HU of
-  /// noise 1.2 % of their volume as body. For the voxels that grow_skin adds.
+  /// noise 1.2 % of their volume as body. For the voxels that grow_skin adds. Padding (below -1500) weighs
+  /// nothing.
   straight,
 };
 

@@ -5,8 +5,8 @@
 
 namespace borelli {
 
-/// The parts that the labels name, with their volumes: cut where they reach the grid's border, else whole;
-/// absent without voxels. Confidence is 1, since the user vouches for them.
-Segmentation segmentation_of(LabelMap labels, Landmarks landmarks);
+/// The parts that the labels name, with their volumes: cut as cut_labels says, else whole; absent without
+/// voxels. Confidence is 1, since the user vouches for them. `scan` lies on the labels' grid.
+Segmentation segmentation_of(LabelMap labels, Landmarks landmarks, const GreyVolume& scan, int threads);
 
 }  // namespace borelli

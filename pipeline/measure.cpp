@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include "inertia/skin.hpp"
 #include "pipeline/deviations.hpp"
 #include "pipeline/isb_frames.hpp"
 #include "pipeline/segment_frames.hpp"
 #include "pipeline/segment_rows.hpp"
+#include "segmentation/edge_contact.hpp"
 
 namespace borelli {
 namespace {
@@ -86,13 +88,14 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
   return weighed;
 }
 
-Completeness judge(InertiaRow& row, double edge, const PartCompleteness& completeness) {
+// `cut` is asked only of parts that are not told of
+Completeness judge(InertiaRow& row, const PartCompleteness& completeness, const std::function<bool()>& cut) {
   const auto told = completeness.find(row.part);
   if (told != completeness.end() && told->second.held != Completeness::absent) {
     if (!told->second.why.empty()) row.notes.push_back(told->second.why);
     return told->second.held;
   }
-  if (edge >= 0.1) {
+  if (cut()) {
     row.notes.push_back("reaches the scan's edge");
     return Completeness::cut;
   }
@@ -112,27 +115,6 @@ PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& fi
   return completeness;
 }
 
-std::vector<double> edge_share(const LabelMap& labels, const LabelMoments& count) {
-  const Grid& grid = labels.grid;
-  std::vector<double> area(256), share(256);
-  const std::array<double, 3> face{grid.axes.col(1).cross(grid.axes.col(2)).norm(),
-                                   grid.axes.col(2).cross(grid.axes.col(0)).norm(),
-                                   grid.axes.col(0).cross(grid.axes.col(1)).norm()};
-  for (std::int64_t k = 0; k < grid.size[2]; ++k)
-    for (std::int64_t j = 0; j < grid.size[1]; ++j)
-      for (const std::int64_t i : {std::int64_t{0}, grid.size[0] - 1}) area[labels.at(i, j, k)] += face[0];
-  for (std::int64_t k = 0; k < grid.size[2]; ++k)
-    for (std::int64_t i = 0; i < grid.size[0]; ++i)
-      for (const std::int64_t j : {std::int64_t{0}, grid.size[1] - 1}) area[labels.at(i, j, k)] += face[1];
-  for (std::int64_t j = 0; j < grid.size[1]; ++j)
-    for (std::int64_t i = 0; i < grid.size[0]; ++i)
-      for (const std::int64_t k : {std::int64_t{0}, grid.size[2] - 1}) area[labels.at(i, j, k)] += face[2];
-  for (std::size_t label = 1; label < 256; ++label)
-    if (const auto n = static_cast<double>(count[label].voxels); n > 0)
-      share[label] = area[label] / std::pow(n * grid.voxel_volume(), 2. / 3);
-  return share;
-}
-
 Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
                              const MeasureOptions& options, const PartCompleteness& completeness) {
   if (auto checked = check(volume, labels, options); !checked) return tl::unexpected(checked.error());
@@ -143,7 +125,7 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   const auto weighed = weigh(volume, labels, *curve, options);
   if (!weighed) return tl::unexpected(weighed.error());
 
-  const std::vector<double> edge = edge_share(labels, weighed->count);
+  std::optional<std::array<bool, 256>> cut;
   std::vector<InertiaRow> rows;
   for (std::size_t label = 1; label < 256; ++label) {
     const bool there = weighed->count[label].voxels > 0;
@@ -151,7 +133,12 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
     InertiaRow row;
     row.part = label < labels.names.size() && !labels.names[label].empty() ? labels.names[label]
                                                                            : fmt::format("label {}", label);
-    row.completeness = there ? judge(row, edge[label], completeness) : Completeness::absent;
+    row.completeness = there ? judge(row, completeness,
+                                     [&] {
+                                       if (!cut) cut = cut_labels(labels, volume, options.threads);
+                                       return (*cut)[label];
+                                     })
+                             : Completeness::absent;
     row.volume = 1e-9 * weighed->volume.all[label] * labels.grid.voxel_volume();
     row.inertial = to_inertial(weighed->mass[label], labels.grid, weighed->sampling);
     if (there) row.frame = segment_frame(row.part, landmarks, row.inertial, options.cuts);

@@ -51,16 +51,10 @@ PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& fi
 /// A row for each name of the label map but "outside" (absent where it has no voxel), or for each segment
 /// asked for (segment_rows.hpp), and the whole. The two
 /// grids must agree to a hundredth of a voxel; the volume's is used. `completeness` tells of parts by name;
-/// those that it does not tell of are judged by edge_share. What it says of a part is the first of its row's
-/// notes. Errors: volumes that hold neither CT numbers nor densities, another grid, an unknown curve or
-/// sex, no labelled voxel.
+/// those that it does not tell of are judged by cut_labels (segmentation/edge_contact.hpp). What it says of a
+/// part is the first of its row's notes. Errors: volumes that hold neither CT numbers nor densities, another
+/// grid, an unknown curve or sex, no labelled voxel.
 Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
                              const MeasureOptions& options = {}, const PartCompleteness& completeness = {});
-
-/// By label, the area on the volume's outer faces over the part's volume to the power 2/3: how much of it the
-/// scan's edge may have cut off. A part held whole just touches an edge, in less than a tenth; a limb cut
-/// across has about a half.
-/// `count`: the labels' voxels.
-std::vector<double> edge_share(const LabelMap& labels, const LabelMoments& count);
 
 }  // namespace borelli

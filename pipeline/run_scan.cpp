@@ -8,6 +8,7 @@
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/table_tolerance.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/given_landmarks.hpp"
 
 namespace borelli {
@@ -88,9 +89,12 @@ Result<json> segment_scan(RunData& data, const Progress& progress) {
   if (!data.settings.landmarks.empty()) {
     auto given = read_given_landmarks(data.settings.landmarks);
     if (!given) return tl::unexpected(given.error());
-    options.given = std::move(given->landmarks);
+    // in MR nothing is found that could stand for points left as they were
+    options.given = (*scan)->volume.quantity == Quantity::mr ? given->all() : std::move(given->landmarks);
     told = std::move(given->warnings);
   }
+  if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
+    told.push_back(doubt);
   std::optional<GridPick> pick;
   auto found = part_scan(data, (*scan)->volume, options, pick);
   if (!found) return tl::unexpected(found.error());
@@ -118,9 +122,12 @@ Result<json> use_given_labels(RunData& data, const Progress& progress) {
     given = std::move(*read);
   }
   Landmarks landmarks;
-  put_given(given.landmarks, landmarks);
-  Segmentation found = segmentation_of(std::move(*labels), std::move(landmarks));
+  put_given(given.all(), landmarks);
+  Segmentation found =
+      segmentation_of(std::move(*labels), std::move(landmarks), (*scan)->volume, data.settings.threads);
   found.warnings = std::move(given.warnings);
+  if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
+    found.warnings.push_back(doubt);
   if (found.landmarks.empty())
     found.warnings.push_back(
         "no landmarks were given with the labels: joints are welded and segment frames unknown");

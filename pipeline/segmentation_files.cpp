@@ -80,8 +80,9 @@ Result<void> write_segmentation(const fs::path& folder, const Segmentation& segm
   if (!marks) return marks;
   if (const fs::path points = folder / "landmarks.mrk.json";
       given.empty() || !fs::equivalent(points, given, absent)) {
-    const auto markups = write_whole(
-        points, [&](const fs::path& path) { return write_markups(path.string(), segmentation.landmarks); });
+    const auto markups = write_whole(points, [&](const fs::path& path) {
+      return write_markups(path.string(), segmentation.landmarks, segmentation.given);
+    });
     if (!markups) return markups;
   }
   return write_whole(folder / "segmentation.json", account.dump(1) + "\n");

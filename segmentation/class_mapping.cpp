@@ -49,7 +49,7 @@ std::optional<PartSet> parts_of_word(const std::string& word) {
 }
 
 Result<ClassRule> read_rule(const std::string& where, std::string_view part, std::string_view tissue) {
-  ClassRule rule{0, ClassTissue::soft};
+  ClassRule rule{0, ClassTissue::any};
   std::size_t words = 0;
   for (std::size_t at = 0; at <= part.size();) {
     const auto end = std::min(part.find(',', at), part.size());
@@ -67,7 +67,8 @@ Result<ClassRule> read_rule(const std::string& where, std::string_view part, std
     at = end + 1;
   }
   constexpr std::string_view names[] = {"soft", "bone", "fat", "lung", "air"};
-  const std::string word = tissue.empty() ? "soft" : plain_name(tissue);
+  if (tissue.empty()) return rule;
+  const std::string word = plain_name(tissue);
   const auto found = std::ranges::find(names, word);
   if (found == std::end(names))
     return failure(where, fmt::format("'{}' is no tissue: expected soft, bone, fat, lung or air", tissue));

@@ -8,7 +8,8 @@
 //                                  sides, and so for each paired part), arm, arm_left, arm_right, leg ...,
 //                                  trunk, axial (head and trunk), body (all)
 //   outside                        no body: a table, a coil
-// `tissue`, if there is such a column: soft, bone, fat, lung or air. Lines from '#' on are comments. As JSON:
+// `tissue`, if there is such a column: soft, bone, fat, lung or air; where it is not said, the class may hold
+// any, and its bones are those that the scan shows. Lines from '#' on are comments. As JSON:
 // an object from label or name to part, or to {"part": ..., "tissue": ...}.
 #pragma once
 
@@ -23,7 +24,14 @@
 
 namespace borelli {
 
-enum class ClassTissue : std::uint8_t { soft, bone, fat, lung, air };
+enum class ClassTissue : std::uint8_t {
+  soft,
+  bone,
+  fat,
+  lung,
+  air,
+  any  ///< not said: it may hold bone, as a whole limb does
+};
 
 /// Parts as bits: 1 << label.
 using PartSet = std::uint32_t;
@@ -32,7 +40,7 @@ constexpr PartSet part_bit(int label) { return PartSet{1} << label; }
 
 struct ClassRule {
   PartSet parts = all_parts;  ///< among which the class is divided; none: it is no body
-  ClassTissue tissue = ClassTissue::soft;
+  ClassTissue tissue = ClassTissue::any;
 
   bool operator==(const ClassRule&) const = default;
 };

@@ -136,8 +136,11 @@ void ClassParts::mend(Anatomy& a, int threads) const {
   for (std::size_t o = 0; o < work_.voxels.size(); ++o)
     if (const ClassRule* r = rule(work_, o)) {
       a.body.voxels[o] = r->parts != 0;
-      // a class that the mapping does not tell of says nothing of bone
-      if (*r != ClassRule{}) a.bone.voxels[o] = r->parts != 0 && r->tissue == ClassTissue::bone;
+      // a class whose tissue is not said says nothing of bone
+      if (r->parts == 0)
+        a.bone.voxels[o] = 0;
+      else if (r->tissue != ClassTissue::any)
+        a.bone.voxels[o] = r->tissue == ClassTissue::bone;
     }
   measure_depths(a, threads);
 }

@@ -43,6 +43,9 @@ class ClassParts {
   /// unknown.
   int part(std::size_t offset, int owner, const Eigen::Vector3d& point, const PartPlanes& planes) const;
 
+  /// Whether a class lies at a place of the work grid.
+  bool at_work(std::size_t offset) const { return work_.voxels[offset] != 0; }
+
   /// Where left and right of the classes lie the wrong way round, a sentence that says so.
   std::vector<std::string> warnings() const;
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <set>
 
 #include "segmentation/byte_stream.hpp"
 #include "segmentation/dicom_elements.hpp"
@@ -192,6 +193,31 @@ Result<DicomSegmentation> read_dicom_segmentation(const std::string& path) try {
   return out;
 } catch (const std::bad_alloc&) {
   return failure(path, "holds a segmentation that does not fit into memory");
+}
+
+std::string doubt_of_frames(const std::string& scan, const std::string& labels) {
+  namespace fs = std::filesystem;
+  const auto frames_of = [](const std::string& path) {
+    std::set<std::string> frames;
+    const auto add = [&](const fs::path& file) {
+      std::error_code ignored;
+      if (!fs::is_regular_file(file, ignored)) return;
+      if (const auto elements = read_dicom_elements(file.string()); elements && *elements)
+        if (const std::string uid = (*elements)->text(0x00200052); !uid.empty()) frames.insert(uid);
+    };
+    std::error_code ignored;
+    if (!fs::is_directory(path, ignored)) add(path);
+    for (const auto& entry : fs::directory_iterator(path, ignored)) add(entry.path());
+    return frames;
+  };
+  const auto theirs = frames_of(labels);
+  if (theirs.empty()) return "";
+  const auto ours = frames_of(scan);
+  if (ours.empty() || std::ranges::any_of(theirs, [&](const auto& uid) { return ours.contains(uid); }))
+    return "";
+  return labels +
+         ": its frame of reference is another than the scan's: is it of this scan? It was laid where its "
+         "coordinates say";
 }
 
 }  // namespace borelli

@@ -29,4 +29,8 @@ bool is_dicom_file(const std::string& path);
 /// of line or unevenly spaced, packed binary frames.
 Result<DicomSegmentation> read_dicom_segmentation(const std::string& path);
 
+/// A sentence where scan and labels (files or folders) are both DICOM and name frames of reference
+/// (0020,0052) that are not the same: their coordinates need not mean the same places. Else empty.
+std::string doubt_of_frames(const std::string& scan, const std::string& labels);
+
 }  // namespace borelli

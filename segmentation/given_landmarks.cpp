@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "segmentation/class_mapping.hpp"
 #include "segmentation/header_text.hpp"
@@ -39,10 +40,18 @@ std::vector<std::string> words_of(std::string_view name) {
   return words;
 }
 
+// What write_markups notes with a point: "bone: ...; deviation 1.5 mm; radius 24.1 mm; found at 1 2 3".
+struct Note {
+  std::string source;
+  double deviation = 0, radius = 0;
+  bool found = false;                    // by a run; else given to it
+  std::optional<Eigen::Vector3d> place;  // LPS, mm
+};
+
 struct Point {
   std::string name;
   Eigen::Vector3d place;
-  double radius = 0;
+  Note note;
   bool set = true;  // false: its place is not defined yet
 };
 
@@ -56,27 +65,50 @@ Result<GivenLandmarks> as_landmarks(const std::string& path, const std::vector<P
       list += (list.empty() ? "" : ", ") + (point.name.empty() ? "(no name)" : point.name);
       continue;
     }
-    if (out.landmarks.contains(name)) return failure(path, "has two points for " + name);
-    out.landmarks[name] = {point.place, by_hand, point.radius, placed};
+    if (out.landmarks.contains(name) || out.unmoved.contains(name))
+      return failure(path, "has two points for " + name);
+    const Note& note = point.note;
+    const bool moved = !note.place || (*note.place - point.place).norm() > 0.01;
+    (moved || !note.found ? out.landmarks : out.unmoved)[name] =
+        moved ? Landmark{point.place, by_hand, note.radius, placed}
+              : Landmark{*note.place, note.deviation, note.radius, note.source};
   }
   if (!strange.empty())
     out.warnings.push_back(path + ": no landmark bears these names, and they are left aside: " + strange);
   if (!unset.empty())
     out.warnings.push_back(path + ": these points are not placed, and count for nothing: " + unset);
-  if (out.landmarks.empty())
+  if (out.landmarks.empty() && out.unmoved.empty())
     return failure(
         path, "holds no point that is placed and bears a landmark's name (hip_left, knee_right, neck ...)" +
                   (strange.empty() ? "" : "; found: " + strange));
   return out;
 }
 
-// "... radius 24.1 mm ..." as write_markups notes it
-double radius_in(const std::string& text) {
-  const auto at = text.find("radius ");
-  if (at == std::string::npos) return 0;
-  double radius = 0;
-  std::from_chars(text.data() + at + 7, text.data() + text.size(), radius);
-  return std::isfinite(radius) && radius > 0 ? radius : 0;
+Note read_note(const std::string& text) {
+  // the numbers after a word; fewer where they are not there
+  const auto numbers_after = [&](std::string_view word, std::size_t count) {
+    std::vector<double> numbers;
+    const auto at = text.find(word);
+    if (at == std::string::npos) return numbers;
+    const char *next = text.data() + at + word.size(), *end = text.data() + text.size();
+    double number = 0;
+    while (numbers.size() < count) {
+      while (next < end && *next == ' ') ++next;
+      const auto [rest, wrong] = std::from_chars(next, end, number);
+      if (wrong != std::errc() || !std::isfinite(number)) break;
+      numbers.push_back(number), next = rest;
+    }
+    return numbers;
+  };
+  Note note;
+  note.source = text.substr(0, text.find(';'));
+  if (const auto deviation = numbers_after("deviation ", 1); !deviation.empty())
+    note.deviation = std::max(0., deviation[0]);
+  if (const auto radius = numbers_after("radius ", 1); !radius.empty()) note.radius = std::max(0., radius[0]);
+  note.found = text.find("found at ") != std::string::npos;
+  if (const auto place = numbers_after(note.found ? "found at " : "given at ", 3); place.size() == 3)
+    note.place = Eigen::Vector3d(place[0], place[1], place[2]);
+  return note;
 }
 
 Result<GivenLandmarks> read_markups(const std::string& path, const json& document) {
@@ -95,7 +127,7 @@ Result<GivenLandmarks> read_markups(const std::string& path, const json& documen
       return failure(path, "coordinateUnits is \"" + unit + "\": expected mm");
     if (!list.is_object() || !list.contains("controlPoints") || !list["controlPoints"].is_array()) continue;
     for (const json& entry : list["controlPoints"]) {
-      Point point{text(entry, "label", ""), {}, radius_in(text(entry, "description", "")), true};
+      Point point{text(entry, "label", ""), {}, read_note(text(entry, "description", "")), true};
       const std::string status = text(entry, "positionStatus", "defined");
       point.set = status == "defined";
       if (point.set) {
@@ -164,7 +196,7 @@ Result<GivenLandmarks> read_fcsv(const std::string& path, std::istream& file) {
       const auto at = std::ranges::find(columns, name) - columns.begin();
       return at < std::ssize(fields) ? std::string(trimmed(fields[static_cast<std::size_t>(at)])) : "";
     };
-    Point point{field("label"), {}, radius_in(field("desc")), true};
+    Point point{field("label"), {}, read_note(field("desc")), true};
     for (const auto& [axis, name] : {std::pair{0, "x"}, {1, "y"}, {2, "z"}}) {
       const std::string text = field(name);
       const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), point.place[axis]);
@@ -195,6 +227,12 @@ Result<GivenLandmarks> read_own(const std::string& path) {
 }
 
 }  // namespace
+
+Landmarks GivenLandmarks::all() const {
+  Landmarks both = landmarks;
+  both.insert(unmoved.begin(), unmoved.end());
+  return both;
+}
 
 std::string landmark_of(std::string_view name) {
   const auto words = words_of(name);
@@ -260,11 +298,15 @@ Result<GivenLandmarks> read_given_landmarks(const std::string& path) {
   return read_own(path);
 }
 
-Result<void> write_markups(const std::string& path, const Landmarks& landmarks) {
+Result<void> write_markups(const std::string& path, const Landmarks& landmarks,
+                           const std::vector<std::string>& given) {
   json points = json::array();
   for (const auto& [name, landmark] : landmarks) {
-    std::string note = fmt::format("{}; deviation {:.1f} mm", landmark.source, landmark.deviation);
+    std::string note = fmt::format("{}; deviation {:.6g} mm", landmark.source, landmark.deviation);
     if (landmark.radius > 0) note += fmt::format("; radius {:.6g} mm", landmark.radius);
+    note += fmt::format("; {} at {:.3f} {:.3f} {:.3f}",
+                        std::ranges::find(given, name) == given.end() ? "found" : "given", landmark.point[0],
+                        landmark.point[1], landmark.point[2]);
     points.push_back({{"id", std::to_string(points.size() + 1)},
                       {"label", name},
                       {"description", note},

@@ -80,6 +80,22 @@ HeadsInBody::HeadsInBody(const Anatomy& a) : anatomy_(a), lung_(lung_by_slice(a)
   high_ = level(a.body.voxels.rend() - last - 1);
 }
 
+std::array<double, 2> HeadsInBody::lungs() const {
+  constexpr double least = 300, left_out = 0.05;  // ml; of them
+  double all = 0;
+  for (const double ml : lung_) all += ml;
+  std::array<double, 2> ends{0, 0};
+  if (all < least) return ends;
+  double sum = 0;
+  for (std::size_t k = 0; k < lung_.size(); ++k) {
+    const double z = anatomy_.grid().origin[2] + anatomy_.step() * static_cast<double>(k);
+    if (sum < left_out * all && sum + lung_[k] >= left_out * all) ends[0] = z;
+    if (sum < (1 - left_out) * all && sum + lung_[k] >= (1 - left_out) * all) ends[1] = z;
+    sum += lung_[k];
+  }
+  return ends;
+}
+
 double HeadsInBody::lung_between(double low, double high) const {
   double sum = 0;
   for (std::size_t k = 0; k < lung_.size(); ++k) {

@@ -1,6 +1,7 @@
 // Whether a pair of balls can be a body's hips or its shoulders: what the scan itself shows about them.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "segmentation/anatomy.hpp"
@@ -27,6 +28,8 @@ class HeadsInBody {
   bool cuts(const FoundSphere& ball, double off = 0) const;
   /// The same of the scan's upper end: what is left of a head then passes for a smaller one, lower down.
   bool cuts_from_above(const FoundSphere& ball, double near) const;
+  /// As Trunk::lungs.
+  std::array<double, 2> lungs() const;
   /// Between and below shoulders lie the tops of the lungs, which narrow upwards there and end soon above;
   /// what roofs the heads must be in view. Legs have no lungs, and ribs no lung that ends.
   bool at_shoulders(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;

@@ -4,6 +4,8 @@
 // offsets and codes from the format's public-domain header nifti1.h (nifti2.h for NIfTI-2). NIfTI's world is
 // RAS (x to the Right, y to Anterior, z to Superior); ours is LPS, so x and y change their sign here and
 // nowhere else.
+#include <fmt/core.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -172,8 +174,8 @@ Result<double> millimetres(const std::string& path, const Nifti& n, const Vector
     return unit * spacing.minCoeff() >= 0.01 && unit * spacing.maxCoeff() <= 50;
   };
   const auto size = [&](double unit) {
-    return std::to_string(unit * spacing[0]) + " x " + std::to_string(unit * spacing[1]) + " x " +
-           std::to_string(unit * spacing[2]) + " mm";
+    return fmt::format("{:.4g} x {:.4g} x {:.4g} mm", unit * spacing[0], unit * spacing[1],
+                       unit * spacing[2]);
   };
   const int code = n.xyzt_units & 7;
   if (code > 3)
@@ -265,8 +267,15 @@ Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<
           "has a sform and a qform that mirror each other, so that left and right are not told: set the "
           "code of the wrong one to 0 (sform_code or qform_code), or convert the scan anew");
     if (apart > 0.5) {
-      warnings.push_back("the sform and the qform differ by up to " + std::to_string(apart) +
-                         " voxels; the sform was used");
+      const Vector3d by_s = s->axes.colwise().norm(), by_q = q->axes.colwise().norm();
+      const bool sizes = ((by_s - by_q).array().abs() > 0.01 * by_s.array()).any();
+      warnings.push_back(
+          sizes ? fmt::format("the sform and the qform give voxels of other sizes, {:.4g} x {:.4g} x {:.4g} "
+                              "and {:.4g} x {:.4g} x {:.4g}: lengths and masses hang on which is right; the "
+                              "sform was used",
+                              by_s[0], by_s[1], by_s[2], by_q[0], by_q[1], by_q[2])
+                : fmt::format("the sform and the qform differ by up to {:.1f} voxels; the sform was used",
+                              apart));
     }
   }
   if (s) return *s;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "segmentation/contact.hpp"
+#include "segmentation/edge_contact.hpp"
 
 namespace borelli {
 namespace {
@@ -23,42 +24,17 @@ std::string plain(std::string_view part) {
   return out;
 }
 
-// Where a part meets what the scan does not show, its contact in mm^2. A body that merely touches the scan's
-// side shows air beside the place of contact; where it is cut, the section reaches into its depth.
-std::array<double, parts.size()> edge_contact(const Anatomy& a, const Volume<std::uint8_t>& owner,
-                                              const PartPlanes& planes) {
-  std::array<double, parts.size()> contact{};
-  std::array<float, parts.size()> deepest{};
-  const auto& g = a.grid();
-  for (std::size_t o = 0; o < g.count(); ++o)
-    if (a.body.voxels[o]) deepest[owner.voxels[o]] = std::max(deepest[owner.voxels[o]], a.depth.voxels[o]);
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        if (!a.body.at(i, j, k) || !owner.at(i, j, k)) continue;
-        if (a.depth.at(i, j, k) < std::max(10.F, deepest[owner.at(i, j, k)] / 4)) continue;
-        const std::array<std::array<std::int64_t, 3>, 6> around{
-            {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
-        for (const auto& n : around)
-          if (!g.holds(n[0], n[1], n[2]) || !a.scan.seen.at(n[0], n[1], n[2])) {
-            const int part = planes.part(
-                owner.at(i, j, k),
-                g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
-            contact[static_cast<std::size_t>(part)] += a.step() * a.step();
-          }
-      }
-  return contact;
-}
-
 void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes, Segmentation& out) {
   std::array<std::int64_t, parts.size()> count{};
   for (const auto label : out.labels.voxels) ++count[label];
-  const auto contact = edge_contact(a, owner, planes);
+  const auto contact =
+      edge_contact(a.body, a.scan.seen, a.depth, owner,
+                   [&](std::uint8_t own, const Vector3d& point) { return planes.part(own, point); });
   for (std::size_t n = 1; n < parts.size(); ++n) {
     PartFinding& finding = out.part[n];
     finding.volume = static_cast<double>(count[n]) * out.labels.grid.voxel_volume();
     if (count[n] == 0) continue;
-    finding.coverage = contact[n] > 100 ? Coverage::cut : Coverage::whole;
+    finding.coverage = contact[n] > cut_section ? Coverage::cut : Coverage::whole;
     if (finding.coverage == Coverage::cut) finding.note = "reaches the scan's edge";
     finding.confidence = 1;
     for (const Part& other : parts) {
@@ -151,11 +127,27 @@ void doubt_impossible_shares(Segmentation& out) {
   // the body that each part would belong to
   std::array<double, parts.size()> body{};
   std::vector<double> whole;
+  double trunk = 0, trunk_share = 0;  // by `bone` its parts end elsewhere, and only their sum compares
+  bool trunk_is_whole = out.convention == Convention::bone;
   for (std::size_t n = 1; n < parts.size(); ++n) {
-    if (out.part[n].coverage != Coverage::whole) continue;
+    const bool of_trunk = out.convention == Convention::bone && parts[n].name.ends_with("_trunk");
+    if (out.part[n].coverage != Coverage::whole) {
+      trunk_is_whole = trunk_is_whole && !of_trunk;
+      continue;
+    }
     for (const auto& [name, share] : shares)
-      if (parts[n].name.starts_with(name)) body[n] = out.part[n].volume / share;
-    whole.push_back(body[n]);
+      if (parts[n].name.starts_with(name)) {
+        if (of_trunk)
+          trunk += out.part[n].volume, trunk_share += share;
+        else
+          body[n] = out.part[n].volume / share;
+      }
+    if (!of_trunk) whole.push_back(body[n]);
+  }
+  if (trunk_is_whole) {
+    whole.push_back(trunk / trunk_share);
+    for (const char* name : {"upper_trunk", "middle_trunk", "lower_trunk"})
+      body[static_cast<std::size_t>(part_label(name))] = whole.back();
   }
   if (whole.size() < 3) return;
   const auto middle = whole.begin() + static_cast<std::ptrdiff_t>(whole.size() / 2);

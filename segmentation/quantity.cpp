@@ -286,9 +286,10 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
   double low = -32768;
   std::int16_t fill = 0;
   double padding = std::numeric_limits<double>::quiet_NaN();
-  if (quantity == FileQuantity::hu) low = -1024, fill = -1024, padding = padding_of(range);
-  if (quantity == FileQuantity::density_kgm3) low = 0;
-  if (quantity == FileQuantity::density_gcm3) low = 0, slope *= 1000, intercept *= 1000;
+  if (quantity == FileQuantity::hu) low = -1024, fill = padding_hu, padding = padding_of(range);
+  if (quantity == FileQuantity::density_kgm3) low = 0, fill = padding_density;
+  if (quantity == FileQuantity::density_gcm3)
+    low = 0, fill = padding_density, slope *= 1000, intercept *= 1000;
   if (quantity == FileQuantity::mr) {
     if (const double scale = mr_scale(range); scale != 1) {
       slope *= scale, intercept *= scale;
@@ -307,7 +308,9 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
   tell(changes.below,
        "below " + number(low) + " (from " + number(range.least) + ") were set to " + number(low));
   tell(changes.above, "above 32767 (up to " + number(range.greatest) + ") were set to 32767");
-  tell(changes.not_finite, "are not finite numbers and were taken as air (" + std::to_string(fill) + ")");
+  tell(changes.not_finite, quantity == FileQuantity::mr
+                               ? "are not finite numbers and were taken as no signal (0)"
+                               : "are not finite numbers: the scan does not show what is there");
   return std::move(voxels.storage);
 }
 

@@ -61,8 +61,9 @@ Result<QuantityReading> decide_quantity(const std::string& path, const StoredVox
                                         std::optional<FileQuantity> asked, const std::string& recorded);
 
 /// The values as int16, in place (no second copy of the volume): hu that is padding is set to padding_hu,
-/// other hu below -1024 to -1024, g/cm3 scaled to kg/m3, negative densities to 0, what is not finite to air;
-/// MR is scaled to fit where rounding would lose it. What was changed is said in `warnings`, with counts.
+/// other hu below -1024 to -1024, g/cm3 scaled to kg/m3, negative densities to 0; what is not finite was not
+/// measured: padding_hu, padding_density, of MR 0. MR is scaled to fit where rounding would lose it. What was
+/// changed is said in `warnings`, with counts.
 std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double intercept,
                                    const ValueRange& range, FileQuantity quantity,
                                    std::vector<std::string>& warnings);

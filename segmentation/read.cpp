@@ -1,5 +1,7 @@
 #include "segmentation/read.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <filesystem>
 
@@ -31,9 +33,9 @@ bool is_dicom_slice(const std::string& path) {
 void check_spacing(const Grid& grid, std::vector<std::string>& warnings) {
   const Eigen::Vector3d spacing = grid.spacing();
   if (spacing.minCoeff() < 0.01 || spacing.maxCoeff() > 50) {
-    warnings.push_back("voxels of " + std::to_string(spacing[0]) + " x " + std::to_string(spacing[1]) +
-                       " x " + std::to_string(spacing[2]) +
-                       " mm are unlikely for a scan of a body: is the unit right?");
+    warnings.push_back(fmt::format(
+        "voxels of {:.4g} x {:.4g} x {:.4g} mm are unlikely for a scan of a body: is the unit right?",
+        spacing[0], spacing[1], spacing[2]));
   }
 }
 

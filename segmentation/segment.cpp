@@ -19,6 +19,7 @@
 #include "segmentation/column_levels.hpp"
 #include "segmentation/frame_points.hpp"
 #include "segmentation/given_landmarks.hpp"
+#include "segmentation/half_turns.hpp"
 #include "segmentation/hip_regressions.hpp"
 #include "segmentation/joint_centres.hpp"
 #include "segmentation/landmark_seeds.hpp"
@@ -71,9 +72,10 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
           const bool dense = hu_of(volume.voxels[o], volume.quantity) > skin_edge_hu;
           // a dense voxel counts but where its surroundings are a thing that was taken away; air counts in
           // hollows and deep inside
-          const bool inside =
-              dense ? in_mask || !dense_there
-                    : in_mask && (!dense_there || a.depth.voxels[w] > 2 * static_cast<float>(step));
+          // (a place that is body because a class lies there tells of no hollow beside it)
+          const bool hollow = !dense_there && !(classes && classes->at_work(w));
+          const bool inside = dense ? in_mask || !dense_there
+                                    : in_mask && (hollow || a.depth.voxels[w] > 2 * static_cast<float>(step));
           if (inside) map.voxels[o] = static_cast<std::uint8_t>(planes.part(owner.voxels[w], p));
         }
   });
@@ -105,6 +107,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
   bool by_hand = false;
   auto bones = label_bones(a, trunk, limbs, PartPlanes(out.landmarks));
   if (classes) {
+    if (options.convention == Convention::bone) part_axial_bones(a, trunk, out.landmarks, bones);
     bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
     classes->find_joints(a, bones, out.landmarks, out.warnings);
     for (const auto& list : {options.classes->warnings, classes->warnings()})
@@ -118,7 +121,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
     part_axial_bones(a, trunk, out.landmarks, bones);
   }
   progress(0.7, "parting soft tissue");
-  const auto owner = label_soft_tissue(a, bones, options.step);
+  const auto owner = label_soft_tissue(a, bones, options.step, options.convention);
   // by `bone` no plane parts what hangs on an elbow that is not in view
   if (options.convention != Convention::bone)
     place_missing_elbows(a, limbs, owner, trunk.scale, out.landmarks);
@@ -300,6 +303,44 @@ std::vector<View> other_views(const Anatomy& a, const Trunk& trunk) {
   return views;
 }
 
+// Parts of a body that lies as its header says, but for turns and sizes that `other_views` looks at.
+Segmentation parts_as_it_lies(const GreyVolume& volume, const Anatomy& a, const Trunk& trunk,
+                              ClassParts* classes, const SegmentOptions& options, const Progress& progress) {
+  if (!classes)  // they know better
+    for (const View& view : other_views(a, trunk))
+      if (auto found = parts_in_view(volume, view, options, progress)) return *std::move(found);
+  return parts_of(volume, a, trunk, classes, options, progress);
+}
+
+// Parts of a body that its header turns over, in the body's own directions; nothing where these do not come
+// out better.
+std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Eigen::Matrix3d& axes,
+                                              const SegmentOptions& options, const Progress& progress) {
+  const View view{1, axes};
+  const GreyVolume turned{view.seen(volume.grid), volume.voxels, volume.quantity};
+  const Anatomy a = look(turned, options.step, options.threads);
+  const Trunk trunk = find_trunk(a);
+  // nothing is left to doubt, and upright hips and shoulders both are in view
+  if (half_turn(a, trunk) || !(trunk.hip[0] || trunk.shoulder[0]) || (axes(2, 2) < 0 && !has_both(trunk)))
+    return std::nullopt;
+  SegmentOptions own = options;
+  own.given = view.seen(options.given);
+  Segmentation out = parts_as_it_lies(turned, a, trunk, nullptr, own, progress);
+  out.labels.grid = volume.grid;
+  out.landmarks = view.unseen(std::move(out.landmarks));
+  out.warnings.push_back(words_of_half_turn(axes));
+  constexpr double unsure = 0.4;
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    PartFinding& finding = out.part[n];
+    if (finding.volume == 0 || !(parts[n].name.ends_with("_left") || parts[n].name.ends_with("_right")))
+      continue;
+    finding.confidence = std::min(finding.confidence, unsure);
+    finding.note += (finding.note.empty() ? "" : "; ") +
+                    std::string("left or right uncertain: the header contradicts the body");
+  }
+  return out;
+}
+
 }  // namespace
 
 Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& options) {
@@ -355,17 +396,14 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
                    "centimetres (does it hold Hounsfield units?)");
   progress(0.45, "finding hips, shoulders and spine");
   const Trunk trunk = find_trunk(a);
-  if (!classes)  // they know better
-    for (const View& view : other_views(a, trunk))
-      if (auto found = parts_in_view(volume, view, options, progress)) {
-        warn_of_joints(volume.grid, *found);
-        progress(1, "");
-        return *std::move(found);
-      }
-  Segmentation out = parts_of(volume, a, trunk, classes ? &*classes : nullptr, options, progress);
-  warn_of_joints(volume.grid, out);
+  std::optional<Segmentation> out;
+  if (const auto own = classes ? std::nullopt : half_turn(a, trunk))
+    out = parts_turned_over(volume, *own, options, progress);
+  if (!out) out = parts_as_it_lies(volume, a, trunk, classes ? &*classes : nullptr, options, progress);
+  for (const auto& [name, landmark] : options.given) out->given.push_back(name);
+  warn_of_joints(volume.grid, *out);
   progress(1, "");
-  return out;
+  return *std::move(out);
 }
 
 }  // namespace borelli

@@ -43,6 +43,7 @@ struct Segmentation {
   LabelMap labels;      ///< on the scan's own grid, labels as in parts.hpp: all parts, whatever is asked for
   SegmentChoice asked;  ///< what of it is asked for; empty: all
   Landmarks landmarks;  ///< patient frame, mm
+  std::vector<std::string> given;  ///< names of those that were given
   std::array<PartFinding, parts.size()> part{};
   Convention convention = Convention::deleva1996;  ///< by which the parts were cut
   std::vector<std::string> warnings;               ///< in plain words

@@ -20,6 +20,10 @@ bool below_waist(std::uint8_t label) {
          (label >= part_label("thigh_left") && label <= part_label("foot_right"));
 }
 
+bool of_trunk(std::uint8_t label) {
+  return label >= part_label("upper_trunk") && label <= part_label("lower_trunk");
+}
+
 // labels spread to unlabelled neighbours, voxel layer by voxel layer
 void spread(Volume<std::uint8_t>& labels, int layers) {
   const auto& g = labels.grid;
@@ -43,7 +47,8 @@ void spread(Volume<std::uint8_t>& labels, int layers) {
 
 }  // namespace
 
-Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8_t>& bones, double margin) {
+Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8_t>& bones, double margin,
+                                       Convention convention) {
   const auto& g = a.grid();
   const Mask lean = lean_flesh(a);
   const auto depth = distance_to(complement(lean), 200, false, a.threads);
@@ -55,14 +60,20 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8
                                                            : through_air;
   Volume<std::uint8_t> owner = geodesic(cost, bones, false).owner;
 
-  Volume<std::uint8_t> low_bones = bones;
-  for (std::size_t o = 0; o < g.count(); ++o) {
-    cost.voxels[o] = below_waist(owner.voxels[o]) ? 1 : no_way;
-    if (!below_waist(bones.voxels[o])) low_bones.voxels[o] = 0;
-  }
-  const auto by_length = geodesic(cost, low_bones, false).owner;
-  for (std::size_t o = 0; o < g.count(); ++o)
-    if (by_length.voxels[o]) owner.voxels[o] = by_length.voxels[o];
+  // `is_one` tells the parts among which the plain length of the way decides
+  const auto part_by_length = [&](bool (*is_one)(std::uint8_t)) {
+    Volume<std::uint8_t> own_bones = bones;
+    for (std::size_t o = 0; o < g.count(); ++o) {
+      cost.voxels[o] = is_one(owner.voxels[o]) ? 1 : no_way;
+      if (!is_one(bones.voxels[o])) own_bones.voxels[o] = 0;
+    }
+    const auto by_length = geodesic(cost, own_bones, false).owner;
+    for (std::size_t o = 0; o < g.count(); ++o)
+      if (by_length.voxels[o]) owner.voxels[o] = by_length.voxels[o];
+  };
+  // where no plane parts the trunk, depth would give the belly to the ribs
+  if (convention == Convention::bone) part_by_length(of_trunk);
+  part_by_length(below_waist);
   part_touching_flesh(a, lean, owner);
   spread(owner, static_cast<int>(margin / a.step() + 0.5));
   return owner;

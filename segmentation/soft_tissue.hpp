@@ -2,6 +2,7 @@
 #pragma once
 
 #include "segmentation/anatomy.hpp"
+#include "segmentation/convention.hpp"
 
 namespace borelli {
 
@@ -10,9 +11,10 @@ namespace borelli {
 /// dearer by far, so that a way from arm to trunk where skin touches skin is dear, and where it crosses air
 /// the dearest. Fat between an arm and what it touches is shared by its thickness beside. Below the waist the
 /// depth misleads (legs touch along a broad deep face, and the pelvis' crest lies shallow), and the plain
-/// length of the way decides among pelvis and legs. `bones`: part labels of bone voxels. The result reaches
+/// length of the way decides among pelvis and legs; by `bone` also among the trunk's three parts, which no
+/// plane parts there: whose bone is nearest. `bones`: part labels of bone voxels. The result reaches
 /// `margin` mm beyond the body.
 Volume<std::uint8_t> label_soft_tissue(const Anatomy& anatomy, const Volume<std::uint8_t>& bones,
-                                       double margin);
+                                       double margin, Convention convention);
 
 }  // namespace borelli

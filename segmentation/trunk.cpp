@@ -264,6 +264,7 @@ Trunk find_trunk(const Anatomy& a) {
   Trunk trunk;
   const auto balls = vote_balls(a.scan.hu, a.bone, 17, 29, 8, a.threads);
   const HeadsInBody body(a);
+  trunk.lungs = body.lungs();
   find_hips(a, body, balls, trunk);
   find_shoulders(a, body, balls, trunk);
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];

@@ -15,6 +15,9 @@ struct Trunk {
   /// Middle of the vertebral column, one point per slice of the work grid, upwards; empty where it is not
   /// seen.
   std::vector<Eigen::Vector3d> spine;
+  /// Levels between which the lungs in view lie, but for a twentieth at each end (mm, patient z); equal where
+  /// there is less than 300 ml.
+  std::array<double, 2> lungs{0, 0};
   /// Size against an adult of de Leva's male sample (stature 1.741 m), from what is in view.
   double scale = 1;
 

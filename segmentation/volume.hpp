@@ -61,9 +61,11 @@ enum class Quantity {
   mr             ///< magnetic resonance signal, arbitrary units
 };
 
-/// The CT number of voxels that the scanner did not measure (outside its round field of view, or as its
-/// header says). All others are -1024 or more.
+/// The CT number of voxels that the scanner did not measure (outside its round field of view, as its header
+/// says, or where a file holds no number). All others are -1024 or more.
 inline constexpr std::int16_t padding_hu = -2048;
+/// The same of densities, of which all others are 0 or more.
+inline constexpr std::int16_t padding_density = -1;
 
 struct GreyVolume : Volume<std::int16_t> {
   Quantity quantity = Quantity::hu;

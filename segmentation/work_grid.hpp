@@ -20,7 +20,7 @@ struct WorkVolume {
 double hu_of(double value, Quantity quantity);
 
 /// Trilinear value at a fractional index of the scan; false where the scan does not show the place (beyond
-/// its grid, or padding: CT numbers below -1024).
+/// its grid, or padding: CT numbers below -1024, densities below 0).
 bool sample(const GreyVolume& volume, const Eigen::Vector3d& index, double& value);
 
 /// Axis-aligned isotropic grid over what in the scan is denser than air, with 30 mm around it as far as the
@@ -28,7 +28,7 @@ bool sample(const GreyVolume& volume, const Eigen::Vector3d& index, double& valu
 Grid work_grid(const GreyVolume& volume, double step, int threads = 0);
 
 /// The volume on the work grid: mean of trilinear samples over each work voxel (so that nothing thin is
-/// stepped over), padding (CT numbers below -1024) taken as unseen air.
+/// stepped over), padding taken as unseen air.
 WorkVolume resampled(const GreyVolume& volume, double step, int threads = 0);
 
 }  // namespace borelli

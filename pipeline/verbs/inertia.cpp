@@ -13,6 +13,7 @@
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/mr_tissues.hpp"
 #include "segmentation/read.hpp"
@@ -50,13 +51,14 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   const auto scan = read_scan(settings);
   if (!scan) return tl::unexpected(scan.error());
   const GreyVolume& grey = scan->volume;
-  Landmarks landmarks;
+  GivenLandmarks given;
   if (!settings.landmarks.empty()) {
     auto read = read_given_landmarks(settings.landmarks);
     if (!read) return tl::unexpected(read.error());
     for (const auto& warning : read->warnings) fmt::print(stderr, "warning: {}\n", warning);
-    landmarks = std::move(read->landmarks);
+    given = std::move(*read);
   }
+  Landmarks landmarks = given.all();
   MeasureOptions options = settings.measure;
   options.threads = threads;
   if (options.pose.empty()) options.pose = scan->pose;
@@ -84,7 +86,8 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
       labels = labels_on(*labels, grey.grid, threads);
   } else {
     SegmentOptions parting;
-    parting.threads = threads, parting.given = std::move(landmarks), parting.classes = &*classes;
+    parting.threads = threads, parting.classes = &*classes;
+    parting.given = mr ? landmarks : given.landmarks;
     if (!settings.convention.empty()) {
       const auto cuts = convention(settings.convention);
       if (!cuts) return tl::unexpected(cuts.error());
@@ -96,6 +99,8 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     completeness = completeness_of(found->part);
     labels = std::move(found->labels), landmarks = std::move(found->landmarks);
   }
+  if (const auto doubt = doubt_of_frames(settings.volume, settings.labels); !doubt.empty())
+    fmt::print(stderr, "warning: {}\n", doubt);
   if (const auto all = parts_beside(settings.labels); !classes && !all.empty())
     fmt::print(stderr,
                "warning: {} holds the segments that were asked for alone, and where they end the rest of the "

@@ -12,6 +12,7 @@
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/read.hpp"
 
@@ -93,28 +94,31 @@ Result<nlohmann::json> run(const Asked& asked, const Command& command) {
   SegmentOptions options{asked.step, command.threads};
   options.convention = convention(asked.convention).value();
   options.progress = [&](double share, std::string_view) { bar.update(share); };
-  std::vector<std::string> told;
+  GivenLandmarks given;
   if (!asked.landmarks.empty()) {
-    auto given = read_given_landmarks(asked.landmarks);
-    if (!given) return tl::unexpected(given.error());
-    options.given = std::move(given->landmarks);
-    told = std::move(given->warnings);
+    auto read = read_given_landmarks(asked.landmarks);
+    if (!read) return tl::unexpected(read.error());
+    given = std::move(*read);
   }
   const auto scanned = read_volume(asked.volume, reading);
   if (!scanned) return tl::unexpected(scanned.error());
+  // in MR nothing is found that could stand for points left as they were
+  options.given = scanned->volume.quantity == Quantity::mr ? given.all() : std::move(given.landmarks);
   std::optional<ClassMap> classes;
   if (!asked.labels.empty()) {
     auto read = read_classes(asked.labels, asked.names, asked.mapping);
     if (!read) return tl::unexpected(read.error());
     classes = std::move(*read);
     options.classes = &*classes;
+    if (const auto doubt = doubt_of_frames(asked.volume, asked.labels); !doubt.empty())
+      given.warnings.push_back(doubt);
   }
   bar.begin("finding the body's parts");
   auto found = segment_scan(scanned->volume, options, *segments, pick);
   bar.end(found ? "done" : "failed");
   if (!found) return tl::unexpected(found.error());
   found->asked = std::move(*segments);
-  for (const auto& list : {told, scanned->warnings})
+  for (const auto& list : {given.warnings, scanned->warnings})
     found->warnings.insert(found->warnings.begin(), list.begin(), list.end());
   if (pick && !pick->met) found->warnings.push_back(in_words(*pick));
   auto account = segmentation_account(*found, asked.volume, scanned->reading);

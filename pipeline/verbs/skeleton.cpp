@@ -26,7 +26,7 @@ Result<nlohmann::json> work(const Asked& asked, const Command& command) {
   const auto given = read_given_landmarks(asked.landmarks);
   if (!given) return tl::unexpected(given.error());
   std::vector<std::string> warnings = given->warnings;
-  const auto skeleton = build_skeleton(movable_parts(*table, warnings), given->landmarks, asked.options);
+  const auto skeleton = build_skeleton(movable_parts(*table, warnings), given->all(), asked.options);
   if (!skeleton) return tl::unexpected(skeleton.error());
   const auto text = write_scene(skeleton->scene);
   if (!text) return tl::unexpected(text.error());

@@ -97,6 +97,11 @@ TEST(Density, WeightsOfGreyValues) {
     EXPECT_EQ((*hu)[static_cast<std::size_t>(grey + 32768)], curve->at(grey));
   EXPECT_EQ((*density)[32768 + 1050], 1050);
   EXPECT_EQ((*density)[32768 - 5], 0);
+  // where nothing was measured, the straight curve would count kilograms less than nothing
+  const auto straight = density_weights(Quantity::hu, *curve, BelowAir::straight);
+  EXPECT_LT((*straight)[32768 - 1024], 0);
+  EXPECT_EQ((*straight)[32768 + padding_hu], 0);
+  EXPECT_EQ((*density)[32768 + padding_density], 0);
   EXPECT_FALSE(density_weights(Quantity::mr, *curve));
   EXPECT_FALSE(density_weights(Quantity::labels, *curve));
 }

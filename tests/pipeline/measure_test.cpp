@@ -87,6 +87,40 @@ TEST(Measure, ScannedPhantomWithTheSkinsMixedVoxels) {
   }
 }
 
+// A hand that the scan's side just touches is whole, one that it cuts is cut; so where padding ends the view.
+TEST(Measure, WhatTouchesTheScansSideIsWhole) {
+  GridOptions options;
+  options.spacing.setConstant(3);
+  Scan whole = voxelise(standing(), phantom_grid(standing(), options));
+  for (const Part& part : parts) whole.labels.names.emplace_back(part.name);
+  whole.labels.names.resize(parts.size());
+  const auto hand = static_cast<std::uint8_t>(part_label("hand_left"));
+  std::int64_t first = 1000, last = 0;  // of the hand, along x
+  const Grid& g = whole.labels.grid;
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        if (whole.labels.at(i, j, k) == hand) first = std::min(first, i), last = std::max(last, i);
+  const auto held = [&](std::int64_t end, bool padded) {
+    Scan scan = whole;
+    if (!padded) scan.grey.grid.size[0] = scan.labels.grid.size[0] = end;
+    scan.grey.voxels.clear(), scan.labels.voxels.clear();
+    for (std::size_t o = 0; o < whole.labels.voxels.size(); ++o) {
+      const bool in = static_cast<std::int64_t>(o) % g.size[0] < end;
+      if (!in && !padded) continue;
+      scan.grey.voxels.push_back(in ? whole.grey.voxels[o] : padding_hu);
+      scan.labels.voxels.push_back(in ? whole.labels.voxels[o] : std::uint8_t{0});
+    }
+    const auto table = measure(scan.grey, scan.labels, standing().landmarks);
+    EXPECT_TRUE(table) << table.error().message();
+    return table->rows.at(hand - 1U).completeness;
+  };
+  for (const bool padded : {false, true}) {
+    EXPECT_EQ(held(last, padded), Completeness::whole) << padded;  // without its outermost voxels
+    EXPECT_EQ(held((first + last) / 2, padded), Completeness::cut) << padded;
+  }
+}
+
 TEST(Measure, ScanCutAcrossTheThighs) {
   Scan scan = scan_of(6);
   // keep the slices above 0.65 m of the middle of the body

@@ -165,6 +165,27 @@ TEST(ClassParts, BonesFromClassesInCt) {
     }
 }
 
+// Whole parts whose tissue is not said hold bones, by which the rest of the body is told: with head, trunk
+// and one upper arm mapped, the others come out as without a map, and none is absent.
+TEST(ClassParts, SomePartsMappedLeaveTheOthersInView) {
+  const Seen s = seen(4);
+  ClassMap map;
+  map.labels = s.scan.labels;
+  map.rules.resize(17);
+  for (int n = 1; n <= 5; ++n) map.rules[static_cast<std::size_t>(n)].parts = part_bit(n);
+  for (auto& label : map.labels.voxels)
+    if (label > 5) label = 0;
+  SegmentOptions options;
+  options.step = 4, options.classes = &map;
+  const auto found = segment(s.scan.grey, options);
+  ASSERT_TRUE(found) << found.error().message();
+  const auto agreement = dice(found->labels, s.scan.labels);
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    EXPECT_EQ(found->part[n].coverage, Coverage::whole) << parts[n].name << ": " << found->part[n].note;
+    EXPECT_GT(agreement[n], n <= 5 ? 0.999 : 0.95) << parts[n].name;
+  }
+}
+
 TEST(ClassParts, MirroredClassesAreTold) {
   const Seen s = seen(6);
   ClassMap map;

@@ -107,31 +107,81 @@ TEST(GivenLandmarks, NamesAreMatchedByTheirWords) {
   for (const auto& [name, landmark] : body->landmarks) EXPECT_EQ(landmark_of(name), name);
 }
 
-// What was not moved in Slicer stays as it was found, with its deviation; what was moved is the hand's.
+// What was not moved in Slicer stays as it was found, with its source and deviation; what was moved is the
+// hand's.
 TEST(GivenLandmarks, MarkupsGoOutAndComeBack) {
   const ScratchFolder folder;
   Landmarks found;
   found["shoulder_left"] = {{150.125, -1.0 / 3, 1400}, 1.5, 24.25, "bone: sphere on the humeral head"};
   found["neck"] = {{1, 2, 1500}, 12, 0, "proportion"};
-  ASSERT_TRUE(write_markups(folder / "l.mrk.json", found));
-  auto read = read_given_landmarks(folder / "l.mrk.json");
+  found["knee_left"] = {{100, 20, 500}, 1, 22, "mine"};
+  ASSERT_TRUE(write_markups(folder / "l.mrk.json", found, {"knee_left"}));
+  const auto read = read_given_landmarks(folder / "l.mrk.json");
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_TRUE(read->warnings.empty());
-  ASSERT_EQ(read->landmarks.size(), 2U);
-  EXPECT_EQ(read->landmarks.at("shoulder_left").point, found["shoulder_left"].point);
-  EXPECT_EQ(read->landmarks.at("shoulder_left").radius, 24.25);
-  read->landmarks.at("neck").point[0] += 5;
-  Landmarks mended = found;
-  put_given(read->landmarks, mended);
-  EXPECT_EQ(mended.at("shoulder_left").source, "bone: sphere on the humeral head");
-  EXPECT_EQ(mended.at("shoulder_left").deviation, 1.5);
-  EXPECT_EQ(mended.at("neck").source, "placed by hand");
-  EXPECT_EQ(mended.at("neck").point, Vector3d(6, 2, 1500));
-  EXPECT_EQ(mended.at("neck").deviation, 3);
+  ASSERT_EQ(read->unmoved.size(), 2U);
+  for (const char* name : {"shoulder_left", "neck"}) {
+    const Landmark& mark = read->unmoved.at(name);
+    EXPECT_LT((mark.point - found.at(name).point).norm(), 1e-3) << name;
+    EXPECT_EQ(mark.source, found.at(name).source);
+    EXPECT_EQ(mark.deviation, found.at(name).deviation);
+    EXPECT_EQ(mark.radius, found.at(name).radius);
+  }
+  // what a person gave before is given again
+  ASSERT_EQ(read->landmarks.size(), 1U);
+  EXPECT_EQ(read->landmarks.at("knee_left").source, "mine");
+  EXPECT_EQ(read->landmarks.at("knee_left").deviation, 1);
+  EXPECT_EQ(read->all().size(), 3U);
+
+  // moved in Slicer, which keeps the description
+  std::ifstream file(folder / "l.mrk.json");
+  auto document = nlohmann::json::parse(file);
+  for (auto& point : document["markups"][0]["controlPoints"])
+    if (point["label"] != "shoulder_left") point["position"][0] = point["position"][0].get<double>() + 5;
+  std::ofstream(folder / "m.mrk.json") << document;
+  const auto moved = read_given_landmarks(folder / "m.mrk.json");
+  ASSERT_TRUE(moved) << moved.error().message();
+  EXPECT_EQ(moved->unmoved.size(), 1U);
+  ASSERT_EQ(moved->landmarks.size(), 2U);
+  EXPECT_EQ(moved->landmarks.at("neck").source, "placed by hand");
+  EXPECT_EQ(moved->landmarks.at("neck").point, Vector3d(6, 2, 1500));
+  EXPECT_EQ(moved->landmarks.at("neck").deviation, 3);
+  EXPECT_EQ(moved->landmarks.at("knee_left").radius, 22);
 
   Landmarks none;
   put_given({{"shoulder_right", {{0, 0, 0}, 3, 0, "placed by hand"}}}, none);
   EXPECT_EQ(none.at("shoulder_right").radius, 24);
+}
+
+// The points of one run, one of them moved, given to a run on another grid: that one is the hand's, the
+// others are found anew, on that grid.
+TEST(GivenLandmarks, UnmovedPointsOfAnotherGridAreFoundAnew) {
+  const ScratchFolder folder;
+  const auto body = build_phantom({});
+  GridOptions coarse;
+  coarse.spacing.setConstant(5);
+  const GreyVolume scan = voxelise(*body, phantom_grid(*body, coarse)).grey;
+  SegmentOptions options;
+  options.step = 5;
+  auto first = segment(scan, options);
+  ASSERT_TRUE(first) << first.error().message();
+  first->landmarks.at("knee_left").point[2] += 10;
+  first->landmarks.at("knee_left").source = "placed by hand";
+  ASSERT_TRUE(write_markups(folder / "l.mrk.json", first->landmarks, {"knee_left"}));
+  options.step = 4;
+  const auto alone = segment(scan, options);
+  options.given = read_given_landmarks(folder / "l.mrk.json")->landmarks;
+  const auto second = segment(scan, options);
+  ASSERT_TRUE(alone && second);
+  EXPECT_EQ(second->given, std::vector<std::string>{"knee_left"});
+  for (const auto& [name, mark] : second->landmarks) {
+    const bool by_hand = mark.source == "placed by hand";
+    EXPECT_EQ(by_hand, name == "knee_left") << name << ": " << mark.source;
+  }
+  for (const char* name : {"hip_left", "shoulder_right", "neck", "knee_right", "wrist_left"}) {
+    EXPECT_EQ(second->landmarks.at(name).point, alone->landmarks.at(name).point) << name;
+    EXPECT_EQ(second->landmarks.at(name).deviation, alone->landmarks.at(name).deviation) << name;
+  }
 }
 
 // Every landmark that segmentation finds has a name that a person may give.

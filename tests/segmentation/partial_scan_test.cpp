@@ -70,6 +70,32 @@ class PartialPhantom : public ::testing::Test {
   static inline Scan* scan_ = nullptr;
 };
 
+// A round field of view, outside of which nothing was measured: so marked in CT numbers and in densities, it
+// cuts the same parts.
+TEST_F(PartialPhantom, NarrowViewOfDensitiesIsCutAsOfCtNumbers) {
+  GreyVolume hu = scan_->grey, density = hu;
+  density.quantity = Quantity::density_kgm3;
+  const Grid& g = hu.grid;
+  const Vector3d middle = 0.5 * Vector3d(double(g.size[0] - 1), double(g.size[1] - 1), 0);
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const bool out = (g.axes * (Vector3d(double(i), double(j), 0) - middle)).norm() > 150;
+        const int v = hu.at(i, j, k);
+        density.at(i, j, k) =
+            out ? padding_density
+                : static_cast<std::int16_t>(std::max(0, v < 100 ? v + 1000 : 1100 + (v - 100) * 4 / 5));
+        if (out) hu.at(i, j, k) = padding_hu;
+      }
+  const Segmentation by_hu = found_in(hu, 4), by_density = found_in(density, 4);
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    EXPECT_EQ(name_of(by_density.part[n].coverage), name_of(by_hu.part[n].coverage)) << parts[n].name;
+    if (by_hu.part[n].volume > 0 && parts[n].name != "head") {
+      EXPECT_EQ(by_hu.part[n].coverage, Coverage::cut) << parts[n].name;
+    }
+  }
+}
+
 TEST_F(PartialPhantom, CutAtTheNeckAndBelowTheKnees) {
   using enum Coverage;
   expect_coverage(found(slice_at("knee_left", -200), slice_at("neck", 60)), {{"head", cut},

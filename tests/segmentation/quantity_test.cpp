@@ -126,6 +126,27 @@ TEST(Quantity, GramsBecomeKilogramsPerCubicMetre) {
   EXPECT_NE(warnings[0].find("1 voxels (20 %) below 0"), std::string::npos) << warnings[0];
 }
 
+// A file that writes NaN where its scanner saw nothing reads as one that writes a padding value there.
+TEST(Quantity, WhatIsNoNumberIsUnseenAsPaddingIs) {
+  std::vector<float> padded = body(40, 60, -1000), holes = padded;
+  for (std::size_t n = 0; n < 20; ++n) padded[50 * n] = -2000, holes[50 * n] = std::nanf("");
+  const auto read = [](const std::vector<float>& values, FileQuantity quantity,
+                       std::vector<std::string>& warnings) {
+    const StoredVoxels stored = floats(values);
+    return to_int16(stored, 1, 0, value_range(stored, 1, 0), quantity, warnings);
+  };
+  std::vector<std::string> warnings, other;
+  EXPECT_EQ(read(holes, FileQuantity::hu, warnings), read(padded, FileQuantity::hu, other));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("20 voxels (2 %) are not finite numbers: the scan does not show"),
+            std::string::npos)
+      << warnings[0];
+  EXPECT_EQ(read({std::nanf(""), 0, 1050, INFINITY}, FileQuantity::density_kgm3, warnings),
+            (std::vector<std::int16_t>{padding_density, 0, 1050, padding_density}));
+  EXPECT_EQ(read({std::nanf(""), 0, 4000}, FileQuantity::mr, warnings),
+            (std::vector<std::int16_t>{0, 0, 4000}));
+}
+
 TEST(Quantity, MrKeepsItsSteps) {
   std::vector<std::string> warnings;
   const auto small = floats({0, 0.25f, 0.5f, 1});

@@ -1,0 +1,105 @@
+#include "segmentation/edge_contact.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "segmentation/class_map.hpp"
+#include "segmentation/slabs.hpp"
+#include "segmentation/work_grid.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr float least_depth = 10;  // mm
+
+Vector3d point_of(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k) {
+  return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+}
+
+std::array<float, 256> deepest_of(const Volume<float>& depth, const Volume<std::uint8_t>& owner) {
+  std::array<float, 256> deepest{};
+  for (std::size_t o = 0; o < depth.voxels.size(); ++o)
+    deepest[owner.voxels[o]] = std::max(deepest[owner.voxels[o]], depth.voxels[o]);
+  return deepest;
+}
+
+// By label, the area on the volume's outer faces over the label's volume to the power 2/3.
+std::array<double, 256> face_share(const LabelMap& labels) {
+  const Grid& grid = labels.grid;
+  std::array<double, 256> area{}, share{};
+  std::array<std::int64_t, 256> count{};
+  for (const auto label : labels.voxels) ++count[label];
+  const std::array<double, 3> face{grid.axes.col(1).cross(grid.axes.col(2)).norm(),
+                                   grid.axes.col(2).cross(grid.axes.col(0)).norm(),
+                                   grid.axes.col(0).cross(grid.axes.col(1)).norm()};
+  for (std::int64_t k = 0; k < grid.size[2]; ++k)
+    for (std::int64_t j = 0; j < grid.size[1]; ++j)
+      for (const std::int64_t i : {std::int64_t{0}, grid.size[0] - 1}) area[labels.at(i, j, k)] += face[0];
+  for (std::int64_t k = 0; k < grid.size[2]; ++k)
+    for (std::int64_t i = 0; i < grid.size[0]; ++i)
+      for (const std::int64_t j : {std::int64_t{0}, grid.size[1] - 1}) area[labels.at(i, j, k)] += face[1];
+  for (std::int64_t j = 0; j < grid.size[1]; ++j)
+    for (std::int64_t i = 0; i < grid.size[0]; ++i)
+      for (const std::int64_t k : {std::int64_t{0}, grid.size[2] - 1}) area[labels.at(i, j, k)] += face[2];
+  for (std::size_t label = 1; label < 256; ++label)
+    if (count[label] > 0)
+      share[label] = area[label] / std::pow(static_cast<double>(count[label]) * grid.voxel_volume(), 2. / 3);
+  return share;
+}
+
+}  // namespace
+
+std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const Volume<float>& depth,
+                                     const Volume<std::uint8_t>& owner,
+                                     const std::function<int(std::uint8_t, const Vector3d&)>& part) {
+  std::array<double, 256> contact{};
+  const auto deepest = deepest_of(depth, owner);
+  const Grid& g = body.grid;
+  const double face = g.axes(0, 0) * g.axes(0, 0);
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const std::uint8_t own = owner.at(i, j, k);
+        if (!body.at(i, j, k) || !own) continue;
+        if (depth.at(i, j, k) < std::max(least_depth, deepest[own] / 4)) continue;
+        const std::array<std::array<std::int64_t, 3>, 6> around{
+            {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
+        for (const auto& n : around)
+          if (!g.holds(n[0], n[1], n[2]) || !seen.at(n[0], n[1], n[2]))
+            contact[static_cast<std::size_t>(part(own, point_of(g, i, j, k)))] += face;
+      }
+  return contact;
+}
+
+std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan, int threads) {
+  constexpr double step = 3, much = 0.1;  // mm; of the area of a cube
+  const Grid g = work_grid(scan, step, threads);
+  const LabelMap owner = labels_on(labels, g, threads);
+  Mask body{g, std::vector<std::uint8_t>(g.count(), 0)}, seen = body, skin = body;
+  in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+    for (std::int64_t k = k0; k < k1; ++k)
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i) {
+          double value = 0;
+          seen.at(i, j, k) = sample(scan, scan.grid.index(point_of(g, i, j, k)), value);
+          body.at(i, j, k) = seen.at(i, j, k) && owner.at(i, j, k);
+          skin.at(i, j, k) = seen.at(i, j, k) && !owner.at(i, j, k);
+        }
+  });
+  auto depth = distance_to(skin, 200, false, threads);
+  for (std::size_t o = 0; o < depth.voxels.size(); ++o)
+    if (!body.voxels[o]) depth.voxels[o] = 0;
+  const auto contact =
+      edge_contact(body, seen, depth, owner, [](std::uint8_t own, const Vector3d&) { return own; });
+  const auto deepest = deepest_of(depth, owner);
+  const auto share = face_share(labels);
+  std::array<bool, 256> cut{};
+  for (std::size_t label = 1; label < 256; ++label)
+    cut[label] = contact[label] > cut_section || (deepest[label] < least_depth && share[label] >= much);
+  return cut;
+}
+
+}  // namespace borelli

@@ -1,0 +1,30 @@
+// Where a body is cut by the scan's end, and not merely beside it.
+#pragma once
+
+#include <array>
+#include <functional>
+
+#include "segmentation/morphology.hpp"
+#include "segmentation/volume.hpp"
+
+namespace borelli {
+
+/// By part, how much of it meets what the scan does not show, mm^2. A body that merely touches the scan's
+/// side shows air beside the place of contact; where it is cut, the section reaches into its depth: what
+/// counts lies at least 10 mm and a quarter of the owner's greatest depth below the skin. `owner` labels the
+/// body's voxels, `depth` is below the skin in mm (the scan's edge is no skin), `part` the part of a place by
+/// its owner. All on one isotropic grid.
+std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const Volume<float>& depth,
+                                     const Volume<std::uint8_t>& owner,
+                                     const std::function<int(std::uint8_t, const Eigen::Vector3d&)>& part);
+
+/// What of a part meets the edge where it is cut, mm^2; less than that is a touch.
+inline constexpr double cut_section = 100;
+
+/// The same of a label map, on a grid of 3 mm: whether a label is cut where its scan ends, or where it holds
+/// padding. Labels too thin to be 10 mm deep are cut where they lie on the grid's outer faces with a tenth of
+/// the area of a cube of their volume (one held whole just touches; a limb cut across has about a half).
+/// Both must lie on one grid.
+std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan, int threads = 0);
+
+}  // namespace borelli

@@ -1,0 +1,60 @@
+// Bodies whose header turns them over.
+#include "segmentation/half_turns.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/segment.hpp"
+#include "tests/segmentation/dice.hpp"
+
+namespace borelli {
+namespace {
+
+Segmentation found_in(const GreyVolume& volume) {
+  SegmentOptions options;
+  options.step = 4;
+  auto found = segment(volume, options);
+  EXPECT_TRUE(found) << found.error().message();
+  return found ? *found : Segmentation{};
+}
+
+// The same voxels under a header that is turned by half a turn about one of the patient's axes: parts and
+// landmarks are those of the right header, the contradiction is said, and sides are not sure.
+TEST(HalfTurns, BodyIsFoundAsItLiesAndTheHeaderDoubted) {
+  const Phantom body = *build_phantom({});
+  GridOptions coarse;
+  coarse.spacing.setConstant(4);
+  const Scan scan = voxelise(body, phantom_grid(body, coarse), {.noise_hu = 15});
+  const auto contradicts = [](const Segmentation& found) {
+    return std::ranges::count_if(found.warnings, [](const std::string& warning) {
+      return warning.starts_with("the header contradicts the body");
+    });
+  };
+  const Segmentation right = found_in(scan.grey);
+  EXPECT_EQ(contradicts(right), 0);
+  for (const Eigen::Vector3d& signs : std::vector<Eigen::Vector3d>{{-1, -1, 1}, {-1, 1, -1}, {1, -1, -1}}) {
+    GreyVolume turned = scan.grey;
+    turned.grid.axes = signs.asDiagonal() * turned.grid.axes;
+    turned.grid.origin = signs.asDiagonal() * turned.grid.origin;
+    const Segmentation found = found_in(turned);
+    ASSERT_EQ(contradicts(found), 1) << signs.transpose();
+    EXPECT_EQ(found.labels.grid, turned.grid);
+    const auto agreement = dice(found.labels, scan.labels), straight = dice(right.labels, scan.labels);
+    for (std::size_t n = 1; n < parts.size(); ++n) {
+      EXPECT_GT(agreement[n], straight[n] - 0.01) << parts[n].name << signs.transpose();
+      EXPECT_EQ(found.part[n].coverage, Coverage::whole) << parts[n].name;
+      const bool sided = parts[n].name.ends_with("_left") || parts[n].name.ends_with("_right");
+      EXPECT_EQ(found.part[n].confidence < 0.5, sided) << parts[n].name;
+    }
+    for (const char* name : {"hip_left", "shoulder_right", "knee_left", "neck"})
+      EXPECT_LT((signs.asDiagonal() * found.landmarks.at(name).point - right.landmarks.at(name).point).norm(),
+                2)
+          << name << signs.transpose();
+  }
+}
+
+}  // namespace
+}  // namespace borelli
