@@ -199,6 +199,62 @@ Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Vol
   return territory;
 }
 
+bool arms_meet(const Geodesic& territory) {
+  constexpr auto left = static_cast<std::uint8_t>(Limb::arm_left),
+                 right = static_cast<std::uint8_t>(Limb::arm_right);
+  const auto& owner = territory.owner;
+  const auto nx = static_cast<std::size_t>(owner.grid.size[0]);
+  for (const std::size_t stride : {std::size_t{1}, nx, nx * static_cast<std::size_t>(owner.grid.size[1])})
+    for (std::size_t o = stride; o < owner.voxels.size(); ++o) {
+      const auto p = owner.voxels[o], q = owner.voxels[o - stride];
+      if ((p == left && q == right) || (p == right && q == left)) return true;
+    }
+  return false;
+}
+
+// Where one hand lies on the other or on the other forearm, the way over to the other's bones may be shorter
+// than along its own. Bones that an arm reaches through no more than a joint's gap are its own: each arm's
+// ways are found anew without the other's.
+void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::uint8_t>& seeds, Limbs& limbs) {
+  // by the gaps crossed, hardly by the way along bone; a joint's gap is thin, so that it shows less dark
+  constexpr float along_bone = 0.02F;
+  constexpr double soft = 50, bone = 200, widest = 8;  // CT numbers; mm off bone
+  Volume<float> open = cost;
+  for (std::size_t o = 0; o < open.voxels.size(); ++o) {
+    const double off = a.off_bone.voxels[o];
+    if (open.voxels[o] == no_way || off > widest) {
+      open.voxels[o] = no_way;
+    } else {
+      const double dark = off > 0 ? std::clamp((bone - a.scan.hu.voxels[o]) / (bone - soft), 0.0, 1.0) : 0;
+      open.voxels[o] = along_bone + static_cast<float>(dark * dark * (step_cost(off) - 1));
+    }
+  }
+  const auto joined = geodesic(open, seeds, false).owner;
+  std::array<Geodesic, 2> alone;
+  constexpr std::array<Limb, 2> arms{Limb::arm_left, Limb::arm_right};
+  for (std::size_t n = 0; n < 2; ++n) {
+    const auto other = static_cast<std::uint8_t>(arms[1 - n]);
+    open = cost;
+    Volume<std::uint8_t> from = seeds;
+    for (std::size_t o = 0; o < open.voxels.size(); ++o) {
+      if (joined.voxels[o] == other) open.voxels[o] = no_way;
+      if (from.voxels[o] == other) from.voxels[o] = 0;
+    }
+    alone[n] = geodesic(open, from, true, longest_limb);
+  }
+  Geodesic& territory = limbs.territory;
+  for (std::size_t o = 0; o < joined.voxels.size(); ++o) {
+    const auto& nearer = alone[alone[1].length.voxels[o] < alone[0].length.voxels[o] ? 1 : 0];
+    territory.owner.voxels[o] = nearer.owner.voxels[o];
+    territory.length.voxels[o] = nearer.length.voxels[o];
+  }
+  for (std::size_t n = 0; n < 2; ++n) {
+    territory.from = std::move(alone[n].from);
+    LimbWay& way = limbs.way[static_cast<std::size_t>(arms[n])];
+    if (way.present) way = follow(a, territory, arms[n]);
+  }
+}
+
 }  // namespace
 
 Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
@@ -218,6 +274,7 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
       mark_ball(a, *trunk.shoulder[n], side == left_side ? Limb::arm_left : Limb::arm_right, seeds);
   }
   Limbs limbs = limbs_of(a, trunk, geodesic(cost, seeds, true, longest_limb));
+  if (arms_meet(limbs.territory)) part_arms(a, cost, seeds, limbs);
   // A hand on the hip lies as near to the pelvis' bones as its own do to each other, and the way to it from
   // there is shorter than along its arm.
   constexpr double far_enough = 500, gained = 100;  // mm; of a whole arm's way some 700

@@ -34,6 +34,11 @@ struct Limbs {
 
   const LimbWay& leg(int side) const { return way[static_cast<std::size_t>(side) + 1]; }
   const LimbWay& arm(int side) const { return way[static_cast<std::size_t>(side) + 3]; }
+  /// True at bone of an arm and in the flesh next to it.
+  bool arm_at(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    const auto owner = static_cast<Limb>(territory.owner.at(i, j, k));
+    return owner == Limb::arm_left || owner == Limb::arm_right;
+  }
 };
 
 /// A step along bone costs its length, off bone more with the square of the distance to it, so that ways keep

@@ -12,6 +12,7 @@
 
 #include "segmentation/contact.hpp"
 #include "segmentation/edge_contact.hpp"
+#include "segmentation/iliac_spines.hpp"
 
 namespace borelli {
 namespace {
@@ -48,6 +49,10 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
         if (it->second.source.starts_with("proportion"))
           finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
                           " placed by proportion";
+        if (it->second.source.ends_with(unlike_other_side))
+          finding.note +=
+              (finding.note.empty() ? "" : "; ") +
+              std::string("the iliac spines that its cut hangs on are not each other's mirror images");
         if (const auto own = out.landmarks.find(joint);
             own != out.landmarks.end() && own->second.source.starts_with("regression"))
           finding.note += (finding.note.empty() ? "" : "; ") + joint + " placed by regression";

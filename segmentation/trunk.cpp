@@ -15,6 +15,9 @@ struct Spacing {
 };
 // hip centres: 130 to 215 mm in adults; shoulders: 260 to 430 mm
 constexpr Spacing hips_apart{125, 215}, shoulders_apart{260, 430};
+// how far heads may stand from the places that they were looked for about, mm: sockets hold femoral heads
+// closely, and what fits both is told from the head only from nearby
+constexpr double hips_again = 1, shoulders_again = 8;
 
 struct Pair {
   FoundSphere left, right;
@@ -67,12 +70,13 @@ Pair likeliest(const Anatomy& a, const Balls& left, const Balls& right, Spacing 
 
 // The likeliest pair of heads about the best voted places. Votes alone do not tell heads from what else is
 // round thereabouts (tubers, trochanters), least of all where a coarse grid runs head and socket into one,
-// and they may be off by a head's radius: so several places are measured, and the place of the likeliest
-// heads again where those stand far from all of them.
+// and they may be off by a head's radius: so several places are measured, and the places of the likeliest
+// heads again where those stand farther than `again` mm from all of them, since about a place some
+// millimetres off not all of what edges agree on is found.
 template <class Fits, class Holds>
 std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>& votes, Spacing apart,
-                               double level, const Fits& fits, const Holds& holds) {
-  constexpr double same = 15, far = 8;  // mm; balls are looked for within 30 mm of a place
+                               double level, double again, const Fits& fits, const Holds& holds) {
+  constexpr double same = 15;  // mm; balls are looked for within 30 mm of a place
   constexpr std::size_t most_places = 5;
   struct Side {
     std::vector<Vector3d> places;
@@ -96,8 +100,8 @@ std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>&
   }
   Pair best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits, holds);
   for (int round = 0; round < 3 && best.score > 0; ++round) {
-    const bool left = look_about(sides[0], best.left.centre, far),
-               right = look_about(sides[1], best.right.centre, far);
+    const bool left = look_about(sides[0], best.left.centre, again),
+               right = look_about(sides[1], best.right.centre, again);
     if (!left && !right) break;
     best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits, holds);
   }
@@ -118,13 +122,13 @@ void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<Foun
                Trunk& trunk) {
   const auto fits = [&](const Vector3d& l, const Vector3d& r) { return body.near_hips(l, r); };
   const auto holds = [&](const FoundSphere& l, const FoundSphere& r) { return body.are_hips(l, r); };
-  auto heads = find_heads(a, balls, hips_apart, 25, fits, holds);
+  auto heads = find_heads(a, balls, hips_apart, 25, hips_again, fits, holds);
   if (!heads) return;
   // just above the scan's end sockets pass for heads where it cuts the heads: what fits better is they
   constexpr double apart = 30;  // mm, of balls about one hip
   if (body.cuts(heads->left, apart) || body.cuts(heads->right, apart)) {
     const auto may_be = [&](const FoundSphere& l, const FoundSphere& r) { return body.may_be_hips(l, r); };
-    if (const auto other = find_heads(a, balls, hips_apart, 25, fits, may_be);
+    if (const auto other = find_heads(a, balls, hips_apart, 25, hips_again, fits, may_be);
         other && other->score > heads->score) {
       heads = other;
       heads->left.cut = body.cuts(heads->left), heads->right.cut = body.cuts(heads->right);
@@ -146,7 +150,7 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, const std::vector
     if (hips && std::abs(m[0] - 0.5 * (trunk.hip[0]->centre[0] + trunk.hip[1]->centre[0])) > 80) return false;
     return body.at_shoulders(l, r);
   };
-  auto heads = find_heads(a, balls, shoulders_apart, 50, fits,
+  auto heads = find_heads(a, balls, shoulders_apart, 50, shoulders_again, fits,
                           [](const FoundSphere&, const FoundSphere&) { return true; });
   if (!heads) return;
   for (FoundSphere* head : {&heads->left, &heads->right}) head->cut = body.cuts_from_above(*head, below_end);

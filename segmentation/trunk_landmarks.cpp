@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "segmentation/iliac_spines.hpp"
+#include "segmentation/trunk_front.hpp"
 #include "segmentation/vertebrae.hpp"
 #include "segmentation/work_grid.hpp"
 
@@ -28,24 +30,6 @@ bool level_seen(const Anatomy& a, double z) {
   return false;
 }
 
-// of an arm that lies before the trunk
-bool is_arm(const Limbs& limbs, std::int64_t i, std::int64_t j, std::int64_t k) {
-  const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
-  return owner == Limb::arm_left || owner == Limb::arm_right;
-}
-
-// foremost point of the trunk on the midsagittal line at a level
-std::optional<Vector3d> front_skin(const Anatomy& a, const Limbs& limbs, double x, double z) {
-  const auto& g = a.grid();
-  const Vector3d index = g.index(Vector3d(x, g.origin[1], z));
-  const auto i = std::lround(index[0]), k = std::lround(index[2]);
-  if (!g.holds(i, 0, k)) return std::nullopt;
-  for (std::int64_t j = 0; j < g.size[1]; ++j)
-    if (a.body.at(i, j, k) && !is_arm(limbs, i, j, k))
-      return voxel_point(g, i, j, k) - Vector3d(0, 0.5 * a.step(), 0);
-  return std::nullopt;
-}
-
 // lower end of the midline bone in front of the column: the xiphoid's tip
 struct Sternum {
   Vector3d top, tip;
@@ -65,10 +49,10 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
     const auto behind = std::lround((column[1] - 55 * trunk.scale - g.origin[1]) / a.step());
     for (std::int64_t j = 0; j < std::min(behind, g.size[1]) && !best; ++j)
       for (auto i = std::max<std::int64_t>(0, mid - half); i <= std::min(g.size[0] - 1, mid + half); ++i)
-        if (a.bone.at(i, j, k) && !is_arm(limbs, i, j, k)) {
+        if (a.bone.at(i, j, k) && !limbs.arm_at(i, j, k)) {
           std::int64_t last = i;
           for (auto n = i; n <= std::min(g.size[0] - 1, mid + half); ++n)
-            if (a.bone.at(n, j, k) && !is_arm(limbs, n, j, k)) last = n;
+            if (a.bone.at(n, j, k) && !limbs.arm_at(n, j, k)) last = n;
           best = 0.5 * (voxel_point(g, i, j, k) + voxel_point(g, last, j, k));
           break;
         }
@@ -138,131 +122,10 @@ std::optional<Vector3d> find_notch(const Anatomy& a, const Trunk& trunk, const V
   return std::nullopt;
 }
 
-// the navel: where the midline skin lies deepest behind the skin around it
-std::optional<Vector3d> find_navel(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double from,
-                                   double to) {
-  const auto& g = a.grid();
-  const auto k0 = std::lround((from - g.origin[2]) / a.step()),
-             k1 = std::lround((to - g.origin[2]) / a.step());
-  const auto skin = [&](std::int64_t i, std::int64_t k) -> double {
-    if (!g.holds(i, 0, k)) return 1e9;
-    for (std::int64_t j = 0; j < g.size[1]; ++j) {
-      if (!a.body.at(i, j, k)) continue;
-      if (is_arm(limbs, i, j, k)) return 1e9;
-      // between air and body at half the step of the CT number
-      if (j == 0) return 0;
-      const double v0 = a.scan.hu.at(i, j - 1, k), v1 = a.scan.hu.at(i, j, k);
-      const double t = v1 > v0 ? std::clamp((-400 - v0) / (v1 - v0), 0.0, 1.0) : 0.5;
-      return a.step() * (static_cast<double>(j) - 1 + t);
-    }
-    return 1e9;
-  };
-  const auto ring = std::lround(24 / a.step()), aside = std::lround(24 / a.step());
-  // against the mean of opposite neighbours, so that slopes and roundness along one line cancel
-  const auto dent_at = [&](std::int64_t i, std::int64_t k) {
-    const double here = skin(i, k);
-    if (here > 1e8) return 0.0;
-    double dent = 1e9;
-    for (const auto& [di, dk] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
-      const double s1 = skin(i + di * ring, k + dk * ring), s2 = skin(i - di * ring, k - dk * ring);
-      if (s1 > 1e8 || s2 > 1e8) return 0.0;
-      dent = std::min(dent, here - 0.5 * (s1 + s2));
-    }
-    return std::max(0.0, dent);
-  };
-  double best = 2.5;
-  std::int64_t at_i = -1, at_k = -1;
-  for (auto k = k0; k <= k1; ++k) {
-    const double z = g.origin[2] + a.step() * static_cast<double>(k);
-    const auto mid = std::lround((trunk.middle(z) - g.origin[0]) / a.step());
-    for (auto i = mid - aside; i <= mid + aside; ++i)
-      if (const double dent = dent_at(i, k); dent > best) best = dent, at_i = i, at_k = k;
-  }
-  if (at_i < 0) return std::nullopt;
-  // the dent's middle, by depth
-  const auto half = std::lround(15 / a.step());
-  Vector3d sum = Vector3d::Zero();
-  double weight = 0;
-  for (auto k = at_k - half; k <= at_k + half; ++k)
-    for (auto i = at_i - half; i <= at_i + half; ++i) {
-      const double w = dent_at(i, k) - 0.25 * best;
-      if (w <= 0) continue;
-      sum += w * voxel_point(g, i, 0, k);
-      weight += w;
-    }
-  Vector3d navel = sum / weight;
-  navel[1] += skin(at_i, at_k) - best;
-  return navel;
-}
-
-// The foremost place of bone in a box on one side: of the bone's front at each place, the middle of what lies
-// nearly as far forward as the foremost. x: from and to, outwards of `hip`, mm; z likewise, above it.
-std::optional<Vector3d> foremost_bone(const Anatomy& a, int side, const Vector3d& hip,
-                                      std::array<double, 2> x, std::array<double, 2> z) {
-  const auto& g = a.grid();
-  std::vector<Vector3d> front;
-  double best = 1e9;
-  for (auto k = std::lround((hip[2] + z[0] - g.origin[2]) / a.step());
-       k <= std::lround((hip[2] + z[1] - g.origin[2]) / a.step()); ++k)
-    for (std::int64_t i = 0; i < g.size[0]; ++i) {
-      const double lateral = side_sign(side) * (g.origin[0] + a.step() * static_cast<double>(i) - hip[0]);
-      if (lateral < x[0] || lateral > x[1]) continue;
-      for (std::int64_t j = 0; j < g.size[1]; ++j) {
-        if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
-        front.push_back(voxel_point(g, i, j, k));
-        best = std::min(best, front.back()[1]);
-        break;
-      }
-    }
-  if (front.empty()) return std::nullopt;
-  Vector3d where = Vector3d::Zero();
-  int count = 0;
-  for (const auto& p : front)
-    if (p[1] < best + 4) where += p, ++count;
-  where /= count;
-  where[1] = best - 0.5 * a.step();
-  return where;
-}
-
-constexpr const char* iliac_source = "bone: foremost point of the iliac crest";
-
-void find_asis(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
-  const double s = trunk.scale;
-  for (const int side : {left_side, right_side}) {
-    const Vector3d hip = trunk.hip[static_cast<std::size_t>(side)]->centre;
-    const auto place = foremost_bone(a, side, hip, {-25 * s, 75 * s}, {45 * s, 130 * s});
-    if (place && (*place)[1] < hip[1] - 15 * s - 0.5 * a.step())
-      // where the scan's end hides the ilium's top, the foremost of what shows of it is lower down
-      marks[std::string("asis") + side_suffix(side)] = {
-          *place, trunk.hip[static_cast<std::size_t>(side)]->cut ? 30.0 : 6.0, 0, iliac_source};
-  }
-}
-
 // de Leva (1996), male, Table 4: lengths in mm at stature 1.741 m
 constexpr double vertex_to_neck = 242.9, neck_to_xiphion = 242.1, xiphion_to_omphalion = 215.5,
                  omphalion_to_hip = 145.7;
 constexpr double neck_to_hip = neck_to_xiphion + xiphion_to_omphalion + omphalion_to_hip;
-
-// The same where the scan ends above the femoral heads: about where hips would be below this neck. The spines
-// are foremost of the wings, whose bone goes back above them and below: what is foremost at the box's or the
-// scan's end is none of them.
-void find_asis_below(const Anatomy& a, const Trunk& trunk, double neck, Landmarks& marks) {
-  const double s = trunk.scale, level = neck - neck_to_hip * s;
-  std::array<std::optional<Vector3d>, 2> spine;
-  for (const int side : {left_side, right_side}) {
-    Vector3d hip(trunk.middle(level) + side_sign(side) * 86 * s, 0, level);
-    auto& place = spine[static_cast<std::size_t>(side)];
-    place = foremost_bone(a, side, hip, {-25 * s, 75 * s}, {20 * s, 150 * s});
-    if (!place) return;
-    const double above = (*place)[2] - level;
-    if (above < 25 * s || above > 140 * s || a.near_edge(*place, 10)) return;
-    if ((*place)[1] > trunk.spine_at((*place)[2])[1] - 30 * s) return;
-  }
-  if (std::abs((*spine[0])[2] - (*spine[1])[2]) > 30 * s) return;
-  for (const int side : {left_side, right_side})
-    marks[std::string("asis") + side_suffix(side)] = {*spine[static_cast<std::size_t>(side)], 6, 0,
-                                                      iliac_source};
-}
 
 // highest point of the head, over the neck; what is near an arm's bones is no head
 std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const Vector3d& neck,
@@ -368,7 +231,7 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
 
 void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   const bool hips = trunk.hip[0] && trunk.hip[1];
-  if (hips) find_asis(a, trunk, marks);
+  if (hips) find_iliac_spines(a, trunk, limbs, marks);
   find_neck(a, trunk, limbs, marks);
   const auto neck = marks.find("neck");
   const bool has_neck = neck != marks.end(), shoulders = trunk.shoulder[0] && trunk.shoulder[1];
@@ -377,9 +240,10 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
   const double top = has_neck    ? neck->second.point[2]
                      : shoulders ? neck_above_shoulders(trunk)
                                  : hip_level + neck_to_hip * trunk.scale;
-  if (!hips) find_asis_below(a, trunk, top, marks);
   const double bottom = hips ? hip_level : top - neck_to_hip * trunk.scale;
   const double length = top - bottom;
+  if (!hips) find_iliac_spines_about(a, trunk, limbs, bottom, marks);
+  const TrunkFront front(a, trunk, limbs, bottom, top);
   const double spread = has_neck && hips ? 15 : 30;
 
   double xiphion = bottom + length * (omphalion_to_hip + xiphion_to_omphalion) / neck_to_hip;
@@ -394,17 +258,17 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
   } else if (level_seen(a, xiphion)) {
     if (const auto notch = has_neck ? find_notch(a, trunk, neck->second.point) : std::nullopt)
       marks["suprasternale"] = {*notch, 11, 0, "bone: highest in the midline before the neck's foot"};
-    const auto skin = front_skin(a, limbs, trunk.middle(xiphion), xiphion);
+    const auto skin = front.skin_at(xiphion);
     if (skin) marks["xiphion"] = {*skin, spread, 0, "proportion: between neck and hips"};
   }
   double omphalion =
       bottom + (xiphion - bottom) * omphalion_to_hip / (omphalion_to_hip + xiphion_to_omphalion);
-  if (const auto navel = find_navel(a, trunk, limbs, bottom + 0.25 * (xiphion - bottom),
-                                    bottom + 0.62 * (xiphion - bottom))) {
-    omphalion = (*navel)[2];
-    marks["omphalion"] = {*navel, 3, 0, "skin: the navel's dent"};
+  if (const auto navel =
+          front.navel(bottom + 0.25 * (xiphion - bottom), bottom + 0.62 * (xiphion - bottom))) {
+    omphalion = navel->point[2];
+    marks["omphalion"] = *navel;
   } else if (level_seen(a, omphalion)) {
-    const auto skin = front_skin(a, limbs, trunk.middle(omphalion), omphalion);
+    const auto skin = front.skin_at(omphalion);
     if (skin) marks["omphalion"] = {*skin, spread, 0, "proportion: between xiphion and hips"};
   }
   for (const auto& [joint, level] : {std::pair{"spine_upper", "xiphion"}, {"spine_lower", "omphalion"}}) {

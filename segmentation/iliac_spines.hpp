@@ -1,0 +1,22 @@
+// The anterior superior iliac spines.
+#pragma once
+
+#include <string_view>
+
+#include "segmentation/landmarks.hpp"
+#include "segmentation/limbs.hpp"
+
+namespace borelli {
+
+/// Ends the source of two spines that do not mirror each other.
+inline constexpr std::string_view unlike_other_side = ", unlike the other side's";
+
+/// Puts `asis_*` on the foremost bone of the pelvis over each of the two hips. Two that do not mirror each
+/// other are both as unsure as they differ.
+void find_iliac_spines(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs, Landmarks& marks);
+
+/// The same where no hips are in view, which would stand about `level` (mm, patient z).
+void find_iliac_spines_about(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs, double level,
+                             Landmarks& marks);
+
+}  // namespace borelli
