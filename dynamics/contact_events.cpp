@@ -210,20 +210,23 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
     }
     closed.push_back(i);
   }
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < most_rounds && (round == 0 || approach(state, closed)); ++round) {
+    if (round > 0) {
+      if (auto done = look(state); !done) return done;
+      std::fill(cannot_leave_.begin(), cannot_leave_.end(), false);
+    }
     if (approach(state, closed)) {
       if (auto done = meet(state, closed, log); !done) return done;
       if (auto done = look(state); !done) return done;
-    } else if (round > 0) {
-      break;
     }
     if (auto done = choose(state, closed); !done) return done;
     tell();
     if (!any_closed_) break;
     if (auto done = take_away_speed(state); !done) return done;
-    // what was taken away may press others on that part
-    if (auto done = look(state); !done) return done;
-    std::fill(cannot_leave_.begin(), cannot_leave_.end(), false);
+    // that may press others on that part
+    for (const int i : closed)
+      every_.rate[system_.contacts[i].row] +=
+          every_.L.row(system_.contacts[i].row).head(system_.nv).dot(w_.correction);
   }
   tell();
   std::fill(hit_.begin(), hit_.end(), false);
