@@ -43,6 +43,8 @@ ConstraintSolver::ConstraintSolver(const System& system)
 }
 
 void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide, RowSet set) {
+  const auto present = [this] { return system_.rows - (scale_.array() == 0).count(); };
+  const auto before = present();
   for (int r = 0; r < system_.rows; ++r) {
     const std::span<const int> columns = unit_.columns(r);
     double* row = unit_.row(r);
@@ -68,9 +70,10 @@ void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide, RowSet
     if (remembered_ >= 0 && length_[r] < longest_[r]) scale_[r] *= length_[r] / longest_[r];
     for (std::size_t i = 0; i < columns.size(); ++i) row[i] *= scale_[r];
   }
-  factored_ = (decide || healthy_) && eliminate(decide);
+  // rows that have been dependent are, but for a passage, dependent still
+  factored_ = (healthy_ || (decide && present() != before)) && eliminate(decide);
   if (!factored_) orthonormalise(decide);
-  if (decide) healthy_ = factored_;
+  if (decide) healthy_ = rank_ == present();
 }
 
 void ConstraintSolver::begin(bool decide) {

@@ -109,7 +109,7 @@ class ConstraintSolver {
   Eigen::VectorXd length_,
       longest_;            ///< of each row of L, by the coordinates' scales; over the states remembered
   SparseRows unit_;        ///< W, unit rows
-  bool healthy_ = true;    ///< whether the last decision was made by their Gram matrix
+  bool healthy_ = true;    ///< whether all that were not empty were independent, as decided
   bool factored_ = false;  ///< whether it stands in unit_; else basis_ and R_ do
   BlockRows W_;            ///< rows x nv: unit rows, on the way to what is left of them
   BlockRows basis_;        ///< rank x nv, orthonormal
