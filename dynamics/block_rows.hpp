@@ -45,10 +45,6 @@ class BlockRows {
     return sum;
   }
 
-  void scale(int r, double factor) {
-    visit(masks_.data() + r * words_, nullptr, [&](Eigen::Index b) { block(r, b) *= factor; });
-  }
-
   /// Whether row r of this and row o of the other have a block in common; both of as many columns.
   bool shares(int r, const BlockRows& other, int o) const {
     for (Eigen::Index w = 0; w < words_; ++w)

@@ -210,7 +210,13 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
     }
     closed.push_back(i);
   }
-  for (int round = 0; round < most_rounds && (round == 0 || approach(state, closed)); ++round) {
+  for (int round = 0; round == 0 || approach(state, closed); ++round) {
+    if (round == most_rounds)
+      return failure(
+          fmt::format("contact '{}'", system_.contacts[closed[0]].name),
+          fmt::format("it and those closed with it meet anew whenever one comes to rest, without end, at "
+                      "t = {:.9g} s; a higher rest_speed lets them rest",
+                      state.t));
     if (round > 0) {
       if (auto done = look(state); !done) return done;
       std::fill(cannot_leave_.begin(), cannot_leave_.end(), false);

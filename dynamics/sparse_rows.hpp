@@ -23,7 +23,7 @@ class SparseRows {
     const Range& range = ranges_[constraint_[r]];
     return {columns_.data() + range.first, std::size_t(range.count)};
   }
-  /// Row r's numbers in these columns. Whoever writes all of them calls `clear` for a row without entries.
+  /// Row r's numbers in these columns: to be written whole, or cleared, before the rows are used.
   double* row(int r) { return numbers_.data() + first_[r]; }
   void clear(int r);
   /// Row r <- F^-T times it (branch_sparse.hpp).
