@@ -16,6 +16,8 @@ using Eigen::Vector3d;
 constexpr double least_fall = 100;
 // CT numbers are held to this range: below, fat against muscle is no edge of bone; above are cortex and metal
 constexpr double lowest = 20, highest = 1500;
+// what lies below was not seen, nor what lies between it and what was
+constexpr double unseen = -1100;
 // along one ray: 100 mm at the finest step, and more
 constexpr std::size_t most_samples = 512;
 
@@ -37,7 +39,7 @@ void CloseUp::along(const Vector3d& from, const Vector3d& step, int count, doubl
   for (int n = 0; n < count; ++n) {
     const double x = start[0] + n * stride[0], y = start[1] + n * stride[1], z = start[2] + n * stride[2];
     if (x < 0 || y < 0 || z < 0 || x >= end[0] || y >= end[1] || z >= end[2]) {
-      values[n] = -1000;
+      values[n] = padding_hu;
       continue;
     }
     const auto i = static_cast<std::int64_t>(x), j = static_cast<std::int64_t>(y),
@@ -71,8 +73,8 @@ CloseUp close_up(const GreyVolume& volume, const Vector3d& centre, double half) 
             g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
         double value = 0;
         const bool held = sample(volume, to_index * (p - volume.grid.origin), value);
-        view.hu.at(i, j, k) = held ? static_cast<std::int16_t>(std::lround(hu_of(value, volume.quantity)))
-                                   : std::int16_t{-1000};
+        view.hu.at(i, j, k) =
+            held ? static_cast<std::int16_t>(std::lround(hu_of(value, volume.quantity))) : padding_hu;
       }
   return view;
 }
@@ -84,8 +86,12 @@ std::vector<double> falls_along(const CloseUp& view, const Vector3d& from, const
   const auto wanted = static_cast<int>((most - least) / dr) + 1 + 4 * half;
   const double start = least - 2 * half * dr;
   std::array<double, most_samples> level;
-  const int count = std::min<int>(wanted, most_samples);
+  int count = std::min<int>(wanted, most_samples);
   view.along(from + start * direction, dr * direction, count, level.data());
+  // where the scan ends bone does not
+  const auto first = std::find_if(level.begin(), level.begin() + count, [](double v) { return v > unseen; });
+  count = static_cast<int>(std::find_if(first, level.begin() + count, [](double v) { return v <= unseen; }) -
+                           level.begin());
   for (int n = 0; n < count; ++n)
     level[static_cast<std::size_t>(n)] = std::clamp(level[static_cast<std::size_t>(n)], lowest, highest);
   const auto fall = [&](int n) {

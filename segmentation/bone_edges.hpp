@@ -10,11 +10,11 @@ namespace borelli {
 
 /// A stretch of a scan along the patient's axes, as CT numbers.
 struct CloseUp {
-  Volume<std::int16_t> hu;  ///< isotropic; air where the scan shows nothing
+  Volume<std::int16_t> hu;  ///< isotropic; padding_hu where the scan shows nothing
   double blur = 1;          ///< over which the scan itself blurs an edge, mm (its middling voxel size)
   double coarsest = 1;      ///< the scan's largest spacing, mm
 
-  /// Trilinear value at a patient point, air beyond.
+  /// Trilinear value at a patient point, padding_hu beyond.
   double at(const Eigen::Vector3d& point) const;
   /// The same at `count` points from `from` on, each `step` (mm) after the last.
   void along(const Eigen::Vector3d& from, const Eigen::Vector3d& step, int count, double* values) const;
@@ -25,6 +25,7 @@ CloseUp close_up(const GreyVolume& volume, const Eigen::Vector3d& centre, double
 
 /// Distances from `from` along a unit direction, within `least` to `most` mm, at which CT numbers fall
 /// steeply (by 100 or more over the blur), each at half way between the levels on its two sides; outwards.
+/// Where the scan ends none is seen.
 std::vector<double> falls_along(const CloseUp& view, const Eigen::Vector3d& from,
                                 const Eigen::Vector3d& direction, double least, double most);
 

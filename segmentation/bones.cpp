@@ -46,13 +46,15 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
     const auto n = static_cast<std::size_t>(side);
     const auto mark = [&](const LimbWay& way, const JointsAlongWay& joints, const char* first,
                           const char* second, const char* third) {
-      const double all = way.length() + 1, m = joints.middle > 0 ? joints.middle : all + clear,
+      // a shaft that broadens above an elbow out of view is no elbow
+      const bool told = &way == &limbs.leg(side) || planes.parts_off(part_label(second + at));
+      const double all = way.length() + 1, m = joints.middle > 0 && told ? joints.middle : all + clear,
                    e = joints.end > 0 ? joints.end : all + clear;
       mark_way(a, way, 0, m - clear, part_label(first + at), seeds);
       mark_way(a, way, m + clear, e - clear, part_label(second + at), seeds);
       mark_way(a, way, e + clear, all, part_label(third + at), seeds);
     };
-    if (trunk.hip[n] && limbs.leg(side).present)
+    if ((trunk.hip[n] || trunk.femur[n]) && limbs.leg(side).present)
       mark(limbs.leg(side), leg_joints(limbs.leg(side), trunk.scale), "thigh", "shank", "foot");
     if (trunk.shoulder[n] && limbs.arm(side).present)
       mark(limbs.arm(side), arm_joints(limbs.arm(side), trunk.scale), "upper_arm", "forearm", "hand");

@@ -93,6 +93,8 @@ std::vector<Cut> cut_planes(const Landmarks& landmarks, Convention convention) {
         normal = bisector(*a, *centre, *c);
       else if (centre && a && (arm || joint.starts_with("ankle")))
         normal = Vector3d((*centre - *a).normalized());
+      else if (centre && c)
+        normal = Vector3d((*c - *centre).normalized());
     }
     // the trunk's tree runs upwards from the lower trunk, so "distal" of the trunk's own cuts lies above
     if (point && normal)

@@ -1,15 +1,10 @@
 // The anterior superior iliac spines.
 #pragma once
 
-#include <string_view>
-
 #include "segmentation/landmarks.hpp"
 #include "segmentation/limbs.hpp"
 
 namespace borelli {
-
-/// Ends the source of two spines that do not mirror each other.
-inline constexpr std::string_view unlike_other_side = ", unlike the other side's";
 
 /// Puts `asis_*` on the foremost bone of the pelvis over each of the two hips. Two that do not mirror each
 /// other are both as unsure as they differ.

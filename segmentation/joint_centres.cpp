@@ -12,6 +12,7 @@
 #include "segmentation/bent_joints.hpp"
 #include "segmentation/hinges.hpp"
 #include "segmentation/joints_along_way.hpp"
+#include "segmentation/limb_lengths.hpp"
 #include "segmentation/slabs.hpp"
 
 namespace borelli {
@@ -213,28 +214,35 @@ Vector3d body_left(const Trunk& trunk) {
 void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
   const auto n = static_cast<std::size_t>(side);
   const LimbWay& way = limbs.leg(side);
-  if (!trunk.hip[n] || !way.present) return;
+  if (!(trunk.hip[n] || trunk.femur[n]) || !way.present) return;
   const Limb limb = side == left_side ? Limb::leg_left : Limb::leg_right;
   const std::string at = side_suffix(side);
   const double scale = trunk.scale;
   const Vector3d left = body_left(trunk);
-  const FoundSphere& head = *trunk.hip[n];
-  marks["hip" + at] = found(head.centre, std::max(head.cut ? head.radius : 1.5, 2 * head.deviation),
-                            head.cut ? "bone: sphere on a femoral head that the scan's end may cut"
-                                     : "bone: sphere on the femoral head",
-                            head.radius);
+  if (const auto& head = trunk.hip[n])
+    marks["hip" + at] = found(head->centre, std::max(head->cut ? head->radius : 1.5, 2 * head->deviation),
+                              head->cut ? "bone: sphere on a femoral head that the scan's end may cut"
+                                        : "bone: sphere on the femoral head",
+                              head->radius);
 
   const JointsAlongWay joints = leg_joints(way, scale);
   if (joints.middle == 0) return;
   // the condyles' middle stands one condyle's radius above the joint's gap
   constexpr double condyle = 22;
   const Vector3d knee_line = way.points[way.index(joints.middle)];
-  const Vector3d down = (knee_line - trunk.hip[n]->centre).normalized();
+  const Vector3d root = trunk.hip[n] ? trunk.hip[n]->centre : *trunk.femur[n];
+  const Vector3d down = (knee_line - root).normalized();
   const Section end = section_of(a, limbs, limb, knee_line, down, 9, 65);
   const auto bent_knee = bent_joint(a, limbs, limb, joints.middle, 70 * scale, 220 * scale);
-  const JointEnd k =
-      joint_end(a, limbs, limb, side, end.centre - condyle * scale * down, down, left,
-                {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0}, bent_knee);
+  const auto condyles_at = [&](const Vector3d& centre) {
+    return joint_end(a, limbs, limb, side, centre, down, left,
+                     {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0}, bent_knee);
+  };
+  JointEnd k = condyles_at(end.centre - condyle * scale * down);
+  // where neither gap nor waist shows, the line is but the widest place: with a patella the condyles' own. On
+  // voxels that would not show a gap either, other round things pass for condyles
+  if (!k.measured && !bent_knee && a.gaps_unseen(scale) == 0)
+    if (const JointEnd lower = condyles_at(end.centre); lower.measured) k = lower;
   // near a right angle and beyond outlines of both bones lie in each other's way, unless their shafts tell
   const double beyond = joints.middle + 150 * scale;
   const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
@@ -292,6 +300,9 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       joint_end(a, limbs, limb, side, end.centre - trochlea * scale * down, down, left,
                 {22 * scale, 6 * scale, 16 * scale, 24, 15 * scale, 45 * scale, 0.5, 1, 22 * scale},
                 bent_joint(a, limbs, limb, joints.middle, 50 * scale, 160 * scale));
+  // where the scan ends above an elbow, the shaft that broadens towards it passes for its end
+  constexpr double joint_in_view = 30;
+  if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return;
   marks["elbow" + at] = found(
       e.centre, e.deviation,
       e.measured ? "bone: cylinder on the trochlea and capitulum" : "bone: middle of the humeral epicondyles",
@@ -348,6 +359,8 @@ void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limb
       (n % 2 ? find_arm : find_leg)(a, trunk, limbs, n < 2 ? left_side : right_side, found_on[n]);
   });
   for (Landmarks& limb : found_on) marks.merge(limb);
+  place_cut_ankles(limbs, marks);
+  doubt_unlike_lengths(trunk, limbs, marks);
   if (marks.contains("hip_left") && marks.contains("hip_right"))
     marks["mid_hip"] = found(0.5 * (marks["hip_left"].point + marks["hip_right"].point),
                              std::max(marks["hip_left"].deviation, marks["hip_right"].deviation),

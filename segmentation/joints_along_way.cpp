@@ -50,7 +50,7 @@ std::optional<double> waist_near(const LimbWay& way, double broad, double reach)
   for (std::size_t q = way.index(broad - reach); q <= way.index(broad + reach); ++q) {
     const double s = LimbWay::spacing * static_cast<double>(q);
     const double low = narrowest(way, std::min(s, broad), std::max(s, broad));
-    if (way.section[q] < 0.75 * at || way.section[q] - section(way, low) <= rise) continue;
+    if (way.section[q] < 0.6 * at || way.section[q] - section(way, low) <= rise) continue;
     rise = way.section[q] - section(way, low);
     best = low;
   }
@@ -99,9 +99,10 @@ std::optional<double> notch_before_hand(const LimbWay& way, double from, double 
 
 JointsAlongWay leg_joints(const LimbWay& way, double scale) {
   JointsAlongWay joints;
-  const double knee = widest(way, 270 * scale, 580 * scale);
+  // of a bone without its head the shaft must show, long enough to tell a knee from a shank's upper end
+  const double knee = widest(way, (way.headless ? 60 : 270) * scale, 580 * scale);
   if (knee == 0 || way.length() < knee + 20) return joints;
-  const double shaft = narrowest(way, 120 * scale, knee);
+  const double shaft = narrowest(way, (way.headless ? 15 : 120) * scale, knee);
   if (section(way, knee) < 2 * section(way, shaft)) return joints;
   joints.middle = gap_near(way, knee, 40 * scale).value_or(waist_near(way, knee, 70 * scale).value_or(knee));
 
@@ -112,6 +113,9 @@ JointsAlongWay leg_joints(const LimbWay& way, double scale) {
   for (double s = from; s <= std::min(to, way.length() - 60) && joints.end == 0; s += LimbWay::spacing)
     if (smooth_section(way, s) >= 1.4 * shank) joints.end = s + flare_to_ankle * scale;
   if (joints.end > way.length() - 40) joints.end = 0;
+  // where the scan's side cuts the shank its bones look slender, and where they broaden is not seen
+  for (std::size_t n = way.index(from); n <= way.index(joints.end); ++n)
+    if (joints.end > 0 && way.at_edge[n]) joints.end = 0;
   return joints;
 }
 

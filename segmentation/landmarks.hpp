@@ -26,6 +26,11 @@ struct Landmark {
   std::string source;  ///< how it was found: "exact", "bone: sphere on the femoral head", "proportion" ...
 };
 
+/// End the source of a point that is less sure than how it was found says, since left and right, or a limb's
+/// length and the body's size, differ by more than those of bodies do.
+inline constexpr std::string_view unlike_other_side = ", unlike the other side's",
+                                  unlike_body = ", unlike the body's size";
+
 /// The names above, and the stems of those that end in _left or _right.
 inline constexpr std::array<std::string_view, 13> landmark_names{
     "neck",    "spine_upper", "spine_lower", "vertex", "cervicale", "suprasternale", "xiphion", "omphalion",

@@ -55,6 +55,8 @@ void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seed
                                                               : middle_of(trunk.shoulder)[1] + 35 * size) -
                                          chest_front * size;
         bool axial = trunk.spine_holds(p[2]) && (p - trunk.spine_at(p[2])).norm() < 40;
+        constexpr double skull = 110;  // mm from the brain's middle
+        if (trunk.brain && (p - *trunk.brain).norm() < skull * trunk.scale) axial = true;
         if (at_pelvis && p[2] > std::min(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) - 30)
           axial = axial || between(trunk.hip, p);
         if (at_chest && p[2] > std::min(trunk.shoulder[0]->centre[2], trunk.shoulder[1]->centre[2]) - 165)
@@ -71,42 +73,42 @@ void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seed
       }
 }
 
-void mark_ball(const Anatomy& a, const FoundSphere& ball, Limb limb, Volume<std::uint8_t>& seeds) {
+void mark_ball(const Anatomy& a, const Vector3d& centre, double r, Limb limb, Volume<std::uint8_t>& seeds) {
   const auto& g = a.grid();
-  const double r = 0.7 * std::min(ball.radius, 27.0);
-  const Vector3d low = g.index(ball.centre - Vector3d::Constant(r)),
-                 high = g.index(ball.centre + Vector3d::Constant(r));
+  const Vector3d low = g.index(centre - Vector3d::Constant(r)),
+                 high = g.index(centre + Vector3d::Constant(r));
   for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
     for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
       for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
         const Vector3d p =
             g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
-        if (g.holds(i, j, k) && (p - ball.centre).norm() < r)
-          seeds.at(i, j, k) = static_cast<std::uint8_t>(limb);
+        if (g.holds(i, j, k) && (p - centre).norm() < r) seeds.at(i, j, k) = static_cast<std::uint8_t>(limb);
       }
 }
 
 LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   LimbWay way;
   const auto& g = a.grid();
+  const auto nx = static_cast<std::uint32_t>(g.size[0]), ny = static_cast<std::uint32_t>(g.size[1]);
+  const auto point = [&](std::uint32_t o) {
+    return g.point(Vector3d(o % nx, o / nx % ny, o / nx / ny));  // NOLINT: exact integers
+  };
   float farthest = 0;
   std::uint32_t end = 0;
   std::vector<double> shell;
+  std::vector<char> at_edge;
   const double voxel = std::pow(a.step(), 3);
   for (std::size_t o = 0; o < g.count(); ++o) {
     if (!a.bone.voxels[o] || territory.owner.voxels[o] != static_cast<std::uint8_t>(limb)) continue;
     const float length = territory.length.voxels[o];
     const auto n = static_cast<std::size_t>(length / LimbWay::spacing);
-    if (n >= shell.size()) shell.resize(n + 1, 0);
+    if (n >= shell.size()) shell.resize(n + 1, 0), at_edge.resize(n + 1, 0);
     shell[n] += voxel / LimbWay::spacing;
+    if (!at_edge[n] && a.near_edge(point(static_cast<std::uint32_t>(o)), a.step())) at_edge[n] = 1;
     if (length > farthest) farthest = length, end = static_cast<std::uint32_t>(o);
   }
   if (farthest <= 0) return way;
   way.present = true;
-  const auto nx = static_cast<std::uint32_t>(g.size[0]), ny = static_cast<std::uint32_t>(g.size[1]);
-  const auto point = [&](std::uint32_t o) {
-    return g.point(Vector3d(o % nx, o / nx % ny, o / nx / ny));  // NOLINT: exact integers
-  };
   way.cut = a.near_edge(point(end), 8);
   // equally spaced in length, then smoothed over some 15 mm
   const auto voxels = way_to(territory, end);
@@ -135,6 +137,8 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
       area += static_cast<std::size_t>(q) < shell.size() ? shell[static_cast<std::size_t>(q)] : 0;
     way.points.push_back(sum / static_cast<double>(2 * half + 1));
     way.section.push_back(area / shells);
+    way.at_edge.push_back(static_cast<std::size_t>(n) < at_edge.size() &&
+                          at_edge[static_cast<std::size_t>(n)]);
   }
   return way;
 }
@@ -147,7 +151,9 @@ Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
   for (std::size_t n = 1; n < limbs.way.size(); ++n) {
     const bool leg = n <= 2;
     const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
-    if (head) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
+    const bool headless = leg && trunk.femur[n - 1];
+    if (head || headless) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
+    limbs.way[n].headless = headless;
   }
   return limbs;
 }
@@ -268,13 +274,17 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   mark_axial(a, trunk, seeds, wings);
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side);
-    if (trunk.hip[n])
-      mark_ball(a, *trunk.hip[n], side == left_side ? Limb::leg_left : Limb::leg_right, seeds);
-    if (trunk.shoulder[n])
-      mark_ball(a, *trunk.shoulder[n], side == left_side ? Limb::arm_left : Limb::arm_right, seeds);
+    const Limb leg = side == left_side ? Limb::leg_left : Limb::leg_right,
+               arm = side == left_side ? Limb::arm_left : Limb::arm_right;
+    const auto core = [](const FoundSphere& head) { return 0.7 * std::min(head.radius, 27.0); };
+    constexpr double shaft = 12;  // mm
+    if (trunk.hip[n]) mark_ball(a, trunk.hip[n]->centre, core(*trunk.hip[n]), leg, seeds);
+    if (trunk.femur[n]) mark_ball(a, *trunk.femur[n], shaft, leg, seeds);
+    if (trunk.shoulder[n]) mark_ball(a, trunk.shoulder[n]->centre, core(*trunk.shoulder[n]), arm, seeds);
   }
   Limbs limbs = limbs_of(a, trunk, geodesic(cost, seeds, true, longest_limb));
-  if (arms_meet(limbs.territory)) part_arms(a, cost, seeds, limbs);
+  limbs.arms_meet = arms_meet(limbs.territory);
+  if (limbs.arms_meet) part_arms(a, cost, seeds, limbs);
   // A hand on the hip lies as near to the pelvis' bones as its own do to each other, and the way to it from
   // there is shorter than along its arm.
   constexpr double far_enough = 500, gained = 100;  // mm; of a whole arm's way some 700
@@ -285,6 +295,7 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   if (!ends_early(left_side) && !ends_early(right_side)) return limbs;
   unmark_hands(a, trunk, wings, seeds);
   Limbs kept = limbs_of(a, trunk, territory_of_kept_trunk(a, trunk, cost, seeds));
+  kept.arms_meet = limbs.arms_meet;
   for (const int side : {left_side, right_side})
     if (ends_early(side) && kept.arm(side).length() > limbs.arm(side).length() + gained * trunk.scale)
       return kept;

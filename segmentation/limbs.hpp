@@ -17,9 +17,11 @@ enum class Limb : std::uint8_t { none, leg_left, leg_right, arm_left, arm_right,
 struct LimbWay {
   bool present = false;
   bool cut = false;                     ///< the way ends where the scan does
+  bool headless = false;                ///< its root is where the scan cuts the bone, not a head
   std::vector<Eigen::Vector3d> points;  ///< from root to end, one every `spacing` mm of way, smoothed; mm
   std::vector<double> section;          ///< area of bone that lies as far from the root, mm^2, per point
   std::vector<double> off_bone;         ///< distance to bone at the point, mm (a joint's gap: above 0)
+  std::vector<char> at_edge;            ///< 1 where bone so far from the root is cut by the scan's edge
   static constexpr double spacing = 3;
   /// Of the point at or before `s` mm from the root; of a way that is present.
   std::size_t index(double s) const {
@@ -34,6 +36,7 @@ struct Limbs {
 
   const LimbWay& leg(int side) const { return way[static_cast<std::size_t>(side) + 1]; }
   const LimbWay& arm(int side) const { return way[static_cast<std::size_t>(side) + 3]; }
+  bool arms_meet = false;  ///< what is next to bone of one arm borders on what is next to the other's
   /// True at bone of an arm and in the flesh next to it.
   bool arm_at(std::int64_t i, std::int64_t j, std::int64_t k) const {
     const auto owner = static_cast<Limb>(territory.owner.at(i, j, k));

@@ -108,9 +108,10 @@ void place_missing_elbows(const Anatomy& a, const Limbs& limbs, const Volume<std
     if (!elbow) continue;
     const Vector3d along = (*elbow - head).normalized();
     if (flesh_beyond(a, owner, part_label("upper_arm" + at), *elbow, along) < piece) continue;
-    // lengths left and right, and of bodies of one stature, differ by some 2 and 6 %; the shaft's line is off
-    // by some 3 degrees
-    const double deviation = std::hypot((mirrored ? 0.02 : 0.06) * length, 0.05 * length);
+    // lengths left and right, of bodies of one stature, and of one breadth of shoulders, differ by some 2, 6
+    // and 12 %; the shaft's line is off by some 3 degrees
+    const double differ = mirrored ? 0.02 : marks.contains("hip_left") ? 0.06 : 0.12;
+    const double deviation = std::hypot(differ * length, 0.05 * length);
     placed["elbow" + at] = {*elbow, deviation, 0,
                             mirrored ? "proportion: the other arm's length along the humerus"
                                      : "proportion: by the body's size along the humerus"};

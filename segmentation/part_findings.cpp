@@ -12,7 +12,6 @@
 
 #include "segmentation/contact.hpp"
 #include "segmentation/edge_contact.hpp"
-#include "segmentation/iliac_spines.hpp"
 
 namespace borelli {
 namespace {
@@ -50,9 +49,12 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
           finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
                           " placed by proportion";
         if (it->second.source.ends_with(unlike_other_side))
-          finding.note +=
-              (finding.note.empty() ? "" : "; ") +
-              std::string("the iliac spines that its cut hangs on are not each other's mirror images");
+          finding.note += (finding.note.empty() ? "" : "; ") +
+                          (bound.starts_with("asis") ? "the iliac spines that its cut hangs on are not each "
+                                                       "other's mirror images"
+                                                     : bound + " is unlike the other side's");
+        if (it->second.source.ends_with(unlike_body))
+          finding.note += (finding.note.empty() ? "" : "; ") + bound + " is unlike the body's size";
         if (const auto own = out.landmarks.find(joint);
             own != out.landmarks.end() && own->second.source.starts_with("regression"))
           finding.note += (finding.note.empty() ? "" : "; ") + joint + " placed by regression";
@@ -252,6 +254,42 @@ void doubt_what_holds_arms(const Anatomy& a, const Volume<std::uint8_t>& owner, 
   }
 }
 
+void doubt_thighs_above_crotch(const Anatomy& a, const Volume<std::uint8_t>& owner, Segmentation& out) {
+  const auto& g = a.grid();
+  const auto slice = static_cast<std::size_t>(g.size[0] * g.size[1]);
+  const auto last = std::find(a.body.voxels.rbegin(), a.body.voxels.rend(), 1);
+  if (last == a.body.voxels.rend()) return;
+  const std::size_t first = static_cast<std::size_t>(a.body.voxels.rend() - last - 1) / slice * slice;
+  Mask top{g,
+           {a.body.voxels.begin() + static_cast<std::ptrdiff_t>(first),
+            a.body.voxels.begin() + static_cast<std::ptrdiff_t>(first + slice)}};
+  top.grid.size[2] = 1;
+  const Regions pieces = connected_regions(top, 6);
+  constexpr int left = part_label("thigh_left"), right = part_label("thigh_right");
+  std::vector<std::array<bool, 2>> holds(pieces.list.size(), {false, false});
+  for (std::size_t o = 0; o < slice; ++o)
+    if (const auto number = pieces.number.voxels[o]) {
+      auto& here = holds[static_cast<std::size_t>(number - 1)];
+      here[0] = here[0] || owner.voxels[first + o] == left;
+      here[1] = here[1] || owner.voxels[first + o] == right;
+    }
+  if (std::none_of(holds.begin(), holds.end(), [](const auto& both) { return both[0] && both[1]; })) return;
+  for (const int label : {left, right}) {
+    PartFinding& thigh = out.part[static_cast<std::size_t>(label)];
+    thigh.confidence = std::min(thigh.confidence, 0.4);
+    thigh.note += (thigh.note.empty() ? "" : "; ") +
+                  std::string("may hold flesh of the lower trunk, whose hips are not in view");
+  }
+}
+
+void doubt_trunk_without_shoulders(Segmentation& out) {
+  PartFinding& trunk = out.part[static_cast<std::size_t>(part_label("upper_trunk"))];
+  if (trunk.volume == 0) return;
+  trunk.coverage = Coverage::cut;
+  trunk.confidence = std::min(trunk.confidence, 0.2);
+  trunk.note += (trunk.note.empty() ? "" : "; ") + std::string("holds what is in view of shoulders and arms");
+}
+
 void warn_of_flesh_without_part(const Anatomy& a, const Volume<std::uint8_t>& owner, Segmentation& out) {
   constexpr double much = 0.1e6, share = 0.01;  // mm^3; of the body in view
   double body = 0, without = 0;
@@ -289,6 +327,14 @@ void warn_of_joints(const Grid& grid, Segmentation& out) {
   std::string outlined;
   double most = 0, wrists = 0;
   for (const auto& [name, mark] : out.landmarks) {
+    const bool unlike_side = mark.source.ends_with(unlike_other_side);
+    if (!name.starts_with("asis") && (unlike_side || mark.source.ends_with(unlike_body))) {
+      out.warnings.push_back(
+          plain(name) + fmt::format(" may lie {:.0f} mm off: it makes its limb unlike {}", mark.deviation,
+                                    unlike_side ? "the other side's by more than bodies are"
+                                                : "any of a body of this size"));
+      continue;
+    }
     // of a hand that is cut or not all there its part tells
     if (mark.source.starts_with("bone: between radius") &&
         out.part[static_cast<std::size_t>(part_label("hand" + name.substr(5)))].coverage == Coverage::whole)

@@ -23,6 +23,12 @@ void judge_parts(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, cons
 void doubt_what_holds_arms(const Anatomy& anatomy, const Volume<std::uint8_t>& owner,
                            const PartPlanes& planes, double hips, Segmentation& out);
 
+/// Of legs alone whose flesh is one at the scan's upper end: what is there of the lower trunk is the thighs'.
+void doubt_thighs_above_crotch(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, Segmentation& out);
+
+/// Of a head alone: what lies below its neck is a piece of the upper trunk, with shoulders and arms in it.
+void doubt_trunk_without_shoulders(Segmentation& out);
+
 /// Adds a sentence where more than a little of the body in view is nobody's.
 void warn_of_flesh_without_part(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, Segmentation& out);
 

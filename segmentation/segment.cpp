@@ -24,6 +24,7 @@
 #include "segmentation/joint_centres.hpp"
 #include "segmentation/landmark_seeds.hpp"
 #include "segmentation/limb_tips.hpp"
+#include "segmentation/lone_parts.hpp"
 #include "segmentation/missing_elbows.hpp"
 #include "segmentation/part_findings.hpp"
 #include "segmentation/part_planes.hpp"
@@ -86,9 +87,11 @@ using Progress = std::function<void(double, std::string_view)>;
 
 // Parts and landmarks of a body whose trunk is known. `options` as for this volume: where a body of unusual
 // size is looked at as one of usual size, their lengths are enlarged as it is.
-Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& trunk, ClassParts* classes,
+Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& of_body, ClassParts* classes,
                       const SegmentOptions& options, const Progress& progress) {
   progress(0.5, "following the limbs");
+  Trunk trunk = of_body;
+  if (!classes && options.given.empty() && trunk.empty()) find_lone_parts(a, trunk);
   const Limbs limbs = trace_limbs(a, trunk);
   Segmentation out;
   find_limb_landmarks(a, trunk, limbs, out.landmarks);
@@ -113,7 +116,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
     for (const auto& list : {options.classes->warnings, classes->warnings()})
       out.warnings.insert(out.warnings.end(), list.begin(), list.end());
     put_given(options.given, out.landmarks);
-  } else if (!trunk.hip[0] && !trunk.shoulder[0] && !options.given.empty()) {
+  } else if (trunk.empty() && !options.given.empty()) {
     bones = seeds_by_landmarks(a, out.landmarks);
     by_hand = std::any_of(bones.voxels.begin(), bones.voxels.end(), [](std::uint8_t v) { return v != 0; });
   } else if (options.convention == Convention::bone) {
@@ -136,13 +139,17 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& t
   judge_parts(a, owner, planes, out);
   if (!classes && !by_hand && trunk.hip[0] && !trunk.shoulder[0])
     doubt_what_holds_arms(a, owner, planes, std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]), out);
-  if (!classes && (trunk.hip[0] || trunk.shoulder[0])) warn_of_flesh_without_part(a, owner, out);
+  if (trunk.femur[0]) doubt_thighs_above_crotch(a, owner, out);
+  if (trunk.brain) doubt_trunk_without_shoulders(out);
+  if (!classes && !trunk.empty()) warn_of_flesh_without_part(a, owner, out);
   if (by_hand)
     out.warnings.push_back(
         "neither both hips nor both shoulders were found: parts are by the given landmarks alone");
-  else if (!trunk.hip[0] && !trunk.shoulder[0] && !classes)
+  else if (trunk.empty() && !classes)
     out.warnings.push_back(
-        "neither both hips nor both shoulders are in view: no part could be told, and none is labelled");
+        "neither both hips nor both shoulders are in view, nor two legs from knee to foot, nor a head: no "
+        "part "
+        "could be told, and none is labelled");
   warn_of_parts(out);
   return out;
 }

@@ -180,9 +180,8 @@ std::vector<float> blurred_slice(const Anatomy& a, std::int64_t k, std::int64_t 
   return out;
 }
 
-// Best column from `bottom` to `top` (slices), each step at most one voxel sideways (dynamic programming).
-// `far`: mm aside of x from which on a place counts for ever less; wings of a pelvis hold as much bone as a
-// column does.
+}  // namespace
+
 void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, double far, Trunk& trunk) {
   const auto& g = a.grid();
   const auto k0 =
@@ -240,8 +239,6 @@ void find_spine(const Anatomy& a, double x, double bottom_z, double top_z, doubl
     trunk.spine.push_back(p);
   }
 }
-
-}  // namespace
 
 Vector3d Trunk::spine_at(double z) const {
   if (spine.size() < 2) return Vector3d(0, 0, z);

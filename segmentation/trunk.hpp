@@ -12,6 +12,10 @@ namespace borelli {
 
 struct Trunk {
   std::array<std::optional<FoundSphere>, 2> hip, shoulder;  ///< femoral and humeral heads, by side
+  /// Where the scan's upper end cuts the femora of legs alone, and a lone head's brain's middle
+  /// (lone_parts.hpp).
+  std::array<std::optional<Eigen::Vector3d>, 2> femur;
+  std::optional<Eigen::Vector3d> brain;
   /// Middle of the vertebral column, one point per slice of the work grid, upwards; empty where it is not
   /// seen.
   std::vector<Eigen::Vector3d> spine;
@@ -21,6 +25,8 @@ struct Trunk {
   /// Size against an adult of de Leva's male sample (stature 1.741 m), from what is in view.
   double scale = 1;
 
+  /// Nothing is in view that parts hang on.
+  bool empty() const { return !hip[0] && !shoulder[0] && !femur[0] && !brain; }
   /// The column's middle at a level (mm, patient z), held to its ends.
   Eigen::Vector3d spine_at(double z) const;
   bool spine_holds(double z) const;
@@ -33,5 +39,10 @@ struct Trunk {
 /// humeral heads from elbows; a pair that the body about it does not bear out is none (heads_in_body.hpp).
 /// The column is the way upwards from between the hips that holds the most bone.
 Trunk find_trunk(const Anatomy& anatomy);
+
+/// Sets `spine` to the best column about x from `bottom` to `top` (mm, patient z), each step up at most one
+/// voxel sideways (dynamic programming). From `far` mm aside of x on a place counts for ever less: wings of a
+/// pelvis hold as much bone as a column does.
+void find_spine(const Anatomy& anatomy, double x, double bottom, double top, double far, Trunk& trunk);
 
 }  // namespace borelli

@@ -196,10 +196,17 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
   } else if (hips) {
     z = 0.5 * (trunk.hip[0]->centre[2] + trunk.hip[1]->centre[2]) + neck_to_hip * trunk.scale;
     neck.deviation = 35, neck.source = "proportion: above the hips";
+  } else if (trunk.brain) {
+    constexpr double below_brain = 165;
+    z = (*trunk.brain)[2] - below_brain * trunk.scale;
+    neck.deviation = 20, neck.source = "proportion: below the brain";
   } else {
     return;
   }
-  if (const auto rib = first_rib(a, trunk, z)) {
+  // jaws beside the column are no rib: of a lone head it lies near where the brain puts it
+  constexpr double jaw = 45;
+  const auto rib = first_rib(a, trunk, z);
+  if (rib && (!trunk.brain || *rib < z + jaw * trunk.scale)) {
     // the first rib's neck stands beside the upper half of the first thoracic vertebra
     z = *rib + 7 * trunk.scale;
     neck.deviation = 5, neck.source = "bone: above the first rib";
@@ -211,10 +218,14 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
       neck.deviation = 3.5, neck.source = "bone: between slices, by the discs beside";
     }
   }
-  if (!level_seen(a, z)) return;
+  if (!level_seen(a, z)) {
+    // a lone head ends somewhere below the scan's end: nothing in view is the trunk's
+    if (trunk.brain) marks["neck"] = neck, marks["neck"].point = trunk.spine_at(z);
+    return;
+  }
   if (const auto vertex = find_vertex(a, limbs, trunk.spine_at(z), trunk.scale)) {
     marks["vertex"] = *vertex;
-    if (neck.deviation > 15) {
+    if (neck.deviation > 15 && (shoulders || hips)) {
       z = 0.5 * (z + vertex->point[2] - vertex_to_neck * trunk.scale);
       neck.deviation = 12, neck.source = "proportion: between shoulders and vertex";
     }

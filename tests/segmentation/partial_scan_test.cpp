@@ -133,10 +133,15 @@ TEST_F(PartialPhantom, LegsAlone) {
 }
 
 TEST_F(PartialPhantom, NothingThatCanBeToldIsLabelledAndSaid) {
-  // a head alone: neither hips nor shoulders
-  const auto head = found(slice_at("neck", 40), scan_->grey.grid.size[2] - 1);
-  for (std::size_t n = 1; n < parts.size(); ++n) EXPECT_EQ(head.part[n].coverage, Coverage::absent);
-  EXPECT_FALSE(head.warnings.empty());
+  // knees alone: neither hips, shoulders, ankles nor a head
+  const auto knees = found(slice_at("knee_left", -150), slice_at("knee_left", 150));
+  expect_coverage(knees, {});
+  ASSERT_FALSE(knees.warnings.empty());
+  EXPECT_NE(knees.warnings.front().find("neither both hips nor both shoulders"), std::string::npos);
+}
+
+TEST_F(PartialPhantom, HeadAloneIsAHead) {
+  expect_coverage(found(slice_at("neck", 40), scan_->grey.grid.size[2] - 1), {{"head", Coverage::cut}});
 }
 
 // Shoulders were once taken for hips, and legs for arms.
@@ -166,12 +171,28 @@ TEST_F(PartialPhantom, ChestAndHeadHaveNoHips) {
 }
 
 TEST_F(PartialPhantom, LegsWhoseHipsAreCutAreNoArms) {
-  // femoral heads half in view, just in view without the pelvis above, and none
+  using enum Coverage;
+  // femoral heads half in view, just in view without the pelvis above, and none: flesh of the trunk is
+  // doubted, where sockets about the heads do not keep the femora from being told
   for (const double end : {0.0, 35.0, -60.0}) {
     const auto legs = found(0, slice_at("hip_left", end));
-    expect_coverage(legs, {});
     ASSERT_FALSE(legs.warnings.empty());
-    EXPECT_NE(legs.warnings.front().find("neither both hips nor both shoulders"), std::string::npos);
+    if (end >= 0 && legs.part[static_cast<std::size_t>(part_label("thigh_left"))].volume == 0) {
+      expect_coverage(legs, {});
+      EXPECT_NE(legs.warnings.front().find("neither both hips nor both shoulders"), std::string::npos);
+      continue;
+    }
+    expect_coverage(legs, {{"thigh_left", cut},
+                           {"thigh_right", cut},
+                           {"shank_left", whole},
+                           {"shank_right", whole},
+                           {"foot_left", whole},
+                           {"foot_right", whole}});
+    for (const char* thigh : {"thigh_left", "thigh_right"}) {
+      const PartFinding& finding = legs.part[static_cast<std::size_t>(part_label(thigh))];
+      EXPECT_LE(finding.confidence, 0.4) << end;
+      EXPECT_NE(finding.note.find("may hold flesh of the lower trunk"), std::string::npos) << finding.note;
+    }
   }
 }
 

@@ -1,0 +1,202 @@
+// Joints that make a limb unlike the other side's say so; true bodies' sides, and what they show, stay quiet.
+#include "segmentation/limb_lengths.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string>
+
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/segment.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// hips and shoulders of an adult of usual size; the limbs as the phantom has them
+struct Body {
+  Trunk trunk;
+  Limbs limbs;
+  Landmarks marks;
+
+  Body() {
+    auto made = build_phantom({});
+    EXPECT_TRUE(made);
+    marks = made->landmarks;
+    for (auto& [name, mark] : marks) mark.deviation = 2, mark.source = "bone: found";
+    for (const int side : {left_side, right_side}) {
+      const std::string at = side_suffix(side);
+      const auto n = static_cast<std::size_t>(side);
+      trunk.hip[n] = FoundSphere{marks["hip" + at].point, 24, 1, 0.5};
+      trunk.shoulder[n] = FoundSphere{marks["shoulder" + at].point, 24, 1, 0.5};
+    }
+  }
+  // moves a joint along the line from the one before it
+  void lengthen(const std::string& from, const std::string& to, double by) {
+    Vector3d& end = marks[to].point;
+    end += by * (end - marks[from].point).normalized();
+  }
+  const Landmark& doubted(const std::string& name) {
+    doubt_unlike_lengths(trunk, limbs, marks);
+    return marks[name];
+  }
+};
+
+TEST(LimbLengths, SidesOfThreePercentStayQuiet) {
+  Body body;
+  const Landmarks before = body.marks;
+  const auto length = [&](const char* from, const char* to) {
+    return (body.marks[to].point - body.marks[from].point).norm();
+  };
+  for (const auto& [from, to, moved] : {std::array{"hip_left", "knee_left", "ankle_left"},
+                                        {"shoulder_right", "elbow_right", "wrist_right"}}) {
+    const Vector3d old = body.marks[to].point;
+    body.lengthen(from, to, 0.03 * length(from, to));
+    body.marks[moved].point += body.marks[to].point - old;
+  }
+  body.lengthen("elbow_left", "wrist_left", 0.03 * length("elbow_left", "wrist_left"));
+  body.lengthen("knee_right", "ankle_right", 0.03 * length("knee_right", "ankle_right"));
+  doubt_unlike_lengths(body.trunk, body.limbs, body.marks);
+  for (const auto& [name, mark] : body.marks) {
+    EXPECT_EQ(mark.deviation, before.at(name).deviation) << name;
+    EXPECT_EQ(mark.source, "bone: found") << name;
+  }
+}
+
+TEST(LimbLengths, TheLessSureSideIsDoubted) {
+  Body body;
+  body.lengthen("hip_right", "knee_right", -30);
+  body.marks["knee_right"].deviation = 9.5;
+  EXPECT_NEAR(body.doubted("knee_right").deviation, 30, 0.1);
+  EXPECT_TRUE(body.marks["knee_right"].source.ends_with(unlike_other_side));
+  EXPECT_EQ(body.marks["knee_left"].deviation, 2);
+  // the shank tells nothing more where its knee is in doubt
+  EXPECT_EQ(body.marks["ankle_right"].deviation, 2);
+}
+
+TEST(LimbLengths, AnUnlikelyLengthForTheBodyIsDoubted) {
+  Body body;
+  body.lengthen("elbow_right", "wrist_right", -93);
+  EXPECT_NEAR(body.doubted("wrist_right").deviation, 93, 0.1);
+  EXPECT_EQ(body.marks["wrist_left"].deviation, 2);
+}
+
+TEST(LimbLengths, ArmsThatMeetAreBothDoubted) {
+  Body body;
+  body.limbs.arms_meet = true;
+  body.lengthen("elbow_right", "wrist_right", -93);
+  EXPECT_NEAR(body.doubted("wrist_right").deviation, 93, 0.1);
+  EXPECT_NEAR(body.marks["wrist_left"].deviation, 93, 0.1);
+}
+
+TEST(LimbLengths, BothSidesUnlikelyForTheBodyAreDoubted) {
+  Body body;
+  for (const char* side : {"_left", "_right"})
+    body.lengthen("knee" + std::string(side), "ankle" + std::string(side), -150);
+  EXPECT_GT(body.doubted("ankle_left").deviation, 100);
+  EXPECT_TRUE(body.marks["ankle_right"].source.ends_with(unlike_body));
+}
+
+struct Scanned {
+  Phantom body;
+  Segmentation found;
+};
+
+Scanned scanned(std::uint64_t variation, Sex sex, const GridOptions& grid, double field_of_view = 0,
+                const std::map<std::string, double>& pose_deg = {}) {
+  PhantomOptions of;
+  of.sex = sex;
+  of.variation = variation;
+  of.pose_deg = pose_deg;
+  auto body = build_phantom(of);
+  EXPECT_TRUE(body);
+  ScanOptions as;
+  as.noise_hu = 10, as.partial_volume = true, as.field_of_view = field_of_view;
+  const Scan scan = voxelise(*body, phantom_grid(*body, grid), as);
+  auto found = segment(scan.grey);
+  EXPECT_TRUE(found);
+  return {*body, *found};
+}
+
+double off(const Scanned& of, const std::string& name) {
+  return (of.found.landmarks.find(name)->second.point - of.body.landmarks.find(name)->second.point).norm();
+}
+
+bool warns(const Scanned& of, const std::string& text) {
+  return std::any_of(of.found.warnings.begin(), of.found.warnings.end(),
+                     [&](const std::string& warning) { return warning.find(text) != std::string::npos; });
+}
+
+GridOptions voxels(double edge) {
+  GridOptions grid;
+  grid.spacing = Vector3d::Constant(edge);
+  return grid;
+}
+
+// A patella before broad condyles, and a slender plateau below: the waist between them is the joint's line.
+TEST(LimbLengths, AKneeBehindAPatellaIsMeasured) {
+  const Scanned of = scanned(9, Sex::female, voxels(3));
+  for (const char* knee : {"knee_left", "knee_right"}) EXPECT_LT(off(of, knee), 3) << knee;
+  EXPECT_FALSE(warns(of, "unlike"));
+}
+
+// The field of view cuts along the shank's bones to the heel: that they grow slender is no shaft, and the
+// foot's bones are no ankle.
+TEST(LimbLengths, AnAnkleThatTheFieldOfViewCutsIsPlacedByTheOtherLeg) {
+  const Scanned of = scanned(40, Sex::male, voxels(4), 380);
+  const auto& ankle = of.found.landmarks.find("ankle_left")->second;
+  EXPECT_TRUE(ankle.source.starts_with("proportion"));
+  for (int c = 0; c < 3; ++c)
+    EXPECT_LT(std::abs((ankle.point - of.body.landmarks.find("ankle_left")->second.point)[c]),
+              2 * ankle.deviation);
+  EXPECT_EQ(name_of(of.found.part[static_cast<std::size_t>(part_label("foot_left"))].coverage), "cut");
+  EXPECT_LT(off(of, "ankle_right"), 3);
+}
+
+// The scan ends just below the elbows: a shaft that broadens is no elbow.
+TEST(LimbLengths, NoElbowWhereTheScanEndsAboveIt) {
+  GridOptions grid = voxels(4);
+  grid.crop_low[2] = 1150, grid.crop_high[2] = 1500;
+  const Scanned of = scanned(40, Sex::male, grid);
+  EXPECT_GT(of.body.landmarks.find("elbow_right")->second.point[2], 1130);  // near the end it is
+  for (const char* side : {"_left", "_right"}) {
+    // what shows of a forearm may place one by proportion
+    const auto elbow = of.found.landmarks.find("elbow" + std::string(side));
+    if (elbow != of.found.landmarks.end()) {
+      EXPECT_TRUE(elbow->second.source.starts_with("proportion")) << elbow->second.source;
+      const Vector3d error =
+          elbow->second.point - of.body.landmarks.find("elbow" + std::string(side))->second.point;
+      for (int c = 0; c < 3; ++c) EXPECT_LT(std::abs(error[c]), 2 * elbow->second.deviation) << side;
+    }
+    EXPECT_EQ(
+        name_of(
+            of.found.part[static_cast<std::size_t>(part_label("upper_arm" + std::string(side)))].coverage),
+        "cut");
+  }
+}
+
+// Forearms whose bones run into each other: what nothing parts is told, within its deviation.
+TEST(LimbLengths, ForearmsThatRunIntoEachOtherAreDoubted) {
+  const Scanned of = scanned(75, Sex::male, voxels(3), 0,
+                             {{"shoulder_left_flexion", 20},
+                              {"shoulder_left_rotation", 65},
+                              {"elbow_left_flexion", 100},
+                              {"shoulder_right_flexion", 30},
+                              {"shoulder_right_rotation", 65},
+                              {"elbow_right_flexion", 110}});
+  EXPECT_GT(off(of, "wrist_right"), 50);  // else this shows nothing
+  for (const char* wrist : {"wrist_left", "wrist_right"}) {
+    EXPECT_LT(off(of, wrist), 2 * of.found.landmarks.find(wrist)->second.deviation) << wrist;
+    std::string words(wrist);
+    words[5] = ' ';
+    EXPECT_TRUE(warns(of, words + " may lie"));
+  }
+  for (const char* hand : {"hand_left", "hand_right"})
+    EXPECT_LT(of.found.part[static_cast<std::size_t>(part_label(hand))].confidence, 0.1) << hand;
+}
+
+}  // namespace
+}  // namespace borelli

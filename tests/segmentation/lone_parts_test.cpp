@@ -1,0 +1,138 @@
+// Legs alone and heads alone: the parts that are there, against the phantom's exact labels; and pieces of a
+// body that look like them, which are none.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/segment.hpp"
+#include "tests/segmentation/dice.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Lone {
+  Phantom body;
+  LabelMap exact;
+  Segmentation found;
+};
+
+// what a scan shows from `low` to `high` mm above or below a landmark
+Lone scanned(std::uint64_t variation, Sex sex, const char* landmark, double low, double high,
+             Convention convention = Convention::deleva1996) {
+  PhantomOptions of;
+  of.sex = sex;
+  of.variation = variation;
+  auto body = build_phantom(of);
+  EXPECT_TRUE(body);
+  GridOptions grid;
+  const double z = body->landmarks.find(landmark)->second.point[2];
+  grid.crop_low[2] = z + low, grid.crop_high[2] = z + high;
+  ScanOptions as;
+  as.partial_volume = true, as.noise_hu = 10;
+  const Scan scan = voxelise(*body, phantom_grid(*body, grid), as);
+  SegmentOptions options;
+  options.convention = convention;
+  auto found = segment(scan.grey, options);
+  EXPECT_TRUE(found);
+  return {*body, scan.labels, *found};
+}
+
+constexpr double all = 1e4;  // mm
+
+using Parts = std::map<std::string, Coverage>;
+
+void expect_only(const Lone& of, const Parts& expected, double least_dice) {
+  const auto agree = dice(of.found.labels, of.exact);
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    const auto it = expected.find(std::string(parts[n].name));
+    EXPECT_EQ(name_of(of.found.part[n].coverage),
+              name_of(it == expected.end() ? Coverage::absent : it->second))
+        << parts[n].name;
+    if (it != expected.end()) {
+      EXPECT_GT(agree[n], parts[n].name.starts_with("foot") ? 0.9 : least_dice) << parts[n].name;
+    } else {
+      EXPECT_EQ(of.found.part[n].volume, 0) << parts[n].name;
+    }
+  }
+}
+
+void expect_within_deviations(const Lone& of, const Parts& expected) {
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (!expected.contains(std::string(parts[n].name))) continue;
+    const auto mark = of.found.landmarks.find(parts[n].joint);
+    if (mark == of.found.landmarks.end()) continue;
+    const Vector3d error = mark->second.point - of.body.landmarks.find(parts[n].joint)->second.point;
+    for (int c = 0; c < 3; ++c) EXPECT_LT(std::abs(error[c]), 2 * mark->second.deviation) << parts[n].joint;
+  }
+}
+
+using enum Coverage;
+const Parts legs{{"thigh_left", cut},    {"thigh_right", cut}, {"shank_left", whole},
+                 {"shank_right", whole}, {"foot_left", whole}, {"foot_right", whole}};
+
+TEST(LoneParts, LegsFromBelowTheHips) {
+  for (const auto& [variation, sex] : {std::pair{201, Sex::male}, {202, Sex::female}}) {
+    const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "hip_left", -all, -100);
+    expect_only(of, legs, 0.95);
+    expect_within_deviations(of, legs);
+  }
+}
+
+TEST(LoneParts, LegsFromTheMiddleOfTheThighs) {
+  for (const auto& [variation, sex] : {std::pair{203, Sex::male}, {202, Sex::female}}) {
+    const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "knee_left", -all, 170);
+    expect_only(of, legs, 0.95);
+    expect_within_deviations(of, legs);
+  }
+}
+
+TEST(LoneParts, AHeadAboveTheNecksFoot) {
+  for (const auto& [variation, sex] : {std::pair{201, Sex::male}, {202, Sex::female}}) {
+    const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "neck", 10, all);
+    expect_only(of, {{"head", cut}}, 0.98);
+  }
+}
+
+TEST(LoneParts, AHeadWithAPieceOfTheTrunk) {
+  for (const auto& [variation, sex] : {std::pair{203, Sex::male}, {204, Sex::female}}) {
+    const Lone of = scanned(static_cast<std::uint64_t>(variation), sex, "neck", -40, all);
+    const auto agree = dice(of.found.labels, of.exact);
+    EXPECT_GT(agree[static_cast<std::size_t>(part_label("head"))], 0.98);
+    EXPECT_EQ(name_of(of.found.part[static_cast<std::size_t>(part_label("head"))].coverage), "whole");
+    EXPECT_EQ(name_of(of.found.part[static_cast<std::size_t>(part_label("upper_trunk"))].coverage), "cut");
+    EXPECT_LE(of.found.part[static_cast<std::size_t>(part_label("upper_trunk"))].confidence, 0.2);
+    expect_within_deviations(of, {{"head", whole}});
+    for (int n = part_label("middle_trunk"); n <= part_label("foot_right"); ++n)
+      EXPECT_EQ(of.found.part[static_cast<std::size_t>(n)].volume, 0)
+          << parts[static_cast<std::size_t>(n)].name;
+  }
+}
+
+// With other conventions as well: these have no plane of their own at a lone head's or lone legs' ends.
+TEST(LoneParts, ByOtherConventions) {
+  for (const Convention convention : {Convention::dempster, Convention::bone}) {
+    expect_only(scanned(203, Sex::male, "knee_left", -all, 170, convention), legs, 0.93);
+    expect_only(scanned(201, Sex::male, "neck", 10, all, convention), {{"head", cut}}, 0.98);
+  }
+}
+
+// Knees without ankles, shanks without knees, a belly, a chest without its shoulders: as ever, nothing.
+TEST(LoneParts, PiecesThatHoldNeitherAreNotParted) {
+  for (const auto& [landmark, low, high] : {std::tuple{"knee_left", -170.0, 170.0},
+                                            {"knee_left", -all, -60.0},
+                                            {"hip_left", 120.0, 330.0},
+                                            {"knee_left", -170.0, 330.0}}) {
+    const Lone of = scanned(201, Sex::male, landmark, low, high);
+    for (const PartFinding& part : of.found.part) EXPECT_EQ(part.volume, 0) << landmark << ' ' << low;
+  }
+}
+
+}  // namespace
+}  // namespace borelli
