@@ -189,9 +189,6 @@ class Assembler {
 
 }  // namespace
 
-namespace {
-
-/// The coordinate most changed between two states: of positions, or of velocities.
 Assembly::Move largest_move(const System& system, const State& before, const State& after, bool positions) {
   Assembly::Move most;
   for (const CoordinateInfo& info : system.coordinates) {
@@ -209,8 +206,6 @@ Assembly::Move largest_move(const System& system, const State& before, const Sta
   }
   return most;
 }
-
-}  // namespace
 
 Result<Assembly> assemble(const System& system, const Parameters& parameters, State& state,
                           Workspace& workspace) {

@@ -22,6 +22,9 @@ struct Assembly {
   Move position = {}, velocity = {};
 };
 
+/// The coordinate most changed between two states: of positions, or of velocities.
+Assembly::Move largest_move(const System& system, const State& before, const State& after, bool positions);
+
 /// Moves `state` on to the constraints, from where it is, and makes its velocities agree with them. Fails
 /// with the names of rows that contradict others or cannot be reached.
 Result<Assembly> assemble(const System& system, const Parameters& parameters, State& state,

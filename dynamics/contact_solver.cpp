@@ -14,19 +14,23 @@ using Eigen::VectorXd;
 
 namespace {
 
-// Newton's method may be sent from one mode to another and back; after so many solves it begins anew
-constexpr int most_solves = 40, free_solves = 3, most_idle = 2, sweeps_between = 20;
+// Newton's method may be sent from one mode to another and back: it has so many solves, and so many about
+// each proximal point
+constexpr int quick_solves = 5, most_solves = 10, free_solves = 3, most_idle = 2, sweeps_between = 300;
 constexpr double rounding = 1e-14;  // a part of the velocities
 
 // The projection's step r, in parts of what one contact alone would take: any of them has the same solution,
 // but Newton's method takes another way to it.
-constexpr double projection_steps[] = {1, 10, 0.1, 100, 30, 3, 0.3, 1000, 0.03, 5, 300};
+constexpr double projection_steps[] = {1, 10, 0.1, 100};
 
 // In parts of a row's own response: what keeps the impulses of dependent contacts near what they were. The
 // equations are off by it times the change of the impulses, so after the last solve by nothing. Where a full
-// step leads away it grows (Levenberg, Marquardt): contacts nearly dependent hold by impulses against each
-// other up to the limit of their friction, and it is a long way to these.
-constexpr double least_proximal = 1e-9, most_proximal = 100;
+// step leads away it grows (Levenberg, Marquardt).
+constexpr double least_damping = 1e-9, most_damping = 100;
+
+// The same, of proximal points.
+constexpr double first_proximal = 1e-3, least_proximal = 1e-6, most_proximal = 10;
+constexpr int most_points = 30;
 
 constexpr int width = 8;  // numbers gone over at once
 
@@ -114,6 +118,7 @@ double ContactSolver::residual(const ContactProblem& c, const VectorXd& p, const
   return most;
 }
 
+/// Projected Gauss-Seidel.
 void ContactSolver::sweep(const ContactProblem& c, int times, VectorXd& p) {
   const int n = 3 * c.count;
   update_velocity(c, p);
@@ -124,7 +129,6 @@ void ContactSolver::sweep(const ContactProblem& c, int times, VectorXd& p) {
     add_row(c.G.row(row).data(), by, n, u_.data());
   };
   for (int pass = 0; pass < times; ++pass) {
-    ++sweeps_;
     for (int i = 0; i < c.count; ++i) {
       const int row = 3 * i;
       if (c.G(row, row) <= 0) continue;
@@ -142,7 +146,7 @@ void ContactSolver::sweep(const ContactProblem& c, int times, VectorXd& p) {
 /// change_: from p to the solution of what the modes of p make linear. A contact that opens has none; of one
 /// that touches u_n = target, of one that sticks u_t = 0, and of one that slides, with d = p_t - r u_t and a
 /// = d / |d|,  p_t = mu p_n a + mu p_n / |d| (1 - a a^T) d.
-bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, double proximal) {
+bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, double damping) {
   const int n = 3 * c.count;
   rows_.clear();
   change_.head(n) = -p.head(n);
@@ -182,8 +186,8 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
     const double own = c.G(row, row);
     if (row % 3 == 0 || mode(i, limit, d) == 2) {
       fill(k, 1, row);
-      numbers_[k * stride + k] += proximal * own;
-      right = (row % 3 == 0 ? c.target[i] : 0) - c.free[row] + proximal * own * p[row];
+      numbers_[k * stride + k] += damping * own;
+      right = (row % 3 == 0 ? c.target[i] : 0) - c.free[row] + damping * own * p[row];
       continue;
     }
     const double across = std::max(c.G(3 * i + 1, 3 * i + 1), c.G(3 * i + 2, 3 * i + 2));
@@ -214,19 +218,18 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
 }
 
 /// What is left of the best that it came to, m/s; `p` is that.
-double ContactSolver::newton(const ContactProblem& c, double scale, VectorXd& p) {
+double ContactSolver::newton(const ContactProblem& c, double scale, int most, VectorXd& p) {
   const double enough = settled * scale;
   const int n = 3 * c.count;
   update_velocity(c, p);
   double best = residual(c, p, u_), size = squares_;
   best_.head(n) = p.head(n);
-  double proximal = least_proximal;
+  double damping = least_damping;
   // (one solve in any case, so that what rests is left no impulses but its own)
   for (int pass = 0, idle = 0;
-       pass < most_solves && best > (pass == 0 ? rounding * scale : enough) && proximal < most_proximal;
-       ++pass) {
+       pass < most && best > (pass == 0 ? rounding * scale : enough) && damping < most_damping; ++pass) {
     if (best <= nearly * scale && ++idle > most_idle) break;
-    if (!find_direction(c, p, proximal)) break;
+    if (!find_direction(c, p, damping)) break;
     change_velocity_.head(n).setZero();
     for (int r = 0; r < n; ++r)
       if (change_[r] != 0) add_row(c.G.row(r).data(), change_[r], n, change_velocity_.data());
@@ -238,7 +241,7 @@ double ContactSolver::newton(const ContactProblem& c, double scale, VectorXd& p)
       residual(c, trial_, trial_velocity_);
       if (squares_ < taken_size) taken = share;
     }
-    proximal = taken < 1 ? 10 * proximal : std::max(least_proximal, proximal / 100);
+    damping = taken < 1 ? 10 * damping : std::max(least_damping, damping / 100);
     if (taken == 0) continue;
     p.head(n) += taken * change_.head(n);
     update_velocity(c, p);
@@ -253,18 +256,66 @@ double ContactSolver::newton(const ContactProblem& c, double scale, VectorXd& p)
   return best;
 }
 
+/// Each point solves the problem in which contacts also give way by a part alpha of their own response to
+/// what their impulses differ from the point before; alpha falls while that succeeds. What is left of the
+/// best of them, m/s; `p` is that.
+double ContactSolver::proximal_points(const ContactProblem& c, double scale, VectorXd& p) {
+  const int n = 3 * c.count;
+  soft_.count = c.count;
+  if (soft_.free.size() < n) {
+    soft_.G.resize(n, n);
+    soft_.free.resize(n);
+    soft_.target.resize(c.count);
+  }
+  soft_.G.topLeftCorner(n, n) = c.G.topLeftCorner(n, n);
+  soft_.target.head(c.count) = c.target.head(c.count);
+  soft_.friction.assign(c.friction.begin(), c.friction.begin() + c.count);
+  double alpha = first_proximal, best = std::numeric_limits<double>::infinity();
+  for (int point = 0, idle = 0; point < most_points; ++point) {
+    for (int r = 0; r < n; ++r) {
+      soft_.G(r, r) = (1 + alpha) * c.G(r, r);
+      soft_.free[r] = c.free[r] - alpha * c.G(r, r) * p[r];
+    }
+    point_.head(n) = p.head(n);
+    const bool solved = newton(soft_, scale, most_solves, p) <= nearly * scale;
+    update_velocity(c, p);
+    const double left = residual(c, p, u_);
+    if (left < best) {
+      if (left < 0.5 * best) idle = 0;
+      best = left;
+      best_point_.head(n) = p.head(n);
+    }
+    if (best <= settled * scale || (best <= nearly * scale && ++idle > most_idle)) break;
+    if (!solved) p.head(n) = point_.head(n);
+    alpha = solved ? std::max(alpha / 10, least_proximal) : std::min(10 * alpha, most_proximal);
+  }
+  p.head(n) = best_point_.head(n);
+  return best;
+}
+
 double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) {
   const Eigen::Index n = 3 * Eigen::Index(c.count);
   if (u_.size() < n)
-    for (VectorXd* x : {&u_, &change_, &change_velocity_, &trial_, &trial_velocity_, &best_}) x->resize(n);
-  double left = std::numeric_limits<double>::infinity();
+    for (VectorXd* x : {&u_, &change_, &change_velocity_, &trial_, &trial_velocity_, &best_, &start_, &point_,
+                        &best_point_})
+      x->resize(n);
+  start_.head(n) = p.head(n);
+  double left = newton(c, scale, quick_solves, p), best = std::numeric_limits<double>::infinity();
+  if (left > nearly * scale) p.head(n) = start_.head(n);
   for (const double step : projection_steps) {
+    if (left <= nearly * scale) break;
     if (step != 1) sweep(c, sweeps_between, p);
     step_ = step;
-    left = newton(c, scale, p);
-    if (left <= nearly * scale) break;
+    proximal_points(c, scale, p);
+    step_ = 1;
+    update_velocity(c, p);
+    left = residual(c, p, u_);
+    if (left < best) {
+      best = left;
+      start_.head(n) = p.head(n);
+    }
   }
-  step_ = 1;
+  if (best < left) p.head(n) = start_.head(n);
   for (int i = 0; i < c.count; ++i) {  // what Newton's method leaves of rounding outside of the laws' bounds
     p[3 * i] = std::max(0., p[3 * i]);
     p.segment<2>(3 * i + 1) = on_friction_cone(p.segment<2>(3 * i + 1), c.friction[i] * p[3 * i]);

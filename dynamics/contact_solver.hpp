@@ -6,10 +6,13 @@
 // written as p = P(p), a projection of p - r u on the half line and on Coulomb's disc. It is solved by
 // Newton's method on that equation, which is not smooth where contacts change between open, sticking and
 // sliding (Alart and Curnier, A mixed formulation for frictional contact problems prone to Newton like
-// solution methods, CMAME 92, 1991). From the impulses of the step before that takes one to four solves;
-// where it comes no nearer, projected Gauss-Seidel sweeps (Jean, The non-smooth contact dynamics method,
-// CMAME 177, 1999) bring it elsewhere, and it begins anew. Where contacts depend on each other (a box on its
-// corners) G is singular: each solve is then a proximal one, and keeps the impulses near what they were.
+// solution methods, CMAME 92, 1991). From the impulses of the step before that takes one to four solves.
+// Where contacts depend on each other (a box on its corners, bodies that jam each other) G is singular: each
+// solve keeps the impulses near what they were, and what a few solves do not settle is come to by proximal
+// points (Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. Control Optim. 14, 1976;
+// Acary, Bremond, Huber, On solving contact problems with Coulomb friction, 2018), each found by that method;
+// where these come no nearer, projected Gauss-Seidel sweeps (Jean, The non-smooth contact dynamics method,
+// CMAME 177, 1999) bring them elsewhere.
 //
 // Nothing here allocates once scratch has grown.
 #pragma once
@@ -31,30 +34,31 @@ struct ContactProblem {
 
 class ContactSolver {
  public:
-  /// `impulse` (3n, N s): a guess, and the solution. What is left, in parts of `scale` (m/s): by how much a
-  /// sweep would still change any velocity.
+  /// `impulse` (3n, N s): a guess, and the solution. What is left, in parts of `scale` (m/s): by how much
+  /// the projection still changes any velocity.
   double solve(const ContactProblem& problem, double scale, Eigen::VectorXd& impulse);
   int worst() const { return worst_; }  ///< the contact with most left
   long solves() const { return solves_; }
-  long sweeps() const { return sweeps_; }
 
-  /// Parts of the velocities: what is aimed at, and what is enough where Newton's method comes no nearer.
+  /// Parts of the velocities: what is aimed at, and what is enough where it comes no nearer.
   static constexpr double settled = 1e-8, nearly = 1e-6;
 
  private:
   double residual(const ContactProblem& problem, const Eigen::VectorXd& p, const Eigen::VectorXd& u);
   void update_velocity(const ContactProblem& problem, const Eigen::VectorXd& p);
   void sweep(const ContactProblem& problem, int times, Eigen::VectorXd& p);
-  double newton(const ContactProblem& problem, double scale, Eigen::VectorXd& p);
-  bool find_direction(const ContactProblem& problem, const Eigen::VectorXd& p, double proximal);
+  double newton(const ContactProblem& problem, double scale, int most, Eigen::VectorXd& p);
+  double proximal_points(const ContactProblem& problem, double scale, Eigen::VectorXd& p);
+  bool find_direction(const ContactProblem& problem, const Eigen::VectorXd& p, double damping);
 
-  Eigen::VectorXd u_, change_, change_velocity_, trial_, trial_velocity_, best_;
+  Eigen::VectorXd u_, change_, change_velocity_, trial_, trial_velocity_, best_, start_, point_, best_point_;
+  ContactProblem soft_;
   std::vector<int> rows_;        ///< those that take part in a solve
   std::vector<double> numbers_;  ///< of that solve: the matrix, a row's right side behind it
   double squares_ = 0;
   double step_ = 1;
   int worst_ = 0;
-  long solves_ = 0, sweeps_ = 0;
+  long solves_ = 0;
 };
 
 }  // namespace borelli

@@ -149,13 +149,15 @@ class MjcfReader {
     return out;
   }
 
-  // Many contacts that open and close are what `moreau` is for; its step is the model's own, or MuJoCo's.
+  // Many contacts that open and close are what `moreau` is for; its step is the model's own, or MuJoCo's. In
+  // MuJoCo what overlaps at the start is pushed apart.
   void add_contacts() {
     UniqueNames names;
     for (const Constraint& c : model_.scene.constraints) names.take(c.name);
     MjcfContacts::Found found = contacts_.find(std::move(names));
     if (!found.contacts.empty()) {
       model_.scene.simulation.method = "moreau";
+      model_.scene.simulation.put_apart = true;
       if (!(options_.timestep > 0)) model_.scene.simulation.step = 2e-3;
     }
     for (Constraint& c : found.contacts) model_.scene.constraints.push_back(std::move(c));
@@ -165,7 +167,7 @@ class MjcfReader {
     if (!found.without.empty())
       model_.not_modelled.push_back(fmt::format(
           "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "
-          "spheres, capsules and boxes over planes are contacts",
+          "contacts are those of spheres and capsules, and of boxes over planes",
           found.without.size(), found.without[0].a.name, found.without[0].b.name));
     model_.without_contact = std::move(found.without);
   }

@@ -37,6 +37,21 @@ Touchable touchable(const std::string& words, const std::string& solid, const Mj
   return out;
 }
 
+/// Whether the geom is all of its core.
+bool is_rounded(const MjcfGeom& geom) {
+  return geom.shape && (std::holds_alternative<Sphere>(geom.shape->shape.form) ||
+                        std::holds_alternative<Capsule>(geom.shape->shape.form));
+}
+
+/// Of two that are rounded.
+ConstraintKind between_rounded(const Touchable& over, const Touchable& under, const ContactSurface& rubs) {
+  const ThickSegment &a = *over.core, &b = *under.core;
+  const SolidPoint at_a{over.solid, a.centre}, at_b{under.solid, b.centre};
+  const Radii radii{a.radius, b.radius};
+  if (a.length == 0 && b.length == 0) return SphereOverSphere{at_a, at_b, radii, rubs};
+  return CapsuleOverCapsule{at_a, at_b, a.axis, b.axis, a.length, b.length, radii, rubs};
+}
+
 }  // namespace
 
 MjcfContacts::MjcfContacts(const XmlElement& root) {
@@ -65,7 +80,7 @@ MjcfContacts::MjcfContacts(const XmlElement& root) {
         const std::string a = e.require("geom1"), b = e.require("geom2");
         const Rubbing rubs{friction_of(e, 5), dimensions_of(e)};
         pairs_.push_back(&e);
-        if (pairs) paired_[{a, b}] = paired_[{b, a}] = rubs;
+        if (pairs && paired_.try_emplace({a, b}, rubs).second) paired_.try_emplace({b, a}, rubs);
       }
     }
   }
@@ -153,16 +168,21 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names) const {
       const Surface &under = surfaces_[swapped ? i : j], &over = surfaces_[swapped ? j : i];
       if (!may_touch(under, over)) continue;
       const Rubbing rubs = between(under, over);
-      const Touchable below = touchable(under.words(), under.body.solid, under.geom);
+      const ContactSurface surface{.friction = rubs.dimensions == 1 ? 0 : rubs.friction};
+      const Touchable below = touchable(under.words(), under.body.solid, under.geom),
+                      above = touchable(over.words(), over.body.solid, over.geom);
       std::vector<ConstraintKind> kinds;
       if (below.plane)
-        kinds = over_plane(over, *below.plane, {.friction = rubs.dimensions == 1 ? 0 : rubs.friction});
+        kinds = over_plane(over, *below.plane, surface);
+      else if (is_rounded(under.geom) && is_rounded(over.geom))
+        kinds = {between_rounded(above, below, surface)};
+      const std::string standard = below.plane ? "plane" : under.body.solid;
       for (ConstraintKind& kind : kinds)
         out.contacts.push_back(
-            {names.make(fmt::format("{} over {}", label(over, over.body.solid), label(under, "plane"))),
+            {names.make(fmt::format("{} over {}", label(over, over.body.solid), label(under, standard))),
              std::move(kind)});
       if (kinds.empty())
-        out.without.push_back({below, touchable(over.words(), over.body.solid, over.geom)});
+        out.without.push_back({below, above});
       else
         out.twisting += rubs.dimensions > 3;
     }

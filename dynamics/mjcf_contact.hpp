@@ -1,4 +1,5 @@
-// MJCF's contacts, as far as the scene has constraints for them: spheres, capsules and boxes over planes.
+// MJCF's contacts, as far as the scene has constraints for them: spheres and capsules over each other and
+// over planes, boxes over planes.
 #pragma once
 
 #include <map>

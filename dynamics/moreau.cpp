@@ -16,6 +16,9 @@ namespace {
 // gaps below this part of the length of what touches are closed
 constexpr double closed_gap = 1e-9;
 
+// room is made for so many contacts that act at once, and doubled where more do
+constexpr int usual_acting = 32;
+
 // impulses may close more contacts, which then act too: so many times in a step
 constexpr int most_rounds = 6;
 
@@ -37,17 +40,10 @@ MoreauStepping::Scratch::Scratch(const System& system, Equations equations)
     : at(system, equations),
       seen(system),
       end(system),
+      far(system),
       rows(system),
       landed(system, equations),
       links(system),
-      J(Rows::Zero(3 * Eigen::Index(system.contacts.size()), system.nv)),
-      Y(Rows::Zero(system.nv, J.rows())),
-      before(VectorXd::Zero(J.rows())),
-      impulse(before),
-      plastic(before),
-      driven(before),
-      late(VectorXd::Zero(Eigen::Index(system.contacts.size()))),
-      apart(late),
       acts(system.contacts.size()),
       known(system.constraints.size()),
       wanted(VectorXd::Zero(system.rows)),
@@ -59,11 +55,23 @@ MoreauStepping::Scratch::Scratch(const System& system, Equations equations)
   at.leaves_contacts = true;
   seen.detail = ConstraintRows::Detail::rates;
   end.detail = ConstraintRows::Detail::values;
-  problem.G = Rows::Zero(J.rows(), J.rows());
-  problem.free = before;
-  problem.target = late;
-  problem.friction.resize(system.contacts.size());
+  seen.far.resize(system.constraints.size());
+  end.far = seen.far;
+  reserve(std::min(int(system.contacts.size()), usual_acting));
   acting.reserve(system.contacts.size());
+}
+
+void MoreauStepping::Scratch::reserve(int contacts) {
+  if (contacts <= late.size()) return;
+  const Eigen::Index directions = 3 * Eigen::Index(contacts);
+  J.conservativeResize(directions, x.size());
+  Y.resize(x.size(), directions);
+  problem.G.setZero(directions, directions);
+  for (VectorXd* of_rows : {&before, &impulse, &plastic, &driven, &problem.free})
+    of_rows->conservativeResizeLike(VectorXd::Zero(directions));
+  for (VectorXd* of_contacts : {&late, &apart, &problem.target})
+    of_contacts->conservativeResizeLike(VectorXd::Zero(contacts));
+  problem.friction.resize(std::size_t(contacts));
 }
 
 /// The gaps of all contacts at the state that y stands for.
@@ -76,6 +84,7 @@ void MoreauStepping::look(const MotionFlow& motion, double t, const VectorXd& y)
     move_links(system, system.parameters, system.parameters.inertials, t, q, v, true, s.landed, s.links);
   else
     update_kinematics(system, system.parameters, t, q, v, s.landed);
+  s.far.mark(s.landed, 0, 0, s.end);
   scan_constraints(system, system.parameters, s.landed, s.end);
 }
 
@@ -96,6 +105,7 @@ bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h, c
   Scratch& s = *scratch_;
   s.acting.clear();
   std::fill(s.acts.begin(), s.acts.end(), 0);
+  s.far.mark(motion.workspace().kinematics, 0.5 * h, h * fall_, s.seen);
   scan_constraints(system, system.parameters, motion.workspace().kinematics, s.seen);
   bool ready = false;
   for (int i = 0; i < int(system.contacts.size()); ++i) {
@@ -110,7 +120,10 @@ bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h, c
     find_rows(system, i);
     const double after = s.rows.rate[contact.row] + 0.25 * h * s.rows.E[contact.row] +
                          s.rows.L.row(contact.row).head(n).dot(out.segment(n, n) - middle_.segment(n, n));
-    if (gap + 0.5 * h * after <= closed_gap * system.row_scale[contact.row]) add_acting(motion, i, h, y, out);
+    // what pressed in the step before is looked at while it is near: others' impulses may close it again
+    const double ends = gap + 0.5 * h * after;
+    if (ends <= closed_gap * system.row_scale[contact.row] || (step_.impulse[3 * i] > 0 && ends <= h * fall_))
+      add_acting(motion, i, h, y, out);
   }
   return true;
 }
@@ -153,6 +166,7 @@ void MoreauStepping::add_acting(const MotionFlow& motion, int i, double h, const
   Scratch& s = *scratch_;
   const Contact& contact = system.contacts[i];
   const int number = int(s.acting.size()), k = 3 * number;
+  if (number == s.late.size()) s.reserve(std::min(2 * number, int(system.contacts.size())));
   for (int c = 0; c < 3; ++c) {
     const bool there = c == 0 || contact.tangents;
     const int row = contact.row + c;
@@ -168,7 +182,7 @@ void MoreauStepping::add_acting(const MotionFlow& motion, int i, double h, const
   }
   const double speed = s.before[k], after = s.problem.free[k];
   const ContactSurface surface = surface_of(system.parameters.constraints[contact.constraint].kind);
-  s.impulse.segment<3>(k) = impulse_.segment<3>(3 * i);
+  s.impulse.segment<3>(k) = step_.impulse.segment<3>(3 * i);
   s.problem.target[number] = speed < -fall_ ? -surface.restitution * speed : 0;
   s.problem.friction[number] = surface.friction;
   // where it would be without impulses
@@ -185,7 +199,7 @@ void MoreauStepping::judge_gaps(const System& system, double h) {
   for (int i = 0; i < int(system.contacts.size()); ++i) {
     const Contact& contact = system.contacts[i];
     step_.gap[i] = s.end.h[contact.row];
-    if (s.acts[i]) continue;
+    if (s.acts[i] || s.seen.far[contact.constraint]) continue;
     const double radii = radii_of(system.parameters.constraints[contact.constraint].kind);
     const double gap = s.seen.h[contact.row];
     const double least = radii > 0 ? least_gap(gap, s.seen.rate[contact.row],
@@ -210,7 +224,8 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
   const System& system = motion->system();
   if (!scratch_) {
     scratch_ = std::make_unique<Scratch>(system, motion->workspace().kinematics.equations);
-    if (impulse_.size() == 0) impulse_ = VectorXd::Zero(3 * Eigen::Index(system.contacts.size()));
+    if (step_.impulse.size() == 0)  // (else it was taken up)
+      step_.impulse = VectorXd::Zero(3 * Eigen::Index(system.contacts.size()));
     step_.gap = VectorXd::Zero(Eigen::Index(system.contacts.size()));
     step_.group_work = step_.group_projection = VectorXd::Zero(system.groups);
   }
@@ -262,13 +277,10 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
     if (!added) break;
   }
   step_.acted = s.problem.count > 0;
+  step_.impulse.setZero();
   if (step_.acted) {
-    const bool apart = find_separation(system);
-    if (apart) {  // (the factor of the mass matrix is needed before energies are asked for)
-      s.plastic.setZero();
-      for (int k = 0; k < s.problem.count; ++k) s.plastic[3 * k] = s.apart[k];
-      respond(system, s.plastic, s.x);
-    }
+    // (before energies are asked for, which leave no factor of the mass matrix)
+    const bool apart = separate(flow, motion, t + h);
     book(system);
     if (sudden) {
       s.shift = 0.5 * h * s.change;
@@ -277,9 +289,8 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
     }
     out = landed_;
     if (apart) {
-      move(flow, s.x, out);
+      out = separated_;
       if (!book_move(motion, t + h, landed_, out, step_.group_projection)) return false;
-      look(motion, t + h, out);
     }
     if (!book_powers(flow, motion, t, h, y, out)) return false;
   }
@@ -290,10 +301,8 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
 bool MoreauStepping::shortened(Flow& flow, double t, double h, const VectorXd& y, const VectorXd& dy,
                                VectorXd& out) {
   kept_step_ = step_;
-  kept_impulse_ = impulse_;
   const bool evaluated = attempt(flow, t, h, y, dy, out).evaluated;
   step_ = kept_step_;
-  impulse_ = kept_impulse_;
   return evaluated;
 }
 

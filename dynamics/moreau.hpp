@@ -18,6 +18,7 @@
 
 #include "dynamics/contact_solver.hpp"
 #include "dynamics/equations.hpp"
+#include "dynamics/far_pairs.hpp"
 #include "dynamics/integrator.hpp"
 #include "dynamics/work.hpp"
 
@@ -29,12 +30,14 @@ struct ContactStep {
                                      ///< least in it
   Eigen::VectorXd group_work;        ///< J, of their impulses on each independent group
   Eigen::VectorXd group_projection;  ///< J, of putting apart what still overlapped
-  bool acted = false;                ///< whether any of them touched
-  int passed = -1;                   ///< a contact that the step may have gone through, unseen; -1: none
-  long impacts = 0;                  ///< contacts that met faster than one step's gravity makes them
-  double impact_loss = 0;            ///< J, lost in these
-  double unsettled = 0;              ///< what of the velocities the impulses left to settle, in parts of them
-  int unsettled_contact = 0;         ///< where most
+  Eigen::VectorXd
+      impulse;         ///< N s, of each contact along its normal and the two across; zero: it does not act
+  bool acted = false;  ///< whether any of them touched
+  int passed = -1;     ///< a contact that the step may have gone through, unseen; -1: none
+  long impacts = 0;    ///< contacts that met faster than one step's gravity makes them
+  double impact_loss = 0;     ///< J, lost in these
+  double unsettled = 0;       ///< what of the velocities the impulses left to settle, in parts of them
+  int unsettled_contact = 0;  ///< where most
 };
 
 class MoreauStepping : public Integrator {
@@ -50,22 +53,25 @@ class MoreauStepping : public Integrator {
   const ContactStep* contact_step() const override { return scratch_ ? &step_ : nullptr; }
   bool handles_contacts() const override { return true; }
   bool keep(Keeper& k) override {
-    k(impulse_);
+    k(step_.impulse);
     return true;
   }
-  void reset() override { impulse_.setZero(); }
+  void reset() override { step_.impulse.setZero(); }
 
  private:
   struct Scratch {
     Scratch(const System& system, Equations equations);
     Workspace at;              ///< the middle of the step: mass matrix and bilateral rows
     ConstraintRows seen, end;  ///< gaps of all contacts: with their rates in its middle, and at its end
-    ConstraintRows rows;       ///< of constraints whose contacts may act, in its middle
+    FarPairs far;
+    ConstraintRows rows;  ///< of constraints whose contacts may act, in its middle
     Kinematics landed;
     Articulation links;
     ContactSolver solver;
     ContactProblem problem;  ///< of the contacts that act, as what follows
-    Rows J;                  ///< three rows each (zero where it has none across) x nv: directions
+    /// Room for so many contacts that act.
+    void reserve(int contacts);
+    Rows J;  ///< three rows each (zero where it has none across) x nv: directions
     Rows Y;  ///< nv x these: what unit impulses change of the velocities, times the mass matrix' factor
     Eigen::VectorXd before, impulse, plastic;  ///< of the rows: m/s at the step's start, N s
     Eigen::VectorXd driven;                    ///< of the rows: what drives give of the velocity, m/s
@@ -100,12 +106,12 @@ class MoreauStepping : public Integrator {
   bool book_move(const MotionFlow& motion, double t, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                  Eigen::VectorXd& book);
   bool find_separation(const System& system);
+  bool separate(Flow& flow, const MotionFlow& motion, double t);
   void judge_gaps(const System& system, double h);
 
   std::unique_ptr<Scratch> scratch_;
-  ContactStep step_, kept_step_;
-  Eigen::VectorXd impulse_, kept_impulse_;  ///< of all contacts, in the last step: where the next one begins
-  Eigen::VectorXd middle_, slope_, landed_;
+  ContactStep step_, kept_step_;  ///< (impulses begin where those of the step before were)
+  Eigen::VectorXd middle_, slope_, landed_, separated_;
   double fall_ = 0;  ///< m/s: what gravity makes of a velocity in the step; slower approaches are no impacts
 };
 

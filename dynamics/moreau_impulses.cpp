@@ -16,7 +16,7 @@ namespace {
 // overlaps below this part of the length of what touches stay
 constexpr double least_overlap = 1e-5;
 
-constexpr int separating_sweeps = 200;
+constexpr int separating_sweeps = 200, most_separations = 4;
 
 /// G = Y^T Y of Y's first `rows` columns.
 BORELLI_LANES_FOR_PROCESSOR
@@ -94,7 +94,6 @@ void MoreauStepping::scale_back(double scale) {
 void MoreauStepping::book(const System& system) {
   Scratch& s = *scratch_;
   const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
-  impulse_.setZero();
   for (Eigen::Index k = 0; k < rows; k += 3) {
     const int i = s.acting[k / 3];
     double done = 0;
@@ -107,7 +106,7 @@ void MoreauStepping::book(const System& system) {
       ++step_.impacts;
       step_.impact_loss -= done;
     }
-    impulse_.segment<3>(3 * i) = s.impulse.segment<3>(k);
+    step_.impulse.segment<3>(3 * i) = s.impulse.segment<3>(k);
   }
 }
 
@@ -163,8 +162,8 @@ bool MoreauStepping::book_move(const MotionFlow& motion, double t, const VectorX
   return add(-1);
 }
 
-/// Impulses of position that put apart what overlaps at the step's end: the least move, by the mass matrix.
-/// False: nothing overlaps by as much as that it were worth it.
+/// Impulses of position that put apart what overlaps: the least move, by the mass matrix. False: nothing
+/// overlaps by as much as that it were worth it.
 bool MoreauStepping::find_separation(const System& system) {
   Scratch& s = *scratch_;
   const int count = s.problem.count;
@@ -191,6 +190,23 @@ bool MoreauStepping::find_separation(const System& system) {
     if (changed <= 1e-2 * most) break;
   }
   return true;
+}
+
+/// Puts apart what overlaps at the step's end: separated_ is landed_ so moved. Gaps are not linear in the
+/// move, so it is made again where they ask for it. False: nothing was to be moved.
+bool MoreauStepping::separate(Flow& flow, const MotionFlow& motion, double t) {
+  Scratch& s = *scratch_;
+  bool moved = false;
+  for (int i = 0; i < most_separations && find_separation(motion.system()); ++i) {
+    if (!moved) separated_ = landed_;
+    moved = true;
+    s.plastic.setZero();
+    for (int k = 0; k < s.problem.count; ++k) s.plastic[3 * k] = s.apart[k];
+    respond(motion.system(), s.plastic, s.x);
+    move(flow, s.x, separated_);
+    look(motion, t, separated_);
+  }
+  return moved;
 }
 
 }  // namespace borelli

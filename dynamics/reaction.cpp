@@ -141,7 +141,7 @@ Result<void> add_reactions(const Scene& scene, Trajectory& t) {
   if (t.certificate.method == "moreau" && !t.contact_names.empty())
     return bad_use(
         "reactions",
-        "are not known of a run by moreau, whose contacts act by impulses that its rows do not hold; "
+        "are not known of a run by moreau, whose contacts act by impulses: accelerations do not hold them; "
         "name another method");
   auto reactions = Reactions::of(scene);
   if (!reactions) return tl::unexpected(reactions.error());

@@ -25,17 +25,44 @@ Recorder::Recorder(const System& system) : system_(system) {
       out_.driven_names.push_back(info.v_size == 1 ? info.name : fmt::format("{}[{}]", info.name, i));
 }
 
+void Recorder::record_impulses(const Eigen::VectorXd& impulses, double h) {
+  if (impulses_.size() == 0) impulses_ = Eigen::VectorXd::Zero(impulses.size());
+  impulses_ += impulses;
+  impulses_time_ += h;
+}
+
+void Recorder::record_contacts(const Workspace& w) {
+  const std::size_t row = multipliers_.size();
+  append(multipliers_, w.multipliers);
+  if (impulses_time_ > 0) {
+    forces_ = impulses_ / impulses_time_;
+    impulses_.setZero();
+    impulses_time_ = 0;
+  }
+  for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
+    const Contact& contact = system_.contacts[i];
+    Touch touch = w.rows.modes[i].touch;
+    if (forces_.size() > 0) {
+      const auto force = forces_.segment<3>(3 * Eigen::Index(i));
+      const double friction = surface_of(system_.parameters.constraints[contact.constraint].kind).friction;
+      for (int c = 0; c < (contact.tangents ? 3 : 1); ++c)
+        multipliers_[row + std::size_t(contact.row + c)] = force[c];
+      // at its limit, but for what impulses leave to settle
+      const bool limited = !contact.tangents || force.tail<2>().norm() >= (1 - 1e-6) * friction * force[0];
+      touch = force[0] <= 0 ? Touch::open : limited ? Touch::sliding : Touch::sticking;
+    }
+    contact_modes_.push_back(double(touch));
+    contact_forces_.push_back(multipliers_[row + std::size_t(contact.row)]);
+  }
+}
+
 void Recorder::record(const State& state, const Workspace& w, const Work& work) {
   out_.times.push_back(state.t);
   append(q_, state.q);
   append(v_, state.v);
   append(a_, w.a);
-  append(multipliers_, w.multipliers);
   append(driven_efforts_, w.drive_efforts);
-  for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
-    contact_modes_.push_back(double(w.rows.modes[i].touch));
-    contact_forces_.push_back(w.multipliers[system_.contacts[i].row]);
-  }
+  record_contacts(w);
   for (const Drive& drive : system_.parameters.drives)
     for (const TimeFunction& f : drive.functions) driven_positions_.push_back(at(f, state.t).value);
   for (std::size_t s = 0; s < system_.solids.size(); ++s)

@@ -252,7 +252,9 @@ void scan_constraints(const System& system, const Parameters& parameters, const 
   }
   rows.degenerate = -1;
   ConstraintScan<T> scan(system, parameters, kinematics, rows);
+  const bool some_far = rows.detail != Detail::rows && !rows.far.empty();
   for (std::size_t i = 0; i < system.constraints.size(); ++i) {
+    if (some_far && rows.far[i]) continue;
     scan.turn_to(system.constraints[i]);
     std::visit([&](const auto& constraint) { constraint.evaluate(scan); }, parameters.constraints[i].kind);
   }

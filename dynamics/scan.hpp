@@ -112,6 +112,9 @@ struct ConstraintRowsOf {
   /// How much a scan finds. Of `rates` and `values`: L and E stay as they are, poses and velocities of bodies
   /// are enough, and rows across contacts with planes are left out.
   enum class Detail { rows, rates, values } detail = Detail::rows;
+  /// Per constraint, for scans of rates and values: whether it is left as it stands, its rates zero (see
+  /// far_pairs.hpp). Empty: none is.
+  std::vector<char> far;
 
   /// If set, the scan also adds to `bodies` what these multipliers do on the bodies along the rows.
   struct Loads {

@@ -210,6 +210,7 @@ SimulationSettings read_simulation(TomlTable& table) {
   if (second_of("impacts", "sequential", "simultaneous")) s.impacts = ImpactLaw::simultaneous;
   if (second_of("restitution", "newton", "poisson")) s.restitution = RestitutionLaw::poisson;
   positive("rest_speed", s.rest_speed);
+  s.put_apart = second_of("overlaps", "refuse", "put_apart");
   table.finish();
   return s;
 }

@@ -339,6 +339,7 @@ Entries simulation_of(const SimulationSettings& s) {
   if (s.impacts == ImpactLaw::simultaneous) out.emplace_back("impacts", "\"simultaneous\"");
   if (s.restitution == RestitutionLaw::poisson) out.emplace_back("restitution", "\"poisson\"");
   if (s.rest_speed != fresh.rest_speed) out.emplace_back("rest_speed", text_of(s.rest_speed));
+  if (s.put_apart) out.emplace_back("overlaps", "\"put_apart\"");
   if (s.energy_threshold != fresh.energy_threshold)
     out.emplace_back("energy_threshold", text_of(s.energy_threshold));
   return out;

@@ -55,6 +55,8 @@ struct SimulationSettings {
   /// m/s or rad/s: contacts that meet more slowly do not rebound (so rebounds that would follow each other
   /// without end come to rest), and those that part no faster stay together.
   double rest_speed = 1e-6;
+  /// What overlaps at the start is put apart by the least move (put_apart.hpp); else it is refused.
+  bool put_apart = false;
 };
 
 }  // namespace borelli

@@ -14,6 +14,7 @@
 #include "dynamics/function_watch.hpp"
 #include "dynamics/integrator.hpp"
 #include "dynamics/leap_watch.hpp"
+#include "dynamics/put_apart.hpp"
 #include "dynamics/range_events.hpp"
 #include "dynamics/recorder.hpp"
 #include "dynamics/settings_check.hpp"
@@ -74,11 +75,19 @@ class Run {
 
   Result<Trajectory> run() {
     auto assembly = assemble(system_, system_.parameters, state_, workspace_);
+    std::string moved;
+    if (assembly && settings_.put_apart) {
+      auto apart = put_apart(system_, system_.parameters, state_);
+      if (!apart) return tl::unexpected(apart.error());
+      moved = *apart;
+      if (!moved.empty()) assembly = assemble(system_, system_.parameters, state_, workspace_);
+    }
     if (!assembly) return tl::unexpected(assembly.error());
     workspace_.evaluations = 0;
     const double threshold = energy_threshold(settings_, integrator_.adaptive(), steps_contacts());
     Certifier certifier(system_, system_.parameters, threshold, *assembly);
     certifier_ = &certifier;
+    if (!moved.empty()) certifier.note(moved);
     if (const auto change = fastest_change(system_, system_.parameters, settings_.end_time - state_.t)) {
       change_ = *change;
       longest_step_ = longest_step_in_periods * change->period;
@@ -329,6 +338,7 @@ class Run {
       landing_.work.add_event(step->group_work);
       landing_.work.add_projection(step->group_projection);
       certifier_->observe_contacts(landing_.state.t, *step);
+      recorder_.record_impulses(step->impulse, h);
     }
     state_ = landing_.state;
     work_ = landing_.work;
@@ -368,10 +378,10 @@ class Run {
   std::string signature() const {
     const SimulationSettings& s = settings_;
     std::string out =
-        fmt::format("{} {} {} {} {} {:a} {:a} {:a} {:a} {} {} {:a} {:a} {} {} {:a} ", system_.nq, system_.nv,
-                    system_.rows, system_.contacts.size(), s.method, s.end_time, s.step, s.tolerance,
-                    s.output_interval, int(s.equations), int(s.constraints), s.baumgarte_alpha,
-                    s.baumgarte_beta, int(s.impacts), int(s.restitution), s.rest_speed);
+        fmt::format("{} {} {} {} {} {:a} {:a} {:a} {:a} {} {} {:a} {:a} {} {} {:a} {} ", system_.nq,
+                    system_.nv, system_.rows, system_.contacts.size(), s.method, s.end_time, s.step,
+                    s.tolerance, s.output_interval, int(s.equations), int(s.constraints), s.baumgarte_alpha,
+                    s.baumgarte_beta, int(s.impacts), int(s.restitution), s.rest_speed, int(s.put_apart));
     for (const double x : start_state_.q) out += fmt::format("{:a} ", x);
     for (const double x : start_state_.v) out += fmt::format("{:a} ", x);
     return out + fmt::format("{:a}", start_state_.t);

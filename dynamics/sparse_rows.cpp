@@ -40,7 +40,6 @@ SparseRows::SparseRows(const System& system)
       spread_(system.nv, 0.0),
       empty_(system.rows, 1),
       words_((system.rows + 63) / 64),
-      products_(Rows::Zero(system.rows, system.rows)),
       relatives_(std::size_t(system.rows) * words_, 0),
       left_(system.rows, 0.0) {
   std::vector<std::vector<int>> users(system.nv);  // of each column: constraints
@@ -103,6 +102,8 @@ void SparseRows::relate(int i, int j, double product) {
 }
 
 void SparseRows::multiply() {
+  // (room when it is first asked for: methods that leave contacts out have rows of theirs without use)
+  if (products_.size() == 0) products_.setZero(Eigen::Index(left_.size()), Eigen::Index(left_.size()));
   entries_.clear();
   first_entry_.assign(1, 0);
   std::fill(relatives_.begin(), relatives_.end(), 0);

@@ -54,12 +54,19 @@ std::string text_of(const Certificate& c) {
   if (!c.assembly_velocity_coordinate.empty())
     line(fmt::format("assembly: changed the initial velocities by at most {:.4g} m/s or rad/s ('{}')",
                      c.assembly_velocity, c.assembly_velocity_coordinate));
-  for (const ConstraintResidual& r : c.residuals)
+  std::size_t never_off = 0;
+  for (const ConstraintResidual& r : c.residuals) {
+    if (r.position == 0 && r.velocity == 0 && r.acceleration == 0) {
+      ++never_off;
+      continue;
+    }
     line(fmt::format(
         "constraint '{}': off by at most {:.3g} (at {:.6g} s), its velocity by {:.3g} (at {:.6g} s), its "
         "acceleration by {:.3g} (at {:.6g} s)",
         r.constraint, r.position, r.position_time, r.velocity, r.velocity_time, r.acceleration,
         r.acceleration_time));
+  }
+  if (never_off > 0) line(fmt::format("constraints that were never off: {}", never_off));
   for (const std::string& row : c.redundant) line("redundant: " + row);
   if (!c.method.empty()) line(fmt::format("integrated by {} with the {} equations", c.method, c.equations));
   line(fmt::format("steps: {} accepted, {} rejected, {} evaluations{}", c.steps_accepted, c.steps_rejected,

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <random>
 
 namespace borelli::test {
@@ -143,6 +144,28 @@ TEST(ContactSolver, KeepsTheLawsWhereContactsDependOnEachOther) {
     EXPECT_LT(solver.solve(c, c.free.cwiseAbs().maxCoeff(), p), ContactSolver::nearly) << trial;
     expect_laws(c, p, 1e-5);
   }
+}
+
+// Bodies that are pressed on from all sides and rub: impulses as large as friction lets them be hold against
+// each other. Masses far apart, as of hands and trunks. (Newton's method alone leaves one of eleven
+// unsettled.)
+TEST(ContactSolver, SettlesWhatIsJammed) {
+  Draw draw{std::mt19937(11)};
+  std::uniform_real_distribution<double> exponent(-1.5, 1.5);
+  ContactSolver solver;
+  for (int freedoms : {6, 18, 40})
+    for (int trial = 0; trial < 60; ++trial) {
+      const int count = freedoms / 2 + 3;
+      const MatrixXd J = draw.matrix(3 * count, freedoms);
+      VectorXd lightness(freedoms), v = draw.matrix(freedoms, 1);
+      for (double& x : lightness) x = std::pow(10, exponent(draw.generator));
+      for (int i = 0; i < count; ++i) v -= 0.3 * J.row(3 * i).transpose();
+      const ContactProblem c = problem(J * lightness.asDiagonal() * J.transpose(), J * v, 1);
+      VectorXd p = VectorXd::Zero(3 * count);
+      EXPECT_LE(solver.solve(c, c.free.cwiseAbs().maxCoeff(), p), ContactSolver::nearly)
+          << freedoms << " " << trial;
+      expect_laws(c, p, 1e-5);
+    }
 }
 
 }  // namespace

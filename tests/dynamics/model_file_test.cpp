@@ -78,7 +78,7 @@ TEST(ModelFile, NothingOfMjcfIsDroppedSilently) {
                "<include file='more.xml'/><asset><texture/><mesh name='unused' file='no.stl'/></asset>\n"
                "<default><joint frictionloss='2'/><geom rgba='1 0 0 1'/></default>\n"
                "<worldbody><light/><geom type='plane' size='1 1 1'/>\n<body mocap='true'><geom "
-               "size='1'/><geom size='2'/>"
+               "type='box' size='1 1 1'/><geom type='box' size='2 2 2'/>"
                "</body>\n<body><joint name='j' springdamper='1 1'/><geom size='1'/></body></worldbody>\n"
                "<equality><connect body1='a' active='false' anchor='0 0 0'/><tendon tendon1='t'/>"
                "<joint joint1='j' active='false'/></equality>"

@@ -1,0 +1,123 @@
+// Starts at which things overlap, put apart: least moves against closed forms.
+#include "dynamics/put_apart.hpp"
+
+#include <cmath>
+
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+constexpr double radius = 0.1;
+
+// Balls on a line along x, each on a slide of its own.
+Scene row_of_balls(const std::vector<double>& places, const std::vector<double>& masses) {
+  Scene scene;
+  scene.gravity.setZero();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Solid ball;
+    ball.name = fmt::format("b{}", i);
+    ball.switches = {{.kind = Translation{Vector3d::UnitX()},
+                      .coordinate = fmt::format("x{}", i),
+                      .motion = {},
+                      .q = {places[i]},
+                      .v = {0},
+                      .ranges = {}}};
+    ball.inertials = {inertial(masses[i], {0, 0, 0}, {1, 1, 1})};
+    scene.solids.push_back(ball);
+  }
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    SphereOverSphere kind;
+    kind.a.solid = scene.solids[i].name;
+    kind.b.solid = scene.solids[i - 1].name;
+    kind.radii = {radius, radius};
+    scene.constraints.push_back({fmt::format("{} on {}", i, i - 1), kind});
+  }
+  return scene;
+}
+
+std::string moved(const System& system, State& state) {
+  const auto out = put_apart(system, system.parameters, state);
+  EXPECT_TRUE(out) << (out ? "" : out.error().message());
+  return out ? *out : "";
+}
+
+TEST(PutApart, TwoMoveByTheirMassesInverse) {
+  const System system = compiled(row_of_balls({0, 0.15}, {1, 3}));
+  State state = system.initial;
+  const std::string words = moved(system, state);
+  EXPECT_NEAR(state.q[0], -0.05 * 3 / 4, 1e-12);
+  EXPECT_NEAR(state.q[1], 0.15 + 0.05 / 4, 1e-12);
+  EXPECT_EQ(
+      words,
+      "contact '1 on 0' overlapped by 0.05 m at the start: put apart by the least move, most of coordinate "
+      "'x0', by 0.0375 m");
+  EXPECT_EQ(moved(system, state), "");
+}
+
+TEST(PutApart, WhatTouchesThoseThatMoveIsMovedToo) {
+  // the second and third just touch: then all three move, as least squares have it (-2d/3, d/3, d/3)
+  const System system = compiled(row_of_balls({0, 0.17, 0.37}, {1, 1, 1}));
+  State state = system.initial;
+  moved(system, state);
+  const double d = 0.03;
+  EXPECT_NEAR(state.q[0], -2 * d / 3, 1e-9);
+  EXPECT_NEAR(state.q[1], 0.17 + d / 3, 1e-9);
+  EXPECT_NEAR(state.q[2], 0.37 + d / 3, 1e-9);
+}
+
+TEST(PutApart, OtherConstraintsHold) {
+  // two pendulums of 1 m, whose bobs overlap: they swing apart, each by the same angle
+  Scene scene;
+  for (int i = 0; i < 2; ++i) {
+    Solid bob;
+    bob.name = fmt::format("bob{}", i);
+    bob.switches = free_switches(bob.name);
+    bob.switches[0].q = {i == 0 ? -0.05 : 0.05};
+    bob.switches[2].q = {-std::sqrt(1 - 0.05 * 0.05)};
+    bob.inertials = {inertial(2, {0, 0, 0}, {0.1, 0.1, 0.1})};
+    scene.solids.push_back(bob);
+    Distance string;
+    string.a.solid = bob.name;
+    string.distance = constant(1);
+    scene.constraints.push_back({bob.name + " string", string});
+  }
+  SphereOverSphere kind;
+  kind.a.solid = "bob0";
+  kind.b.solid = "bob1";
+  kind.radii = {radius, radius};
+  scene.constraints.push_back({"bobs", kind});
+  const System system = compiled(scene);
+  State state = system.initial;
+  moved(system, state);
+  EXPECT_NEAR(state.q[0], -radius, 1e-9);
+  EXPECT_NEAR(state.q.head<3>().norm(), 1, 1e-9);
+}
+
+TEST(PutApart, WhatHasNowhereToGoEndsByName) {
+  Scene scene = row_of_balls({0, 0.15, 0.3}, {1, 1, 1});
+  scene.solids[0].switches = {fixed({0, 0, 0}, Eigen::Matrix3d::Identity())};
+  scene.solids[2].switches = {fixed({0.3, 0, 0}, Eigen::Matrix3d::Identity())};
+  const System system = compiled(scene);
+  State state = system.initial;
+  const auto out = put_apart(system, system.parameters, state);
+  ASSERT_FALSE(out);
+  EXPECT_NE(out.error().message().find("overlaps at the start, and no move puts it apart: "),
+            std::string::npos)
+      << out.error().message();
+}
+
+TEST(PutApart, ARunBeginsWhereNothingOverlaps) {
+  for (const char* method : {"moreau", "dop853"}) {
+    SimulationSettings how = settings(method, 0.1, 1e-3);
+    how.put_apart = true;
+    const Trajectory path = run(row_of_balls({0, 0.15}, {1, 3}), how);
+    EXPECT_NEAR(path.q(0, 0), -0.0375, 1e-12) << method;
+    EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+    ASSERT_EQ(path.certificate.notes.size(), 1u);
+    EXPECT_EQ(path.certificate.notes[0].find("contact '1 on 0' overlapped by 0.05 m"), 0u);
+  }
+}
+
+}  // namespace
+}  // namespace borelli::test
