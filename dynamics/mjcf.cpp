@@ -20,6 +20,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+// rows of contacts times coordinates, in each of about ten matrices
+constexpr double most_contact_numbers = 2e6;
+
 // What <option> says, of what is modelled.
 struct Options {
   Vector3d gravity{0, 0, -9.81};
@@ -149,12 +152,29 @@ class MjcfReader {
     return out;
   }
 
+  // Rows of contacts are dense: where everything may touch everything they would not fit into memory.
+  void leave_out_pairs(MjcfContacts::Found& found) {
+    double freedoms = 0;
+    for (const Solid& solid : model_.scene.solids)
+      for (const Switch& one : solid.switches)
+        if (!one.coordinate.empty()) freedoms += std::holds_alternative<Ball>(one.kind) ? 3 : 1;
+    if (3. * double(found.contacts.size()) * freedoms <= most_contact_numbers) return;
+    const std::size_t all = found.contacts.size();
+    std::erase_if(found.contacts, [](const Constraint& c) { return radii_of(c.kind) > 0; });
+    model_.not_modelled.push_back(
+        fmt::format("contacts of {} pairs of spheres and capsules, more than there is room for beside {:.0f} "
+                    "coordinates: only those with planes are modelled",
+                    all - found.contacts.size(), freedoms));
+    for (TouchablePair& pair : found.rounded) found.without.push_back(std::move(pair));
+  }
+
   // Many contacts that open and close are what `moreau` is for; its step is the model's own, or MuJoCo's. In
   // MuJoCo what overlaps at the start is pushed apart.
   void add_contacts() {
     UniqueNames names;
     for (const Constraint& c : model_.scene.constraints) names.take(c.name);
     MjcfContacts::Found found = contacts_.find(std::move(names));
+    leave_out_pairs(found);
     if (!found.contacts.empty()) {
       model_.scene.simulation.method = "moreau";
       model_.scene.simulation.put_apart = true;

@@ -175,7 +175,7 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names) const {
       if (below.plane)
         kinds = over_plane(over, *below.plane, surface);
       else if (is_rounded(under.geom) && is_rounded(over.geom))
-        kinds = {between_rounded(above, below, surface)};
+        kinds = {between_rounded(above, below, surface)}, out.rounded.push_back({below, above});
       const std::string standard = below.plane ? "plane" : under.body.solid;
       for (ConstraintKind& kind : kinds)
         out.contacts.push_back(

@@ -37,6 +37,7 @@ class MjcfContacts {
   struct Found {
     std::vector<Constraint> contacts;
     std::vector<TouchablePair> without;  ///< what may touch, with no constraint for it
+    std::vector<TouchablePair> rounded;  ///< those of the contacts that are between spheres and capsules
     int twisting = 0;                    ///< pairs in contact with friction against turning (condim 4 or 6)
   };
   /// All of them; names of constraints differ from those in `names`. Refuses a <pair> of geoms that are not

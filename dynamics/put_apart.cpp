@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "dynamics/assembly.hpp"
+#include "dynamics/branch_sparse.hpp"
 #include "dynamics/chart.hpp"
 #include "dynamics/equations.hpp"
 
@@ -13,11 +14,12 @@ namespace borelli {
 
 namespace {
 
-constexpr int most_moves = 100;
+constexpr int most_moves = 100, most_sweeps = 1000;
+constexpr double settled = 1e-9;      // what sweeps may leave, in parts of the deepest overlap
 constexpr double longest_move = 0.2;  // of a coordinate, on its scale (a radian)
 // gaps, in parts of the length of what touches: those below the first overlap, and are moved beyond the
 // second
-constexpr double overlaps = -1e-9, apart = -1e-12;
+constexpr double overlaps = -1e-9, apart = -5e-10;
 
 class PuttingApart {
  public:
@@ -96,12 +98,34 @@ class PuttingApart {
                                    [](const ContactMode& mode) { return mode.touch != Touch::open; }));
   }
 
+  /// The least move with which no held contact overlaps and the other rows hold, as far as they are linear:
+  /// one multiplier a row, that of contacts pressing only, by projected Gauss-Seidel sweeps.
   void step() {
-    w_.solver.prepare(w_.rows.L, w_.factor, true, RowSet::positions);
-    w_.wanted = -w_.rows.h;
-    for (const Contact& contact : system_.contacts)  // what is apart stays
-      w_.wanted[contact.row] = std::max(0., w_.wanted[contact.row]);
-    w_.solver.correct(w_.factor, w_.wanted, w_.correction);
+    std::vector<int> rows;
+    for (int row = 0; row < system_.rows; ++row)
+      if (!w_.rows.L.row(row).leftCols(system_.nv).isZero(0)) rows.push_back(row);
+    const auto n = Eigen::Index(rows.size());
+    Rows Y(n, system_.nv);  // rows of L, measured by the mass matrix
+    Eigen::VectorXd h(n), lambda = Eigen::VectorXd::Zero(n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      Y.row(k) = w_.rows.L.row(rows[std::size_t(k)]).leftCols(system_.nv);
+      solve_transposed(system_, w_.factor, Y.row(k).data());
+      h[k] = w_.rows.h[rows[std::size_t(k)]];
+    }
+    const Rows G = Y * Y.transpose();
+    const double deepest = h.cwiseMin(0).cwiseAbs().maxCoeff();
+    for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+      double most = 0;
+      for (Eigen::Index k = 0; k < n; ++k) {
+        double to = lambda[k] - (h[k] + G.row(k).dot(lambda)) / G(k, k);
+        if (of_contact_[std::size_t(rows[std::size_t(k)])]) to = std::max(0., to);
+        most = std::max(most, std::abs(to - lambda[k]) * G(k, k));
+        lambda[k] = to;
+      }
+      if (most <= settled * deepest) break;
+    }
+    w_.correction = Y.transpose() * lambda;
+    solve_lower(system_, w_.factor, w_.correction.data());
     double largest = 0;
     for (int i = 0; i < system_.nv; ++i)
       largest = std::max(largest, std::abs(w_.correction[i]) / system_.velocity_scale[std::size_t(i)]);

@@ -174,6 +174,16 @@ TEST(MjcfContacts, RoundedGeomsMeet) {
   }
 }
 
+TEST(MjcfContacts, MorePairsThanThereIsRoomForAreSaid) {
+  std::string balls;
+  for (int i = 0; i < 80; ++i) balls += "<body><freejoint/><geom size='.1'/></body>";
+  const ModelFile model = read_text(over_floor(balls));
+  EXPECT_EQ(model.scene.constraints.size(), 80u);
+  EXPECT_EQ(model.without_contact.size(), 80u * 79 / 2);
+  EXPECT_EQ(model.not_modelled[0].find("contacts of 3160 pairs of spheres and capsules"), 0u)
+      << model.not_modelled[0];
+}
+
 TEST(MjcfContacts, WhatOverlapsAtTheStartIsPutApart) {
   const ModelFile model =
       read_text(over_floor("<body name='b' pos='0 0 .05'><freejoint/><geom size='.1'/></body>"));

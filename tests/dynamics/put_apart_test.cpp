@@ -94,6 +94,44 @@ TEST(PutApart, OtherConstraintsHold) {
   EXPECT_NEAR(state.q.head<3>().norm(), 1, 1e-9);
 }
 
+TEST(PutApart, AHeapComesApart) {
+  Random random(3);
+  Scene scene;
+  for (int i = 0; i < 30; ++i) {
+    Solid ball;
+    ball.name = fmt::format("b{}", i);
+    ball.switches = free_switches(ball.name);
+    for (int k = 0; k < 2; ++k) ball.switches[std::size_t(k)].q = {random.number(-0.25, 0.25)};
+    ball.switches[2].q = {random.number(0, 0.5)};
+    ball.inertials = {inertial(random.number(0.1, 10), {0, 0, 0}, {1, 1, 1})};
+    scene.solids.push_back(ball);
+    SphereOverPlane floor;
+    floor.sphere.solid = ball.name;
+    floor.radius = radius;
+    scene.constraints.push_back({ball.name + " on floor", floor});
+    for (int j = 0; j < i; ++j) {
+      SphereOverSphere kind;
+      kind.a.solid = ball.name;
+      kind.b.solid = fmt::format("b{}", j);
+      kind.radii = {radius, radius};
+      scene.constraints.push_back({fmt::format("{} on {}", i, j), kind});
+    }
+  }
+  const System system = compiled(scene);
+  State state = system.initial;
+  moved(system, state);
+  double least = 1, farthest = 0;
+  for (int i = 0; i < 30; ++i) {
+    const Vector3d at = state.q.segment<3>(7 * i);
+    farthest = std::max(farthest, (at - Vector3d(system.initial.q.segment<3>(7 * i))).norm());
+    least = std::min(least, at.z() / radius);
+    for (int j = 0; j < i; ++j)
+      least = std::min(least, (at - Vector3d(state.q.segment<3>(7 * j))).norm() / (2 * radius));
+  }
+  EXPECT_GT(least, 1 - 2e-9);
+  EXPECT_LT(farthest, 4 * radius);  // most overlapped, some by all but their size
+}
+
 TEST(PutApart, WhatHasNowhereToGoEndsByName) {
   Scene scene = row_of_balls({0, 0.15, 0.3}, {1, 1, 1});
   scene.solids[0].switches = {fixed({0, 0, 0}, Eigen::Matrix3d::Identity())};
