@@ -11,7 +11,7 @@ h1{font-size:1.5em} h2{font-size:1.15em;margin-top:2em} svg{max-width:100%;heigh
 nav{display:flex;flex-wrap:wrap;gap:.4em;margin:.6em 0} button{font:inherit;padding:.25em .7em;border:1px solid #888;
 background:#fff;border-radius:4px;cursor:pointer} button[aria-pressed=true]{background:#0072B2;border-color:#0072B2;color:#fff}
 table{border-collapse:collapse;margin:.5em 0} td,th{padding:.2em .8em .2em 0;text-align:left;vertical-align:top}
-th{border-bottom:1px solid #888} td.n,th.n{text-align:right} .plot[hidden]{display:none}
+th{border-bottom:1px solid #888} td.n,th.n{text-align:right;white-space:nowrap} .plot[hidden]{display:none}
 [data-names]{cursor:pointer} .off{opacity:.3} #tip{position:fixed;background:#fff;border:1px solid #888;padding:.35em .6em;
 font-size:13px;white-space:pre-line;pointer-events:none;max-width:28em;border-radius:4px;box-shadow:0 1px 5px #0003}
 @media print{nav{display:none} .plot[hidden]{display:block}})";

@@ -36,7 +36,7 @@ chart() {
 }
 
 scenes=tests/bench/peers/scenes
-all=($scenes/*.toml samples/{roundabout,double_pendulum,heavy_top,spinning_plate,shock,andrews,four_bar_2,bouncing_ball,block_on_slope}.toml)
+all=($scenes/*.toml samples/{roundabout,double_pendulum,heavy_top,spinning_plate,shock,andrews,four_bar_2,four_bar_40,bouncing_ball,block_on_slope}.toml)
 sizes=() map=() run=100000
 if [ -n "$quick" ]; then
   all=($scenes/human_flight.toml samples/{double_pendulum,bouncing_ball}.toml)
