@@ -1,6 +1,7 @@
 #include "segmentation/body_mask.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "segmentation/tissues.hpp"
@@ -207,6 +208,60 @@ void fill(Mask& body, const Mask& seen) {
       if (inside[static_cast<std::size_t>(number - 1)]) body.voxels[o] = 1;
 }
 
+// A lung that the scan's side lays open: airy tissue (not air), that meets what the scan does not show, and
+// air hardly anywhere.
+void keep_cut_lungs(Mask& body, const WorkVolume& scan, double step) {
+  constexpr int emptiest_lung = -950;
+  constexpr double much = 20e2, least = 30e3, most_bare = 0.1;  // mm^2; mm^3; of its faces
+  const auto& g = body.grid;
+  Mask airy{g, std::vector<std::uint8_t>(g.count())};
+  for (std::size_t o = 0; o < g.count(); ++o)
+    airy.voxels[o] = scan.seen.voxels[o] && !body.voxels[o] && scan.hu.voxels[o] > emptiest_lung &&
+                     scan.hu.voxels[o] <= skin_edge_hu;
+  const auto at_side = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+    return i == 0 || j == 0 || i + 1 == g.size[0] || j + 1 == g.size[1] || !scan.seen.at(i - 1, j, k) ||
+           !scan.seen.at(i + 1, j, k) || !scan.seen.at(i, j - 1, k) || !scan.seen.at(i, j + 1, k);
+  };
+  double open = 0;
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        if (airy.at(i, j, k) && at_side(i, j, k)) open += step * step;
+  if (open < much) return;
+  // rims of skin and cloth are airy as well, but thin
+  Mask core = airy;
+  for (std::size_t o = 0; o < g.count(); ++o) core.voxels[o] = airy.voxels[o] || !scan.seen.voxels[o];
+  core = eroded(core, thin, true);
+  for (std::size_t o = 0; o < g.count(); ++o) core.voxels[o] = core.voxels[o] && airy.voxels[o];
+  const Regions pieces = connected_regions(core, 6);
+  for (std::size_t n = 0; n < pieces.list.size(); ++n) {
+    if (static_cast<double>(pieces.list[n].voxels) * step * step * step < least) break;  // largest come first
+    Mask piece{g, std::vector<std::uint8_t>(g.count())};
+    for (std::size_t o = 0; o < g.count(); ++o)
+      piece.voxels[o] = pieces.number.voxels[o] == static_cast<std::int32_t>(n + 1);
+    piece = dilated(piece, thin + step);
+    for (std::size_t o = 0; o < g.count(); ++o) piece.voxels[o] = piece.voxels[o] && airy.voxels[o];
+    std::int64_t bare = 0, faces = 0;
+    double side = 0;
+    for (std::int64_t k = 0; k < g.size[2]; ++k)
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i) {
+          if (!piece.at(i, j, k)) continue;
+          if (at_side(i, j, k)) side += step * step;
+          const std::array<std::array<std::int64_t, 3>, 6> around{
+              {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
+          for (const auto& p : around) {
+            if (!g.holds(p[0], p[1], p[2]) || piece.at(p[0], p[1], p[2]) || !scan.seen.at(p[0], p[1], p[2]))
+              continue;
+            ++faces;
+            bare += !body.at(p[0], p[1], p[2]);
+          }
+        }
+    if (side < much || static_cast<double>(bare) > most_bare * static_cast<double>(faces)) continue;
+    for (std::size_t o = 0; o < g.count(); ++o) body.voxels[o] = body.voxels[o] || piece.voxels[o];
+  }
+}
+
 }  // namespace
 
 Mask body_mask(const WorkVolume& scan) {
@@ -217,6 +272,7 @@ Mask body_mask(const WorkVolume& scan) {
   Mask body = without_sheets(dense, scan.seen, step);
   keep_pieces(body, scan.hu, step);
   fill(body, scan.seen);
+  keep_cut_lungs(body, scan, step);
   for (std::size_t o = 0; o < body.voxels.size(); ++o) body.voxels[o] = body.voxels[o] && scan.seen.voxels[o];
   return body;
 }

@@ -108,9 +108,13 @@ double HeadsInBody::lung_between(double low, double high) const {
 bool HeadsInBody::near_hips(const Vector3d& left, const Vector3d& right) const {
   const Vector3d middle = 0.5 * (left + right);
   const Share sacrum = shares(anatomy_, middle + Vector3d(0, 45, 75), Vector3d(25, 45, 40));
-  constexpr double hand = 120, most_lung = 100;  // mm, ml
   return depth_at(anatomy_, middle) > 30 && sacrum.seen > 1.0 / 3 && sacrum.bone > 0.06 &&
-         lung_between(-1e9, middle[2] + hand) < most_lung;
+         below_lungs(middle[2]);
+}
+
+bool HeadsInBody::below_lungs(double z) const {
+  constexpr double hand = 120, most_lung = 100;  // mm, ml
+  return lung_between(-1e9, z + hand) < most_lung;
 }
 
 bool HeadsInBody::vertebra_between(const FoundSphere& left, const FoundSphere& right) const {
@@ -184,6 +188,34 @@ bool HeadsInBody::on_femur(const FoundSphere& ball, int side) const {
     best = std::min(best, (ways.length.voxels[o] + core) / d.norm());
   });
   return best < detour;
+}
+
+bool HeadsInBody::below_flank(const Vector3d& hip) const {
+  constexpr double most_bone = 0.04;
+  return shares(anatomy_, hip + Vector3d(0, 20, 165), Vector3d(20, 70, 20)).bone < most_bone;
+}
+
+bool HeadsInBody::cut_beside(double middle, int side) const {
+  const Anatomy& a = anatomy_;
+  constexpr double much = 200e2, beside = 110;  // mm^2; mm
+  const double inwards = -side_sign(side);
+  double area = 0;
+  for (std::int64_t k = 0; k < a.grid().size[2]; ++k)
+    for (std::int64_t j = 0; j < a.grid().size[1]; ++j)
+      for (std::int64_t i = 1; i + 1 < a.grid().size[0]; ++i) {
+        if (!a.body.at(i, j, k)) continue;
+        const double x = a.grid().point(Vector3d(static_cast<double>(i), 0, 0))[0];
+        if (std::abs(x - middle) > beside) continue;
+        if (!a.scan.seen.at(i + (inwards > 0 ? 1 : -1), j, k)) area += a.step() * a.step();
+      }
+  return area > much;
+}
+
+bool HeadsInBody::at_shoulder(const Vector3d& head) const {
+  constexpr double near = 20, far = 60, above = 100;  // mm
+  constexpr double one_lung = smallest_lung / 2;
+  return lung_between(head[2] - far, head[2] - near) >= one_lung &&
+         lung_between(head[2] + above, 1e9) < one_lung;
 }
 
 bool HeadsInBody::at_shoulders(const Vector3d& left, const Vector3d& right) const {

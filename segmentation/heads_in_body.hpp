@@ -33,13 +33,22 @@ class HeadsInBody {
   /// Between and below shoulders lie the tops of the lungs, which narrow upwards there and end soon above;
   /// what roofs the heads must be in view. Legs have no lungs, and ribs no lung that ends.
   bool at_shoulders(const Eigen::Vector3d& left, const Eigen::Vector3d& right) const;
+  /// Whether the scan's side cuts the trunk beside `middle` (mm, patient x), so that but one `side` of the
+  /// body is in view: body meets the scan's edge there over more than a limb does.
+  bool cut_beside(double middle, int side) const;
+  /// Whether the lungs begin a hand's breadth over a level (mm, patient z) or higher, as over hips.
+  bool below_lungs(double z) const;
+  /// Over a hip and its ilium follows a flank, where no bone is; over vertebrae and sacrum the column.
+  bool below_flank(const Eigen::Vector3d& hip) const;
+  /// Of a shoulder alone: the lung's top beside and below, none above.
+  bool at_shoulder(const Eigen::Vector3d& head) const;
 
- private:
   /// From a femoral head bone leads straight outwards and down to the shaft, or to the scan's end; from a
   /// tuber, a socket or an iliac wing it leads there by a detour or not at all. The head itself must be in
   /// view whole.
   bool on_femur(const FoundSphere& ball, int side) const;
 
+ private:
   const Anatomy& anatomy_;
   std::vector<double> lung_;   // ml within each slice of the work grid
   double low_ = 0, high_ = 0;  // lowest and highest level with body in view

@@ -22,8 +22,12 @@ PartPlanes::PartPlanes(const Landmarks& landmarks, Convention convention,
     joint_seen_[label] = landmarks.contains(parts[label].joint);
   for (const Cut& cut : cuts_) by_distal_[static_cast<std::size_t>(cut.distal)] = &cut;
   const auto l = landmarks.find("hip_left"), r = landmarks.find("hip_right");
-  hips_ = l != landmarks.end() && r != landmarks.end();
-  middle_ = hips_ ? Eigen::Vector3d(0.5 * (l->second.point + r->second.point)) : Eigen::Vector3d::Zero();
+  const auto middle = landmarks.find("mid_hip");
+  const bool both = l != landmarks.end() && r != landmarks.end();
+  hips_ = both || middle != landmarks.end();
+  middle_ = both    ? Eigen::Vector3d(0.5 * (l->second.point + r->second.point))
+            : hips_ ? middle->second.point
+                    : Eigen::Vector3d::Zero();
   root_ = !hips_ && landmarks.contains("shoulder_left") ? upper_trunk : lower_trunk;
   left_ = trunk_axes(landmarks).col(0);
 }

@@ -26,6 +26,7 @@
 #include "segmentation/limb_tips.hpp"
 #include "segmentation/lone_parts.hpp"
 #include "segmentation/missing_elbows.hpp"
+#include "segmentation/one_side.hpp"
 #include "segmentation/part_findings.hpp"
 #include "segmentation/part_planes.hpp"
 #include "segmentation/slabs.hpp"
@@ -96,6 +97,8 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   Segmentation out;
   find_limb_landmarks(a, trunk, limbs, out.landmarks);
   find_trunk_landmarks(a, trunk, limbs, out.landmarks);
+  mirror_sides(trunk, limbs, out.landmarks);
+  put_in_middle(trunk, out.landmarks);
   out.convention = options.convention;
   out.warnings = doubts_of_given(options.given, out.landmarks);
   put_given(options.given, out.landmarks);
@@ -124,13 +127,15 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
     part_axial_bones(a, trunk, out.landmarks, bones);
   }
   progress(0.7, "parting soft tissue");
-  const auto owner = label_soft_tissue(a, bones, options.step, options.convention);
+  auto owner = label_soft_tissue(a, bones, options.step, options.convention);
+  mirror_legs(a, trunk, limbs, owner);
   // by `bone` no plane parts what hangs on an elbow that is not in view
   if (options.convention != Convention::bone)
     place_missing_elbows(a, limbs, owner, trunk.scale, out.landmarks);
   find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
   put_given(options.given, out.landmarks);
   find_frame_points(a, trunk, owner, out.landmarks);
+  mirror_sides(trunk, limbs, out.landmarks);
   put_given(options.given, out.landmarks);
   place_unseen_hips(out.landmarks);  // the posterior spines tell the pelvis' tilt
   const PartPlanes planes(out.landmarks, options.convention);
@@ -140,6 +145,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   if (!classes && !by_hand && trunk.hip[0] && !trunk.shoulder[0])
     doubt_what_holds_arms(a, owner, planes, std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]), out);
   if (trunk.femur[0]) doubt_thighs_above_crotch(a, owner, out);
+  doubt_unparted_leg(trunk, out);
   if (trunk.brain) doubt_trunk_without_shoulders(out);
   if (!classes && !trunk.empty()) warn_of_flesh_without_part(a, owner, out);
   if (by_hand)

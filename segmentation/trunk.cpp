@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "segmentation/heads_in_body.hpp"
+#include "segmentation/one_side.hpp"
 
 namespace borelli {
 namespace {
@@ -268,6 +269,7 @@ Trunk find_trunk(const Anatomy& a) {
   trunk.lungs = body.lungs();
   find_hips(a, body, balls, trunk);
   find_shoulders(a, body, balls, trunk);
+  if (!trunk.hip[0] && !trunk.shoulder[0]) find_one_side(a, body, balls, trunk);
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   if (!hips && !shoulders) return trunk;
   const auto& pair = hips ? trunk.hip : trunk.shoulder;
@@ -278,6 +280,7 @@ Trunk find_trunk(const Anatomy& a) {
     top = std::min(end, 0.5 * (trunk.shoulder[0]->centre[2] + trunk.shoulder[1]->centre[2]) + 170);
   constexpr double never = 1e3, beside = 30;  // mm
   find_spine(a, m[0], hips ? m[2] + 35 : a.grid().origin[2] + a.step(), top, hips ? never : beside, trunk);
+  settle_middle(a, trunk);
   // de Leva's male: hips 176 mm apart (hip centres at half the inter-ASIS distance less 14 %), shoulder to
   // hip level 467 mm; the longer measure is the surer one
   if (hips && shoulders)

@@ -27,6 +27,12 @@ struct Trunk {
 
   /// Nothing is in view that parts hang on.
   bool empty() const { return !hip[0] && !shoulder[0] && !femur[0] && !brain; }
+  /// The only side in view of a body that the scan's side cuts lengthwise: hip and shoulder of the other are
+  /// its mirror images, out of view.
+  std::optional<int> only_side;
+  double middle_off = 0;  ///< how far off the midsagittal plane may then be, mm (standard deviation)
+  bool column_in_view =
+      true;  ///< else the column's course is not seen, of which `spine` is then the level alone
   /// The column's middle at a level (mm, patient z), held to its ends.
   Eigen::Vector3d spine_at(double z) const;
   bool spine_holds(double z) const;

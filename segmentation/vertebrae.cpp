@@ -123,7 +123,7 @@ double bone_beside(const Anatomy& a, const Trunk& trunk, double z) {
 }  // namespace
 
 std::optional<double> first_rib(const Anatomy& a, const Trunk& trunk, double near) {
-  constexpr double rib = 150;     // mm^2: both sides' necks
+  const double rib = trunk.only_side ? 75 : 150;  // mm^2: the necks in view
   constexpr double share = 0.2;   // of the most below: transverse processes hold less, in a slender body too
   constexpr double no_more = 24;  // above the first rib follows as much without one
   const double s = trunk.scale;

@@ -115,6 +115,10 @@ std::vector<Case> cases() {
   all.push_back(scanned("cut_at_knee", "ends above the knees", 19, {-far, -far, 590}, {far, far, far}));
   all.push_back(scanned("cut_on_left", "the left arm half outside", 20, {-far, -far, -far}, {225, far, far}));
 
+  all.push_back(scanned("one_side", "the left side alone", 31, {0, -far, -far}, {far, far, far}));
+  all.push_back(scanned("legs_alone", "legs alone", 32, {-far, -far, -far}, {far, far, 620}));
+  all.push_back(scanned("head_alone", "a head alone", 33, {-far, -far, 1560}, {far, far, far}));
+
   c = standing("obese", "BMI 40", 21);
   c.body.mass_kg = 121;
   c.touching = both_arms;

@@ -1,0 +1,201 @@
+#include "segmentation/one_side.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "segmentation/parts.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// mm of an adult; how far the middle by these lies off (in 40 phantoms 4 mm rms, 8.8 at most)
+constexpr double hips_half = 88, hip_to_shoulder = 515, middle_by_hip = 7;
+
+// The likeliest head about the best voted places that fit.
+template <class Fits>
+std::optional<FoundSphere> find_head(const Anatomy& a, const std::vector<FoundSphere>& votes,
+                                     const Fits& fits) {
+  constexpr std::size_t most_places = 8;
+  constexpr double same = 15, again = 1;  // mm, between places; see find_heads in trunk.cpp
+  const double scatter = 0.4 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
+  std::optional<FoundSphere> best;
+  double most = 0;
+  std::vector<Vector3d> places;
+  const auto look_about = [&](const Vector3d& place, double reach) {
+    if (std::any_of(places.begin(), places.end(),
+                    [&](const Vector3d& other) { return (other - place).norm() < reach; }))
+      return false;
+    places.push_back(place);
+    for (const FoundSphere& ball : fit_balls(*a.source, place, 14, 36, a.threads)) {
+      // as of a pair that are alike
+      const double score = std::pow(ball.score * std::exp(-std::pow(ball.deviation / scatter, 2)), 2) *
+                           std::exp(-std::pow((ball.radius - 25) / 7, 2));
+      if (score > most && fits(ball)) most = score, best = ball;
+    }
+    return true;
+  };
+  for (const FoundSphere& vote : votes)
+    if (places.size() < most_places && fits(vote)) look_about(vote.centre, same);
+  for (int round = 0; round < 3 && best && look_about(best->centre, again);) ++round;
+  return best;
+}
+
+FoundSphere mirrored(FoundSphere ball, double middle) {
+  ball.centre[0] = 2 * middle - ball.centre[0];
+  return ball;
+}
+
+double middle_of(const Trunk& trunk) { return 0.5 * (trunk.hip[0]->centre[0] + trunk.hip[1]->centre[0]); }
+
+}  // namespace
+
+void find_one_side(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
+                   Trunk& trunk) {
+  constexpr double lowest = 330, highest = 650, aside = 150, deep = 120;  // mm, shoulder from hip
+  for (const int side : {left_side, right_side}) {
+    const auto n = static_cast<std::size_t>(side), other = 1 - n;
+    const double outwards = side_sign(side);
+    const auto hip = find_head(a, balls, [&](const FoundSphere& ball) {
+      return body.cut_beside(ball.centre[0] - outwards * hips_half, side) &&
+             body.below_lungs(ball.centre[2]) && body.below_flank(ball.centre) && body.on_femur(ball, side);
+    });
+    if (!hip) continue;
+    const auto shoulder = find_head(a, balls, [&](const FoundSphere& ball) {
+      const Vector3d d = ball.centre - hip->centre;
+      return d[2] > lowest && d[2] < highest && std::abs(d[1]) < deep && d[0] * outwards > 0 &&
+             d[0] * outwards < aside && body.at_shoulder(ball.centre);
+    });
+    if (!shoulder) continue;
+    const double size = (shoulder->centre[2] - hip->centre[2]) / hip_to_shoulder;
+    const double middle = hip->centre[0] - outwards * hips_half * size;
+    trunk.hip[n] = *hip, trunk.hip[other] = mirrored(*hip, middle);
+    trunk.shoulder[n] = *shoulder, trunk.shoulder[other] = mirrored(*shoulder, middle);
+    trunk.only_side = side;
+    trunk.middle_off = middle_by_hip;
+    return;
+  }
+}
+
+void settle_middle(const Anatomy& a, Trunk& trunk) {
+  if (!trunk.only_side || trunk.spine.empty()) return;
+  constexpr double beside = 35, half = 8, in_view = 0.9;  // mm from the column's middle; of its levels
+  double sum = 0, shows = 0, half_shows = 0;
+  const auto n = static_cast<std::size_t>(*trunk.only_side), other = 1 - n;
+  for (const Vector3d& p : trunk.spine) {
+    const Vector3d inwards = p - Vector3d(side_sign(*trunk.only_side) * beside, 0, 0);
+    sum += p[0], shows += a.holds(a.scan.seen, inwards);
+  }
+  const double levels = static_cast<double>(trunk.spine.size());
+  if (shows >= in_view * levels) {
+    const double middle = sum / levels;
+    trunk.hip[other] = mirrored(*trunk.hip[n], middle);
+    trunk.shoulder[other] = mirrored(*trunk.shoulder[n], middle);
+    trunk.middle_off = 0;
+  } else {
+    for (Vector3d& p : trunk.spine) {
+      p[0] = middle_of(trunk);
+      half_shows += a.holds(a.scan.seen, p + Vector3d(side_sign(*trunk.only_side) * half, 0, 0));
+    }
+    trunk.column_in_view = half_shows >= in_view * levels;
+  }
+}
+
+void mirror_sides(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
+  if (!trunk.only_side) return;
+  constexpr double alike = 5;  // mm, sides of one body
+  const double middle = middle_of(trunk);
+  const std::string own = side_suffix(*trunk.only_side), other = side_suffix(1 - *trunk.only_side);
+  const bool arm = limbs.arm(1 - *trunk.only_side).present;
+  for (const std::string stem : {"hip", "asis", "psis", "shoulder"}) {
+    marks.erase(stem + other);
+    const auto it = marks.find(stem + own);
+    // without that plane to some millimetres the other side's cuts would take from this side
+    if (it == marks.end() || trunk.middle_off > 0 || (stem == "shoulder" && !arm)) continue;
+    Landmark mark = it->second;
+    mark.point[0] = 2 * middle - mark.point[0];
+    mark.deviation = std::hypot(mark.deviation, alike);
+    mark.source = "mirror image: of the other side's";
+    marks[stem + other] = mark;
+  }
+  if (const auto hip = marks.find("hip" + own); hip != marks.end())
+    marks["mid_hip"] = {Vector3d(middle, hip->second.point[1], hip->second.point[2]),
+                        std::hypot(hip->second.deviation, trunk.middle_off), 0,
+                        "mirror image: middle of the hip centres"};
+}
+
+void put_in_middle(const Trunk& trunk, Landmarks& marks) {
+  if (!trunk.only_side || trunk.middle_off == 0) return;
+  const double middle = middle_of(trunk);
+  for (const char* name : {"vertex", "cervicale", "suprasternale"})
+    if (const auto it = marks.find(name);
+        it != marks.end() && std::abs(it->second.point[0] - middle) > 2 * trunk.middle_off)
+      marks.erase(it);  // foremost or highest of what is in view, but not in the midline
+  for (const char* joint : {"neck", "spine_upper", "spine_lower"})
+    if (const auto it = marks.find(joint); it != marks.end()) it->second.point[0] = middle;
+  constexpr double unseen = 20;  // mm, what levels and depths are off that a column out of view would tell
+  for (const char* name :
+       {"neck", "spine_upper", "spine_lower", "vertex", "cervicale", "suprasternale", "xiphion", "omphalion"})
+    if (const auto it = marks.find(name); it != marks.end()) {
+      it->second.deviation = std::hypot(it->second.deviation, trunk.middle_off);
+      if (trunk.column_in_view) continue;
+      it->second.deviation = std::hypot(it->second.deviation, unseen);
+      it->second.source = "proportion: the midline is not in view";
+    }
+}
+
+void mirror_legs(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Volume<std::uint8_t>& owner) {
+  // nor is the other leg's flesh told from this one's where the middle is not known to a centimetre
+  if (!trunk.only_side || trunk.middle_off > 0 || limbs.leg(1 - *trunk.only_side).present) return;
+  const auto& g = a.grid();
+  const double outwards = side_sign(*trunk.only_side), middle = middle_of(trunk);
+  const auto twin = [&](std::uint8_t label) -> std::uint8_t {
+    const std::string name(parts[label].name), own = side_suffix(*trunk.only_side);
+    if (!name.ends_with(own)) return label;
+    return static_cast<std::uint8_t>(
+        part_label(name.substr(0, name.size() - own.size()) + side_suffix(1 - *trunk.only_side)));
+  };
+  const auto of_leg = [](std::uint8_t label) { return label >= part_label("thigh_left"); };
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const double x = g.origin[0] + a.step() * static_cast<double>(i);
+        auto& label = owner.at(i, j, k);
+        if (!label || (x - middle) * outwards > 0) continue;
+        const auto image = std::lround((2 * middle - x - g.origin[0]) / a.step());
+        const std::uint8_t across = g.holds(image, j, k) ? owner.at(image, j, k) : std::uint8_t{0};
+        if (of_leg(across) || (of_leg(label) && across))
+          label = twin(across);
+        else if (of_leg(label))
+          label = twin(label);
+      }
+}
+
+void doubt_unparted_leg(const Trunk& trunk, Segmentation& out) {
+  if (!trunk.only_side) return;
+  const std::string own = side_suffix(*trunk.only_side), other = side_suffix(1 - *trunk.only_side);
+  const auto knee = out.landmarks.find("knee" + own);
+  const int label = part_label("thigh" + other);
+  PartFinding& thigh = out.part[static_cast<std::size_t>(label)];
+  if (thigh.volume == 0 || knee == out.landmarks.end() || out.landmarks.contains("knee" + other)) return;
+  constexpr double share = 0.01;
+  const Grid& g = out.labels.grid;
+  double below = 0;
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        if (out.labels.at(i, j, k) == label &&
+            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)))[2] <
+                knee->second.point[2])
+          below += g.voxel_volume();
+  if (below < share * thigh.volume) return;
+  thigh.coverage = Coverage::cut;
+  thigh.confidence = std::min(thigh.confidence, 0.2);
+  thigh.note += (thigh.note.empty() ? "" : "; ") +
+                std::string("holds what is in view of shank and foot too: no knee was found");
+}
+
+}  // namespace borelli

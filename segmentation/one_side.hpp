@@ -1,0 +1,41 @@
+// One side of a body that the scan's side cuts lengthwise: the hip and the shoulder in view are found alone,
+// and what the trunk needs of the other side is their mirror image.
+#pragma once
+
+#include <vector>
+
+#include "segmentation/heads_in_body.hpp"
+#include "segmentation/landmarks.hpp"
+#include "segmentation/limbs.hpp"
+#include "segmentation/segment.hpp"
+#include "segmentation/trunk.hpp"
+
+namespace borelli {
+
+/// Sets hips, shoulders, `only_side` and `middle_off` of a trunk of which neither pair is in view, where the
+/// scan's side cuts the trunk near its middle, and a hip over its femur and a shoulder over the lung, as far
+/// above as a body's, are in view. The middle lies as far inwards of the hip as an adult's of this height
+/// (88 mm of 515 from hip to shoulder). `balls`: see vote_balls.
+void find_one_side(const Anatomy& anatomy, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
+                   Trunk& trunk);
+
+/// Of such a trunk the middle by its column, where all of that is in view; else its column in that middle.
+void settle_middle(const Anatomy& anatomy, Trunk& trunk);
+
+/// The hips' middle; the other side's hip, iliac spines and (with an arm) shoulder as mirror images where the
+/// column tells the middle, else none. For a trunk that shows both sides: nothing.
+void mirror_sides(const Trunk& trunk, const Limbs& limbs, Landmarks& marks);
+
+/// The column's joints in the middle where the column does not tell it, and the midline's points as uncertain
+/// as it is.
+void put_in_middle(const Trunk& trunk, Landmarks& marks);
+
+/// Flesh beyond the middle is the other leg's where its mirror image is this one's, and none beyond it is
+/// this side's. `owner`: the part whose flesh each place of the work grid is.
+void mirror_legs(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs, Volume<std::uint8_t>& owner);
+
+/// The other thigh, of which a piece is in view, is in doubt where it reaches below the knee on this side and
+/// has none of its own.
+void doubt_unparted_leg(const Trunk& trunk, Segmentation& out);
+
+}  // namespace borelli

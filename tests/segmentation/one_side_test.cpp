@@ -1,0 +1,135 @@
+// One side of a body that the scan's side cuts lengthwise, at its middle and to either side of it: the parts
+// in view, against the phantom's exact labels.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/segment.hpp"
+#include "tests/segmentation/dice.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+struct OneSide {
+  Phantom body;
+  LabelMap exact;
+  Segmentation found;
+  std::string own, other;
+  const PartFinding& part(const std::string& name) const {
+    return found.part[static_cast<std::size_t>(part_label(name))];
+  }
+};
+
+// `beyond`: mm past the middle that are in view
+OneSide scanned(std::uint64_t variation, Sex sex, bool left, double beyond) {
+  PhantomOptions of;
+  of.sex = sex;
+  of.variation = variation;
+  auto body = build_phantom(of);
+  EXPECT_TRUE(body);
+  GridOptions grid;
+  grid.spacing.setConstant(4);
+  const double middle = body->landmarks.find("mid_hip")->second.point[0];
+  (left ? grid.crop_low : grid.crop_high)[0] = middle + (left ? -beyond : beyond);
+  ScanOptions as;
+  as.partial_volume = true, as.noise_hu = 10;
+  const Scan scan = voxelise(*body, phantom_grid(*body, grid), as);
+  auto found = segment(scan.grey, {});
+  EXPECT_TRUE(found);
+  return {*body, scan.labels, *found, left ? "_left" : "_right", left ? "_right" : "_left"};
+}
+
+// What lies on the side in view is whole but for what the crop cuts, and nothing is on the other.
+void expect_own_side(const OneSide& of) {
+  const auto agree = dice(of.found.labels, of.exact);
+  for (const std::string limb : {"upper_arm", "forearm", "hand", "thigh", "shank", "foot"}) {
+    EXPECT_GT(agree[static_cast<std::size_t>(part_label(limb + of.own))], 0.95) << limb;
+    if (limb != "thigh") {
+      EXPECT_EQ(name_of(of.part(limb + of.own).coverage), "whole") << limb;
+      EXPECT_EQ(name_of(of.part(limb + of.other).coverage), "absent") << limb;
+      EXPECT_EQ(of.part(limb + of.other).volume, 0) << limb;
+    }
+  }
+  for (const char* name : {"upper_trunk", "middle_trunk", "lower_trunk"})
+    EXPECT_EQ(name_of(of.part(name).coverage), "cut") << name;
+}
+
+// Every point is held by its deviation.
+void expect_within_deviations(const OneSide& of) {
+  for (const auto& [name, mark] : of.found.landmarks) {
+    const auto exact = of.body.landmarks.find(name);
+    if (exact == of.body.landmarks.end()) continue;
+    const Vector3d error = mark.point - exact->second.point;
+    for (int c = 0; c < 3; ++c) EXPECT_LT(std::abs(error[c]), 2 * mark.deviation) << name << ' ' << c;
+  }
+}
+
+void expect_dice(const OneSide& of, const std::map<std::string, double>& least) {
+  const auto agree = dice(of.found.labels, of.exact);
+  for (const auto& [name, value] : least)
+    EXPECT_GT(agree[static_cast<std::size_t>(part_label(name))], value) << name;
+}
+
+TEST(OneSide, CutAtTheMiddle) {
+  for (const bool left : {true, false}) {
+    const OneSide of = scanned(left ? 301 : 302, left ? Sex::male : Sex::female, left, 0);
+    expect_own_side(of);
+    expect_within_deviations(of);
+    // half a navel is no dent: its level is by proportion, and the parts beside it are uncertain by that
+    expect_dice(of, {{"head", 0.98}, {"upper_trunk", 0.98}, {"middle_trunk", 0.9}, {"lower_trunk", 0.9}});
+    EXPECT_EQ(name_of(of.part("head").coverage), "cut");
+    EXPECT_EQ(of.part("thigh" + of.other).volume, 0);
+    EXPECT_FALSE(of.found.landmarks.contains("hip" + of.other));
+    EXPECT_LT(of.found.landmarks.at("hip" + of.own).deviation, 3);
+  }
+}
+
+// The column shows where the middle is: a piece of the other thigh is told from this one.
+TEST(OneSide, CutBeyondTheMiddle) {
+  for (const bool left : {true, false}) {
+    const OneSide of = scanned(left ? 301 : 302, left ? Sex::male : Sex::female, left, 40);
+    expect_own_side(of);
+    expect_within_deviations(of);
+    expect_dice(of, {{"head", 0.98},
+                     {"upper_trunk", 0.98},
+                     {"middle_trunk", 0.98},
+                     {"lower_trunk", 0.98},
+                     {"thigh" + of.other, 0.95}});
+    EXPECT_EQ(name_of(of.part("thigh" + of.own).coverage), "whole");
+    EXPECT_EQ(name_of(of.part("head").coverage), "cut");
+    EXPECT_EQ(name_of(of.part("thigh" + of.other).coverage), "cut");
+  }
+}
+
+// Half a hip and a slice of the whole other leg, whose knee is not told: its thigh is said to hold its shank.
+TEST(OneSide, CutThroughTheOtherHip) {
+  const OneSide of = scanned(301, Sex::male, true, 90);
+  expect_own_side(of);
+  expect_within_deviations(of);
+  expect_dice(of, {{"head", 0.98}, {"upper_trunk", 0.98}, {"middle_trunk", 0.98}, {"lower_trunk", 0.98}});
+  EXPECT_EQ(name_of(of.part("head").coverage), "whole");
+  EXPECT_EQ(name_of(of.part("thigh_right").coverage), "cut");
+  EXPECT_LE(of.part("thigh_right").confidence, 0.2);
+}
+
+// Neither column nor sternum nor navel is in view: where the trunk's parts end is a guess, and said to be.
+TEST(OneSide, CutBeforeTheMiddle) {
+  for (const bool left : {true, false}) {
+    const OneSide of = scanned(left ? 301 : 302, left ? Sex::male : Sex::female, left, -40);
+    expect_own_side(of);
+    expect_within_deviations(of);
+    expect_dice(of, {{"head", 0.95}, {"upper_trunk", 0.9}, {"middle_trunk", 0.8}, {"lower_trunk", 0.8}});
+    for (const char* name : {"head", "upper_trunk", "middle_trunk", "lower_trunk"})
+      EXPECT_LT(of.part(name).confidence, 0.5) << name;
+    EXPECT_EQ(name_of(of.part("thigh" + of.own).coverage), "cut");
+    EXPECT_EQ(of.part("thigh" + of.other).volume, 0);
+  }
+}
+
+}  // namespace
+}  // namespace borelli
