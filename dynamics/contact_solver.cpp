@@ -257,9 +257,8 @@ double ContactSolver::newton(const ContactProblem& c, double scale, int most, Ve
 }
 
 /// Each point solves the problem in which contacts also give way by a part alpha of their own response to
-/// what their impulses differ from the point before; alpha falls while that succeeds. What is left of the
-/// best of them, m/s; `p` is that.
-double ContactSolver::proximal_points(const ContactProblem& c, double scale, VectorXd& p) {
+/// what their impulses differ from the point before; alpha falls while that succeeds. `p` ends at the best.
+void ContactSolver::proximal_points(const ContactProblem& c, double scale, VectorXd& p) {
   const int n = 3 * c.count;
   soft_.count = c.count;
   if (soft_.free.size() < n) {
@@ -290,7 +289,6 @@ double ContactSolver::proximal_points(const ContactProblem& c, double scale, Vec
     alpha = solved ? std::max(alpha / 10, least_proximal) : std::min(10 * alpha, most_proximal);
   }
   p.head(n) = best_point_.head(n);
-  return best;
 }
 
 double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) {
@@ -312,7 +310,7 @@ double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) 
     left = residual(c, p, u_);
     if (left < best) {
       best = left;
-      start_.head(n) = p.head(n);
+      start_.head(n) = p.head(n);  // (the start has served)
     }
   }
   if (best < left) p.head(n) = start_.head(n);

@@ -48,7 +48,7 @@ class ContactSolver {
   void update_velocity(const ContactProblem& problem, const Eigen::VectorXd& p);
   void sweep(const ContactProblem& problem, int times, Eigen::VectorXd& p);
   double newton(const ContactProblem& problem, double scale, int most, Eigen::VectorXd& p);
-  double proximal_points(const ContactProblem& problem, double scale, Eigen::VectorXd& p);
+  void proximal_points(const ContactProblem& problem, double scale, Eigen::VectorXd& p);
   bool find_direction(const ContactProblem& problem, const Eigen::VectorXd& p, double damping);
 
   Eigen::VectorXd u_, change_, change_velocity_, trial_, trial_velocity_, best_, start_, point_, best_point_;

@@ -159,13 +159,12 @@ class MjcfReader {
       for (const Switch& one : solid.switches)
         if (!one.coordinate.empty()) freedoms += std::holds_alternative<Ball>(one.kind) ? 3 : 1;
     if (3. * double(found.contacts.size()) * freedoms <= most_contact_numbers) return;
-    const std::size_t all = found.contacts.size();
     std::erase_if(found.contacts, [](const Constraint& c) { return radii_of(c.kind) > 0; });
     model_.not_modelled.push_back(
         fmt::format("contacts of {} pairs of spheres and capsules, more than there is room for beside {:.0f} "
-                    "coordinates: only those with planes are modelled",
-                    all - found.contacts.size(), freedoms));
-    for (TouchablePair& pair : found.rounded) found.without.push_back(std::move(pair));
+                    "coordinates: they pass through each other",
+                    found.rounded.size(), freedoms));
+    model_.without_contact = std::move(found.rounded);
   }
 
   // Many contacts that open and close are what `moreau` is for; its step is the model's own, or MuJoCo's. In
@@ -189,7 +188,7 @@ class MjcfReader {
           "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "
           "contacts are those of spheres and capsules, and of boxes over planes",
           found.without.size(), found.without[0].a.name, found.without[0].b.name));
-    model_.without_contact = std::move(found.without);
+    for (TouchablePair& pair : found.without) model_.without_contact.push_back(std::move(pair));
   }
 
   void scale_to_total_mass() {

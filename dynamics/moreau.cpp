@@ -183,10 +183,13 @@ void MoreauStepping::add_acting(const MotionFlow& motion, int i, double h, const
   const double speed = s.before[k], after = s.problem.free[k];
   const ContactSurface surface = surface_of(system.parameters.constraints[contact.constraint].kind);
   s.impulse.segment<3>(k) = step_.impulse.segment<3>(3 * i);
-  s.problem.target[number] = speed < -fall_ ? -surface.restitution * speed : 0;
-  s.problem.friction[number] = surface.friction;
-  // where it would be without impulses
+  // where it would be without impulses; those of what rests move it for half of the step
   const double ends = s.rows.h[contact.row] + 0.5 * h * (after - 0.25 * h * s.rows.E[contact.row]);
+  const bool is_near = ends > closed_gap * system.row_scale[contact.row];
+  s.problem.target[number] = speed < -fall_ ? -surface.restitution * speed
+                             : is_near      ? std::min(0., after - 2 * ends / h)
+                                            : 0;
+  s.problem.friction[number] = surface.friction;
   s.late[number] = speed < -fall_ && after < 0 ? std::clamp(ends / (h * after), 0., 1.) : 0.5;
   s.acting.push_back(i);
   s.acts[i] = 1;

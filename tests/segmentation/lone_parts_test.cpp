@@ -1,47 +1,33 @@
 // Legs alone and heads alone: the parts that are there, against the phantom's exact labels; and pieces of a
 // body that look like them, which are none.
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <map>
 #include <string>
 #include <tuple>
 #include <utility>
 
-#include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
 #include "tests/segmentation/dice.hpp"
+#include "tests/segmentation/scanned_body.hpp"
 
 namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
 
-struct Lone {
-  Phantom body;
-  LabelMap exact;
-  Segmentation found;
-};
+using Lone = ScannedBody;
 
 // what a scan shows from `low` to `high` mm above or below a landmark
 Lone scanned(std::uint64_t variation, Sex sex, const char* landmark, double low, double high,
              Convention convention = Convention::deleva1996) {
-  PhantomOptions of;
-  of.sex = sex;
-  of.variation = variation;
-  auto body = build_phantom(of);
-  EXPECT_TRUE(body);
-  GridOptions grid;
-  const double z = body->landmarks.find(landmark)->second.point[2];
-  grid.crop_low[2] = z + low, grid.crop_high[2] = z + high;
-  ScanOptions as;
-  as.partial_volume = true, as.noise_hu = 10;
-  const Scan scan = voxelise(*body, phantom_grid(*body, grid), as);
   SegmentOptions options;
   options.convention = convention;
-  auto found = segment(scan.grey, options);
-  EXPECT_TRUE(found);
-  return {*body, scan.labels, *found};
+  const auto grid_of = [&](const Phantom& body) {
+    GridOptions grid;
+    const double z = body.landmarks.find(landmark)->second.point[2];
+    grid.crop_low[2] = z + low, grid.crop_high[2] = z + high;
+    return grid;
+  };
+  return scanned_body(variation, sex, grid_of, options);
 }
 
 constexpr double all = 1e4;  // mm

@@ -1,24 +1,18 @@
 // One side of a body that the scan's side cuts lengthwise, at its middle and to either side of it: the parts
 // in view, against the phantom's exact labels.
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <map>
 #include <string>
 
-#include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
 #include "tests/segmentation/dice.hpp"
+#include "tests/segmentation/scanned_body.hpp"
 
 namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
 
-struct OneSide {
-  Phantom body;
-  LabelMap exact;
-  Segmentation found;
+struct OneSide : ScannedBody {
   std::string own, other;
   const PartFinding& part(const std::string& name) const {
     return found.part[static_cast<std::size_t>(part_label(name))];
@@ -27,21 +21,14 @@ struct OneSide {
 
 // `beyond`: mm past the middle that are in view
 OneSide scanned(std::uint64_t variation, Sex sex, bool left, double beyond) {
-  PhantomOptions of;
-  of.sex = sex;
-  of.variation = variation;
-  auto body = build_phantom(of);
-  EXPECT_TRUE(body);
-  GridOptions grid;
-  grid.spacing.setConstant(4);
-  const double middle = body->landmarks.find("mid_hip")->second.point[0];
-  (left ? grid.crop_low : grid.crop_high)[0] = middle + (left ? -beyond : beyond);
-  ScanOptions as;
-  as.partial_volume = true, as.noise_hu = 10;
-  const Scan scan = voxelise(*body, phantom_grid(*body, grid), as);
-  auto found = segment(scan.grey, {});
-  EXPECT_TRUE(found);
-  return {*body, scan.labels, *found, left ? "_left" : "_right", left ? "_right" : "_left"};
+  const auto grid_of = [&](const Phantom& body) {
+    GridOptions grid;
+    grid.spacing.setConstant(4);
+    const double middle = body.landmarks.find("mid_hip")->second.point[0];
+    (left ? grid.crop_low : grid.crop_high)[0] = middle + (left ? -beyond : beyond);
+    return grid;
+  };
+  return {scanned_body(variation, sex, grid_of), left ? "_left" : "_right", left ? "_right" : "_left"};
 }
 
 // What lies on the side in view is whole but for what the crop cuts, and nothing is on the other.
