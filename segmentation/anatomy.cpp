@@ -19,6 +19,10 @@ double Anatomy::gaps_unseen(double scale) const {
   return 4 * std::max(0.0, largest - 5 * scale);
 }
 
+bool Anatomy::gap_may_fuse(double scale) const {
+  return std::max(source->grid.spacing().maxCoeff(), step()) > 3.5 * scale;
+}
+
 bool Anatomy::near_edge(const Eigen::Vector3d& point, double reach) const {
   const auto n = static_cast<std::int64_t>(std::ceil(reach / step()));
   const Eigen::Vector3d index = grid().index(point);

@@ -30,6 +30,8 @@ struct Anatomy {
   /// a body of usual size (`scale`: see Trunk). Most wrists come out well there, and some 20 to 35 mm off
   /// (measured by `landmark_trials`, tests/suite).
   double gaps_unseen(double scale) const;
+  /// True where voxels or the work grid's are as large as a wrist's gap, which bones may then seem to fill.
+  bool gap_may_fuse(double scale) const;
   /// True within `reach` mm of what the scan does not show.
   bool near_edge(const Eigen::Vector3d& point, double reach) const;
 };

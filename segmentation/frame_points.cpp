@@ -281,7 +281,9 @@ void find_styloids(const Anatomy& a, const std::string& at, double s, Landmarks&
     if (along > side - 9 * s) of_radius.push_back(place);
   }
   const double coarse = view.coarsest > 3 ? view.coarsest : 0;  // thick slices blur ends over a slice
-  const double deviation = std::hypot(4, coarse, 1.2 * a.gaps_unseen(s));
+  // looked for from the wrist: what makes that one doubtful, its usual 5 mm aside, makes these so
+  const double doubt = std::sqrt(std::max(0.0, std::pow(marks.at("wrist" + at).deviation, 2) - 25));
+  const double deviation = std::hypot(std::hypot(4, coarse), std::max(1.2 * a.gaps_unseen(s), doubt));
   if (const auto end = far_end(view, of_ulna, down))
     marks["ulnar_styloid" + at] = {*end, deviation, 0, "bone: end of the ulna"};
   if (const auto end = far_end(view, of_radius, down))

@@ -240,9 +240,13 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   };
   JointEnd k = condyles_at(end.centre - condyle * scale * down);
   // where neither gap nor waist shows, the line is but the widest place: with a patella the condyles' own. On
-  // voxels that would not show a gap either, other round things pass for condyles
+  // voxels that would not show a gap either, other round things pass for condyles; below a line that shows
+  // the tibia does
+  constexpr double below_line = 5;
   if (!k.measured && !bent_knee && a.gaps_unseen(scale) == 0)
-    if (const JointEnd lower = condyles_at(end.centre); lower.measured) k = lower;
+    if (const JointEnd lower = condyles_at(end.centre);
+        lower.measured && !(joints.middle_seen && (lower.centre - end.centre).dot(down) > below_line * scale))
+      k = lower;
   // near a right angle and beyond outlines of both bones lie in each other's way, unless their shafts tell
   const double beyond = joints.middle + 150 * scale;
   const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
@@ -274,6 +278,33 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
     marks[name + at] = end_of_bone ? found(*end_of_bone, std::hypot(4, unseen), "bone: tip of the malleolus")
                                    : found(place, std::hypot(15, unseen), "bone: side of the malleolus");
   }
+}
+
+struct LikelyWrist {
+  Vector3d point = Vector3d::Zero();
+  bool by_sections = false;  // it is where the bones' sections have it
+  double deviation = 0;      // by the other places that it may be at, mm
+};
+
+// Where the bones' sections have the wrist, or where it is likelier.
+LikelyWrist likely_wrist(std::vector<WristPlace> places, const Vector3d& by_sections, double scale) {
+  if (places.empty()) return {by_sections, true, 0};
+  constexpr double same = 15, agreement_tells = 1.5;  // mm; log odds
+  const auto off = [&](const WristPlace& place) { return (place.point - by_sections).norm(); };
+  const auto nearest = std::min_element(places.begin(), places.end(),
+                                        [&](const auto& p, const auto& q) { return off(p) < off(q); });
+  const bool agrees = off(*nearest) < same * scale;
+  if (agrees) nearest->log_odds += agreement_tells;
+  const auto best = std::max_element(places.begin(), places.end(),
+                                     [](const auto& p, const auto& q) { return p.log_odds < q.log_odds; });
+  double sum = 0, squares = 0;
+  for (const WristPlace& place : places) {
+    const double odds = std::exp(place.log_odds - best->log_odds);
+    sum += odds;
+    squares += odds * (place.point - best->point).squaredNorm();
+  }
+  const bool kept = agrees && best == nearest;
+  return {kept ? by_sections : best->point, kept, std::sqrt(squares / sum)};
 }
 
 void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
@@ -311,8 +342,13 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
 
   if (joints.end == 0) return;
   // the joint's line stands square to the forearm, between the styloids' sides just above it
-  const Vector3d line = way.points[way.index(joints.end)];
+  const Vector3d by_sections = way.points[way.index(joints.end)];
+  const LikelyWrist likely = a.gap_may_fuse(scale)
+                                 ? likely_wrist(wrist_places(way, e.centre, scale), by_sections, scale)
+                                 : LikelyWrist{by_sections, true, 0};
+  const Vector3d& line = likely.point;
   const Vector3d along = (line - e.centre).normalized();
+  const double reach = (likely.by_sections ? 25 : 12) * scale;  // of the gap from there
   constexpr double up = 10;
   Section w = section_of(a, limbs, limb, line - up * along, along, 5, 40);
   Vector3d wrist = w.middle + up * along;
@@ -321,12 +357,13 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   for (int round = 0; round < 2; ++round)
     for (const double start : {10.0, 22.0}) {
       const auto gap = gap_below(view, w, wrist, along, start * scale);
-      if (!gap || std::abs(*gap) > 25 * scale) continue;
+      if (!gap || std::abs(*gap) > reach) continue;
       w = section_of(a, limbs, limb, wrist + (*gap - up) * along, along, 5, 40);
       wrist = w.middle + up * along;
       break;
     }
-  marks["wrist" + at] = found(wrist, std::hypot(5, a.gaps_unseen(scale)), "bone: between radius and carpals");
+  marks["wrist" + at] =
+      found(wrist, std::hypot(5, a.gaps_unseen(scale), likely.deviation), "bone: between radius and carpals");
 
   // which of the elbow's sides is which is told by the way it bends, where it does: an arm over the head or
   // turned inwards has them the other way round
@@ -360,7 +397,7 @@ void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limb
   });
   for (Landmarks& limb : found_on) marks.merge(limb);
   place_cut_ankles(limbs, marks);
-  doubt_unlike_lengths(trunk, limbs, marks);
+  doubt_unlike_lengths(trunk, limbs, marks, a.gap_may_fuse(trunk.scale));
   if (marks.contains("hip_left") && marks.contains("hip_right"))
     marks["mid_hip"] = found(0.5 * (marks["hip_left"].point + marks["hip_right"].point),
                              std::max(marks["hip_left"].deviation, marks["hip_right"].deviation),

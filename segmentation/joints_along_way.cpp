@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace borelli {
 namespace {
+
+using Eigen::Vector3d;
 
 // place of the largest section in a stretch of the way, 0 where the way does not hold the stretch's start
 double widest(const LimbWay& way, double from, double to) {
@@ -95,7 +98,68 @@ std::optional<double> notch_before_hand(const LimbWay& way, double from, double 
   return std::nullopt;
 }
 
+// The middle of the valley about a way's section n, as an index: half way between the places beside it where
+// the section stands half as high as at `flank`. Where a gap made the way dear, that is half way in space.
+std::size_t middle_of_valley(const LimbWay& way, std::size_t n, double flank) {
+  const double level = 0.5 * (way.section[n] + flank);
+  std::size_t from = n, to = n;
+  while (from > 0 && way.section[from] < level) --from;
+  while (to + 1 < way.section.size() && way.section[to] < level) ++to;
+  const Vector3d middle = 0.5 * (way.points[from] + way.points[to]);
+  for (std::size_t q = from; q <= to; ++q)
+    if ((way.points[q] - middle).norm() < (way.points[n] - middle).norm()) n = q;
+  return n;
+}
+
 }  // namespace
+
+std::vector<WristPlace> wrist_places(const LimbWay& way, const Vector3d& elbow, double scale) {
+  constexpr double flanks = 45, bottom = 9;  // mm to both sides of a valley
+  constexpr double shallow = 0.75;           // of its lower flank's height
+  // Forearm, mm: of a body of usual size by `scale`, which makes women too tall. Of forearm and hand together
+  // the hand's bones have .39 to .43 along them, in phantoms and by de Leva (1996).
+  constexpr double forearm = 262, forearm_varies = 0.07, share = 0.40, share_varies = 0.025;
+  constexpr double shortest = 0.72, longest = 1.25;  // of a forearm
+  constexpr double depth_tells = 1.5;                // log odds of a gap against no dip at all
+  const std::size_t count = way.points.size();
+  std::vector<double> beyond(count, 0);  // along the bones to the way's end, mm
+  for (std::size_t n = count - 1; n-- > 0;)
+    beyond[n] = beyond[n + 1] + (way.points[n + 1] - way.points[n]).norm();
+  // from n on, forwards or backwards, as far as `reach` mm along the bones
+  const auto sections = [&](std::size_t n, bool forwards, double reach) {
+    std::size_t end = n;
+    while (forwards ? end + 1 < count : end > 0) {
+      const std::size_t next = forwards ? end + 1 : end - 1;
+      if (std::abs(beyond[next] - beyond[n]) >= reach) break;
+      end = next;
+    }
+    const auto [first, last] = std::minmax(n, end);
+    const auto begin = way.section.begin();
+    const auto [least, most] = std::minmax_element(begin + static_cast<std::ptrdiff_t>(first),
+                                                   begin + static_cast<std::ptrdiff_t>(last) + 1);
+    return std::pair(*least, *most);
+  };
+  std::vector<WristPlace> places;
+  std::size_t after = 0;  // the last valley's far side
+  for (std::size_t n = way.index(150 * scale); n + 1 < count; ++n) {
+    const double off = (way.points[n] - elbow).norm() / (forearm * scale);
+    if (n <= after || off < shortest || off > longest || beyond[n] < flanks * scale) continue;
+    const double low = way.section[n];
+    if (sections(n, false, bottom).first < low || sections(n, true, bottom).first < low) continue;
+    const double flank =
+        std::min(sections(n, false, flanks * scale).second, sections(n, true, flanks * scale).second);
+    if (low >= shallow * flank) continue;
+    const std::size_t at = middle_of_valley(way, n, flank);
+    after = std::max(n, at);
+    while (after + 1 < count && way.section[after] < 0.5 * (low + flank)) ++after;
+    const double length = (way.points[at] - elbow).norm();
+    const double unusual = (length / (forearm * scale) - 1) / forearm_varies;
+    const double unlike = way.cut ? 0 : (beyond[at] / (beyond[at] + length) - share) / share_varies;
+    places.push_back(
+        {way.points[at], depth_tells * (1 - low / flank) - 0.5 * (unusual * unusual + unlike * unlike)});
+  }
+  return places;
+}
 
 JointsAlongWay leg_joints(const LimbWay& way, double scale) {
   JointsAlongWay joints;
@@ -104,7 +168,9 @@ JointsAlongWay leg_joints(const LimbWay& way, double scale) {
   if (knee == 0 || way.length() < knee + 20) return joints;
   const double shaft = narrowest(way, (way.headless ? 15 : 120) * scale, knee);
   if (section(way, knee) < 2 * section(way, shaft)) return joints;
-  joints.middle = gap_near(way, knee, 40 * scale).value_or(waist_near(way, knee, 70 * scale).value_or(knee));
+  const auto gap = gap_near(way, knee, 40 * scale), waist = waist_near(way, knee, 70 * scale);
+  joints.middle = gap.value_or(waist.value_or(knee));
+  joints.middle_seen = gap || waist;
 
   // past the shank's shaft the tibia broadens to the ankle
   const double from = joints.middle + 280 * scale, to = joints.middle + 560 * scale;

@@ -22,15 +22,21 @@ bool is_doubted(const Landmark& mark) {
   return mark.source.ends_with(unlike_other_side) || mark.source.ends_with(unlike_body);
 }
 
-void doubt(Landmark& mark, double by, std::string_view why) {
+// The joint at a limb's far end; its epicondyles are as far off as it is.
+void doubt(const std::string& joint, int side, double by, std::string_view why, Landmarks& marks) {
+  const std::string at = side_suffix(side);
+  Landmark& mark = marks.at(joint + at);
   mark.deviation = std::max(mark.deviation, by);
   mark.source += why;
+  for (const char* end : {"_medial", "_lateral"})
+    if (const auto found = marks.find(joint + end + at); found != marks.end())
+      found->second.deviation = std::max(found->second.deviation, by);
 }
 
 // A limb's length on one side, and the joints at its ends.
 struct Side {
   const Landmark* from = nullptr;
-  Landmark* to = nullptr;
+  const Landmark* to = nullptr;
   double length() const { return (to->point - from->point).norm(); }
   double variance() const { return from->deviation * from->deviation + to->deviation * to->deviation; }
   // a proportion was taken from the other side, and compares with nothing
@@ -66,7 +72,7 @@ void place_cut_ankles(const Limbs& limbs, Landmarks& marks) {
   }
 }
 
-void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
+void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& marks, bool large_voxels) {
   constexpr double sides_differ = 0.03;  // of a length
   // of the length that de Leva's male has at this size: in his women and in phantoms drawn from both it is
   // .81 to 1.11
@@ -92,7 +98,7 @@ void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& mar
         const double v0 = side[0].variance(), v1 = side[1].variance();
         const bool odd0 = unlikely(side[0]), odd1 = unlikely(side[1]);
         bool doubt0 = true, doubt1 = true;
-        if (!(limb.arms && limbs.arms_meet)) {
+        if (!large_voxels && !(limb.arms && limbs.arms_meet)) {
           if (v0 > surer * surer * v1)
             doubt1 = false;
           else if (v1 > surer * surer * v0)
@@ -100,13 +106,15 @@ void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& mar
           else if (odd0 != odd1)
             doubt0 = odd0, doubt1 = odd1;
         }
-        if (doubt0) doubt(*side[0].to, apart, unlike_other_side);
-        if (doubt1) doubt(*side[1].to, apart, unlike_other_side);
+        if (doubt0) doubt(limb.to, left_side, apart, unlike_other_side, marks);
+        if (doubt1) doubt(limb.to, right_side, apart, unlike_other_side, marks);
         continue;
       }
     }
-    for (const Side& s : side)
-      if (s.measured() && unlikely(s)) doubt(*s.to, std::abs(s.length() - usual), unlike_body);
+    for (const int n : {left_side, right_side}) {
+      const Side& s = side[static_cast<std::size_t>(n)];
+      if (s.measured() && unlikely(s)) doubt(limb.to, n, std::abs(s.length() - usual), unlike_body, marks);
+    }
   }
 }
 

@@ -77,6 +77,25 @@ TEST(LimbLengths, TheLessSureSideIsDoubted) {
   EXPECT_EQ(body.marks["ankle_right"].deviation, 2);
 }
 
+TEST(LimbLengths, ItsEpicondylesAreDoubtedWithIt) {
+  Body body;
+  body.lengthen("hip_right", "knee_right", -30);
+  body.marks["knee_right"].deviation = 9.5;
+  EXPECT_NEAR(body.doubted("knee_medial_right").deviation, 30, 0.1);
+  EXPECT_NEAR(body.marks["knee_lateral_right"].deviation, 30, 0.1);
+  EXPECT_EQ(body.marks["knee_lateral_left"].deviation, 2);
+}
+
+// There the surer one may be a cylinder fitted to another bone.
+TEST(LimbLengths, OnLargeVoxelsBothSidesAreDoubted) {
+  Body body;
+  body.lengthen("hip_left", "knee_left", 30);
+  body.marks["knee_right"].deviation = 9.5;
+  doubt_unlike_lengths(body.trunk, body.limbs, body.marks, true);
+  EXPECT_NEAR(body.marks["knee_left"].deviation, 30, 0.1);
+  EXPECT_NEAR(body.marks["knee_right"].deviation, 30, 0.1);
+}
+
 TEST(LimbLengths, AnUnlikelyLengthForTheBodyIsDoubted) {
   Body body;
   body.lengthen("elbow_right", "wrist_right", -93);
