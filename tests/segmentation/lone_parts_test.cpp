@@ -101,10 +101,13 @@ TEST(LoneParts, AHeadWithAPieceOfTheTrunk) {
   }
 }
 
-// With other conventions as well: these have no plane of their own at a lone head's or lone legs' ends.
+// With other conventions as well: these have no plane of their own at a lone head's or lone legs' ends. The
+// exact labels are cut by planes; by bone the knee is cut at its surface, which gives each shank a patella
+// and each of these short thighs the flesh in front of a shank's end: .95 in both at best (measured), of
+// which the limit leaves two hundredths for noise. By planes nothing differs.
 TEST(LoneParts, ByOtherConventions) {
-  for (const Convention convention : {Convention::dempster, Convention::bone}) {
-    expect_only(scanned(203, Sex::male, "knee_left", -all, 170, convention), legs, 0.93);
+  for (const auto& [convention, least] : {std::pair{Convention::dempster, 0.95}, {Convention::bone, 0.93}}) {
+    expect_only(scanned(203, Sex::male, "knee_left", -all, 170, convention), legs, least);
     expect_only(scanned(201, Sex::male, "neck", 10, all, convention), {{"head", cut}}, 0.98);
   }
 }
