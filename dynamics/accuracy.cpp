@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "dynamics/certifier.hpp"
 #include "dynamics/pose.hpp"
 
 namespace borelli {
@@ -28,8 +29,8 @@ constexpr double worth_lowering = 2;
 // and 1e-2, and cost a third more on the pendulums of 4 to 7 bars, whose looser runs have nothing in common.
 constexpr double to_do = 0.003, loosest = 3e-6, pilot = 1e5, coarsest = 3e-3, apart = 0.5, after_apart = 0.01;
 
-// where stops or contacts are met, errors are not in proportion to tolerances: the run before is at most so
-// many times coarser, and errors go by the square root of that
+// where stops or contacts are met, errors are not in proportion to tolerances: they go by the square root of
+// these, and where two runs farther apart than this do not do, the third is near the second
 constexpr double near_pilot = 1000;
 
 // a run by another sort of method may cost so many times what has been spent
@@ -89,6 +90,8 @@ class Search {
       Samples samples;
       samples.times = times();
       SimulationSettings how = chosen_;
+      if (how.energy_threshold == 0)  // (a tolerance far below the accuracy promises no more than that)
+        how.energy_threshold = std::max(std::min(settings_.accuracy, 1e-3), energy_threshold(chosen_, true));
       if (!before_ && !settings_.verify && chosen_.method != implicit_)
         how.output_interval = settings_.end_time - start_;  // it is no answer: its rows are not wanted
       auto now = run(how, limits_, samples);
@@ -107,7 +110,7 @@ class Search {
       limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through
       rough_ = rough_ || (!settings_.verify && is_rough(now->certificate));
       if (before_ && judge(largest_difference(system_, *before_, samples), *now)) return now;
-      if (!before_) next_tolerance(std::min(0.1, towards_first()));
+      if (!before_) next_tolerance(std::min(0.1, first_ / chosen_.tolerance));
       before_ = std::move(samples);
     }
   }
@@ -162,13 +165,6 @@ class Search {
     limits_ = {.leave_if_stiff = false, .evaluations = worth_a_try * spent_};
   }
 
-  /// The factor to the tolerance that is to do, or, on rough ways, to one no farther from it than a pilot may
-  /// be.
-  double towards_first() const {
-    const double whole = first_ / chosen_.tolerance;
-    return rough_ && whole * near_pilot < 0.99 ? whole * near_pilot : whole;
-  }
-
   void next_tolerance(double factor) {
     tolerance_before_ = chosen_.tolerance;
     chosen_.tolerance = std::max(chosen_.tolerance * factor, least_);
@@ -194,15 +190,12 @@ class Search {
   /// Whether the run is the answer; else chooses the next tolerance.
   bool judge(const Difference& found, Trajectory& now) {
     const double error = error_of(found.size);
-    const bool far = near_pilot * chosen_.tolerance < 0.99 * tolerance_before_;
-    if (rough_ && (far || chosen_.tolerance > 1.01 * first_) && chosen_.tolerance > worth_lowering * least_) {
-      next_tolerance(std::clamp(towards_first(), 1 / near_pilot, 0.1));
-      return false;
-    }
     const bool reached = error <= settings_.accuracy;
     if (!reached && chosen_.tolerance > worth_lowering * least_) {
-      next_tolerance(std::isfinite(error)
-                         ? std::clamp(0.3 * settings_.accuracy / error, rough_ ? 1 / near_pilot : 1e-3, 0.1)
+      const bool far = rough_ && chosen_.tolerance * near_pilot < 0.99 * tolerance_before_;
+      next_tolerance(far ? 0.1
+                     : std::isfinite(error)
+                         ? std::clamp(0.3 * settings_.accuracy / error, 1e-3, rough_ ? 0.1 : 0.03)
                          : after_apart);
       return false;
     }

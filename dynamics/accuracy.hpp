@@ -5,11 +5,11 @@
 // proportion to the tolerances. So a run is compared with one before it, a hundred thousand times coarser,
 // and its own error is estimated as so much smaller a part of the difference; where that is above the
 // accuracy, a finer run follows. Where a run meets stops or contacts, errors go with tolerances less evenly:
-// then the two stand a factor of a thousand apart at most, and errors count by the square root of that. To
-// verify, the two stand but a factor of ten apart, and all that they differ by counts. Accuracy counts on
-// each component's scale (System::velocity_scale: 1 rad, or the length of what a coordinate carries;
-// velocities per second, and of their own size), at times that both runs look at, from the methods' dense
-// output.
+// then they count by the square root of these, and where two more than a thousand times apart do not do, the
+// next is near. To verify, the two stand but a factor of ten apart, and all that they differ by counts.
+// Accuracy counts on each component's scale (System::velocity_scale: 1 rad, or the length of what a
+// coordinate carries; velocities per second, and of their own size), at times that both runs look at, from
+// the methods' dense output.
 #pragma once
 
 #include <functional>

@@ -42,6 +42,10 @@ constexpr double growth_after_feature = 1.5;
 // impacts that follow each other at one moment: more than any scene's own count of them in a chain
 constexpr int most_events_at_once = 1000;
 
+// a scene that turns out stiff is left to other methods where what is left of it takes so many times the
+// steps that were tried so far: they have all of it to do, and twice
+constexpr double worth_leaving = 3;
+
 class Run {
  public:
   Run(const System& system, const State& state, const SimulationSettings& settings, const Observer& observer,
@@ -356,8 +360,10 @@ class Run {
           fmt::format("stability bounds the steps of {} rather than accuracy, from t = {:.6g} s on: the "
                       "scene is stiff; an implicit method (cvode, arkode, gauss4) may take longer steps",
                       settings_.method, state_.t));
-      stopped_ = limits_.leave_if_stiff;
     }
+    if (stiff_ && limits_.leave_if_stiff &&
+        settings_.end_time - state_.t > worth_leaving * double(attempts_) * made)
+      stopped_ = true;
     stopped_ = stopped_ || double(evaluations()) > limits_.evaluations;
     if (auto done = record_end(); !done) return done;
     const bool stop = observer_.progress && !observer_.progress(state_.t);

@@ -11,7 +11,9 @@ namespace borelli {
 
 /// Where a run may end before its time.
 struct RunLimits {
-  bool leave_if_stiff = false;  ///< it turns out stiff (Certificate::stiff_from tells)
+  /// it turns out stiff (Certificate::stiff_from tells), and at its present steps what is left takes three
+  /// times as many as were tried so far
+  bool leave_if_stiff = false;
   double evaluations = std::numeric_limits<double>::infinity();  ///< it takes more than so many
 };
 

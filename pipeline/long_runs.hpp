@@ -1,6 +1,8 @@
 // What becomes of energy and momentum over a hundred thousand steps.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -28,8 +30,14 @@ struct LongRun {
   std::vector<double> momentum = {};
   double swing = 0;      ///< of energy to and fro, over the first quarter: its largest less its least
   double drift = 0;      ///< 1/s: from the mean of the first quarter to that of the last
-  bool secular = false;  ///< what it drifts by over the run exceeds the swing: the error adds up
+  bool secular = false;  ///< what it drifts by over the run exceeds the swing, or goes on and on: it adds up
   long evaluations = 0;
+
+  /// Whether the energy is off by more than a tenth of what was turned over: that it goes to and fro is then
+  /// no merit.
+  bool large() const {
+    return std::any_of(energy.begin(), energy.end(), [](double x) { return std::abs(x) > 0.1; });
+  }
 };
 
 struct LongRuns {

@@ -138,11 +138,13 @@ double VolumeTrial::worst(std::size_t choice) const {
 }
 
 const VolumeTrial* VolumeEconomy::pick(VolumeTrial::Of of, std::size_t choice) const {
+  double fails = std::numeric_limits<double>::infinity();
+  for (const VolumeTrial& trial : trials)
+    if (trial.of == of && !(trial.worst(choice) <= tolerance)) fails = std::min(fails, trial.size);
   const VolumeTrial* best = nullptr;
   for (const VolumeTrial& trial : trials)
-    // (of what takes about as long the coarsest is the least)
-    if (trial.of == of && trial.worst(choice) <= tolerance && (!best || trial.size > best->size))
-      best = &trial;
+    // (of what takes about as long the coarsest is the least; beyond one that fails it would be luck)
+    if (trial.of == of && trial.size < fails && (!best || trial.size > best->size)) best = &trial;
   return best;
 }
 

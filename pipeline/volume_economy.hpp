@@ -47,7 +47,8 @@ struct VolumeEconomy {
   double tolerance = 0;
   std::string curve = {};  ///< by which the scan's densities are told; empty: its voxels are densities
   std::vector<VolumeTrial> trials = {};  ///< the first: the scan as it is, on the finest grid
-  /// The fastest of a kind (not curves) whose table of all such parts is within the tolerance; null: none.
+  /// The coarsest of a kind (not curves) whose table of all such parts is within the tolerance, as are those
+  /// of all finer ones; null: none.
   const VolumeTrial* pick(VolumeTrial::Of of, std::size_t choice) const;
 };
 

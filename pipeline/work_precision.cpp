@@ -212,7 +212,15 @@ class Chart {
     if (best.row < last && !part_ever_faster(best.differences, best.row / 2 + 1, last))
       for (std::size_t i = 1; i < std::size(reference_limits) && best.row < last; ++i)
         if (Agreed looser = longest(pairs, reference_limits[i]); looser.row == last) best = std::move(looser);
-    if (best.row == 0) return {};
+    if (best.row == 0) {
+      if (best.differences.size() > 1 && parted_.empty())
+        parted_ = fmt::format(
+            "{} and {} part by {:.2g} up to the first time of output, t = {:.4g} s, as chaos "
+            "makes them; shorten the run or look at more times",
+            reference_words(first, best.rung), reference_words(second, best.rung),
+            size_of(best.differences[1]), system_.initial.t + how_.output_interval);
+      return {};
+    }
     return best;
   }
 
@@ -241,8 +249,8 @@ class Chart {
     if (!best) {
       const bool none = std::none_of(made_.begin(), made_.end(), [](const auto& m) { return m.second; });
       reference.words = none ? fmt::format("No reference: no method comes through ({}).", why_not_)
-                             : "No reference: no two unlike methods that come through agree; energy and "
-                               "constraints alone are judged.";
+                             : fmt::format("No reference: {}. Energy and constraints alone are judged.",
+                                           parted_.empty() ? "no two unlike methods come through" : parted_);
       return;
     }
     const MotionDifference& worst = best->differences[best->row];
@@ -484,6 +492,7 @@ class Chart {
   std::set<std::string> fails_;
   bool stiff_ = false, stay_though_stiff_ = false;
   std::string why_not_;
+  std::string parted_;  ///< of two that came through: by how much they differ from the first output on
   WorkPrecision chart_;
 };
 

@@ -293,10 +293,13 @@ Result<nlohmann::json> work_on_long_runs(const Options& o, const Command& comman
                    {"evaluations", run.evaluations}});
     if (!command.json)
       fmt::print("  {:20} {}\n", run.method,
-                 run.energy.empty() ? run.reason
-                                    : fmt::format("{} {:10.2g} 1/s, swing {:10.2g}{}{}",
-                                                  run.secular ? "adds up by   " : "bounded, drift", run.drift,
-                                                  run.swing, run.reason.empty() ? "" : "; ", run.reason));
+                 run.energy.empty()
+                     ? run.reason
+                     : fmt::format("{} {:10.2g} 1/s, swing {:10.2g}{}{}",
+                                   run.secular   ? "adds up by   "
+                                   : run.large() ? "off by more than a tenth, drift"
+                                                 : "bounded, drift",
+                                   run.drift, run.swing, run.reason.empty() ? "" : "; ", run.reason));
   }
   if (!command.json)
     fmt::print("{}: the runs on a page; beside it SVG, PNG and CSV\n", (folder / "long.html").string());

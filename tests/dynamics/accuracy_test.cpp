@@ -227,6 +227,18 @@ TEST(Accuracy, ThatCannotBeShownIsSaid) {
   }
 }
 
+TEST(Accuracy, EnergyIsAskedForNoMoreThanIt) {
+  SimulationSettings how = to_accuracy(2, 1e-8);
+  const Certificate own = run(chain(5, true, 1.5), how).certificate;
+  EXPECT_TRUE(own.trusted) << own.reason;
+  EXPECT_GE(own.energy_threshold, 1e-8);  // (of its tolerances, 3e-13 and less, it would be 1e-9)
+  how = to_accuracy(2, 1e-4);
+  how.energy_threshold = 1e-13;  // a user's own stands
+  const Certificate strict = run(chain(5, true, 1.5), how).certificate;
+  EXPECT_DOUBLE_EQ(strict.energy_threshold, 1e-13);
+  EXPECT_FALSE(strict.trusted);
+}
+
 TEST(Accuracy, OutOfReachIsRefused) {
   const System system = compiled(roundabout());
   for (double accuracy : {-1e-6, 1e-13, 0.5}) {

@@ -118,6 +118,17 @@ TEST(VolumeEconomy, ErrorsAreThoseOfTablesMadeAlone) {
     EXPECT_NE(svg(plot).find("</svg>"), std::string::npos);
 }
 
+TEST(VolumeEconomy, WhatIsCoarserThanOneThatFailsIsNoPick) {
+  const auto trial = [](double size, double error) {
+    return VolumeTrial{
+        .of = VolumeTrial::Of::work_grid, .size = size, .errors = {{{.part = "head", .mass = error}}}};
+  };
+  VolumeEconomy e{.tolerance = 0.05,
+                  .trials = {trial(2, 0), trial(4.5, 0.003), trial(3.5, 0.07), trial(3, 0.02)}};
+  ASSERT_NE(e.pick(VolumeTrial::Of::work_grid, 0), nullptr);
+  EXPECT_EQ(e.pick(VolumeTrial::Of::work_grid, 0)->size, 3);
+}
+
 TEST(VolumeEconomy, ATrialWithoutATableIsNoPick) {
   VolumeEconomy e{.tolerance = 0.1,
                   .trials = {{.of = VolumeTrial::Of::voxels, .size = 8, .reason = "no body"}}};
