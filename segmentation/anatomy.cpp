@@ -23,6 +23,11 @@ bool Anatomy::gap_may_fuse(double scale) const {
   return std::max(source->grid.spacing().maxCoeff(), step()) > 3.5 * scale;
 }
 
+double Anatomy::over_fine() const {
+  const double largest = size * std::max(std::cbrt(source->grid.voxel_volume()), step());
+  return std::max(0.0, largest - 3 - 1e-6) / size;
+}
+
 bool Anatomy::near_edge(const Eigen::Vector3d& point, double reach) const {
   const auto n = static_cast<std::int64_t>(std::ceil(reach / step()));
   const Eigen::Vector3d index = grid().index(point);

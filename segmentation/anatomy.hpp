@@ -13,6 +13,7 @@ namespace borelli {
 
 struct Anatomy {
   const GreyVolume* source = nullptr;  ///< the scan itself, for close-ups; outlives this
+  double size = 1;  ///< of the body, in parts of the usual one's, which it is enlarged to; lengths are too
   int threads = 0;  ///< that steps may share their work among; 0: as many as the machine has
   WorkVolume scan;
   Mask body;
@@ -32,6 +33,9 @@ struct Anatomy {
   double gaps_unseen(double scale) const;
   /// True where voxels or the work grid's are as large as a wrist's gap, which bones may then seem to fill.
   bool gap_may_fuse(double scale) const;
+  /// By how much voxels (the edge of a cube as large) or the work grid's are over 3 mm of the patient: thin
+  /// bone and its ends then show only where a voxel's middle hits them.
+  double over_fine() const;
   /// True within `reach` mm of what the scan does not show.
   bool near_edge(const Eigen::Vector3d& point, double reach) const;
 };

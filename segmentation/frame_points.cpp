@@ -57,6 +57,10 @@ void find_psis(const Anatomy& a, const Volume<std::uint8_t>& owner, double s, La
   const Vector3d middle = 0.5 * (*hip_left + *hip_right);
   const Matrix3d axes = trunk_axes(marks);
   const auto bones = bones_of(a, owner, [](int part) { return part == pelvis || part == belly; });
+  // Of a corner of radius R whose last d does not show (half of what voxels are too large: the wing is
+  // thinner than they are) what is hindmost may lie anywhere on a chord: sqrt(2 R d) along the rim.
+  constexpr double corner = 80;
+  const double deviation = std::hypot(7, std::sqrt(corner * s * a.over_fine()));
   for (const int side : {left_side, right_side}) {
     const Vector3d outwards = side_sign(side) * axes.col(0);
     constexpr double turn = 25 * M_PI / 180;
@@ -87,7 +91,7 @@ void find_psis(const Anatomy& a, const Volume<std::uint8_t>& owner, double s, La
     double r = 10;
     while (r > -6 && view.at(spine + r * axes.col(1)) < bone) r -= 0.5;
     spine += r * axes.col(1);
-    marks[std::string("psis") + side_suffix(side)] = {spine, 7, 0,
+    marks[std::string("psis") + side_suffix(side)] = {spine, deviation, 0,
                                                       "bone: hindmost point of the ilium's wing"};
   }
 }
@@ -171,8 +175,9 @@ void find_t8(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
   const auto tip = spinous_tip(a, vertebral_body(a, trunk, z), trunk.scale);
   if (!tip || a.near_edge(*tip, 10)) return;
   constexpr double half_a_vertebra = 12;
-  marks["t8"] = {Vector3d((*tip)[0], (*tip)[1], z), counted ? 6 : std::hypot(half_a_vertebra, neck_deviation),
-                 0,
+  const double level = counted ? 6 : std::hypot(half_a_vertebra, neck_deviation);
+  // the process is thinner than large voxels, and falls: its last show in one and not in the next
+  marks["t8"] = {Vector3d((*tip)[0], (*tip)[1], z), std::hypot(level, 3 * a.over_fine()), 0,
                  counted ? "bone: spinous process, counted by the discs above it"
                          : "bone: spinous processes at a level by proportion between neck and hips"};
 }
@@ -283,7 +288,8 @@ void find_styloids(const Anatomy& a, const std::string& at, double s, Landmarks&
   const double coarse = view.coarsest > 3 ? view.coarsest : 0;  // thick slices blur ends over a slice
   // looked for from the wrist: what makes that one doubtful, its usual 5 mm aside, makes these so
   const double doubt = std::sqrt(std::max(0.0, std::pow(marks.at("wrist" + at).deviation, 2) - 25));
-  const double deviation = std::hypot(std::hypot(4, coarse), std::max(1.2 * a.gaps_unseen(s), doubt));
+  const double deviation =
+      std::hypot(std::hypot(4, coarse), std::max({1.2 * a.gaps_unseen(s), doubt, 3.5 * a.over_fine()}));
   if (const auto end = far_end(view, of_ulna, down))
     marks["ulnar_styloid" + at] = {*end, deviation, 0, "bone: end of the ulna"};
   if (const auto end = far_end(view, of_radius, down))

@@ -116,8 +116,8 @@ std::optional<Agreed> refined(const CloseUp& view, Hinge hinge, const Vector3d& 
 }  // namespace
 
 std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const Vector3d& axis,
-                               const Vector3d& facing, double reach, double least, double most,
-                               double search) {
+                               const Vector3d& facing, double reach, double least, double most, double search,
+                               bool farthest) {
   // slices nearly as thick as the smallest radius show steps where a cylinder is
   if (view.coarsest > 0.9 * least) return std::nullopt;
 
@@ -146,6 +146,7 @@ std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const 
   std::vector<Vector3d> tried;
   std::optional<Hinge> best;
   double most_agree = 0;
+  std::vector<std::pair<Hinge, double>> alike;  // with what agrees
   for (const Start& start : starts) {
     if (tried.size() == most_tries) break;
     if (std::any_of(tried.begin(), tried.end(),
@@ -156,10 +157,20 @@ std::optional<Hinge> fit_hinge(const CloseUp& view, const Vector3d& near, const 
     if (!found) continue;
     const Hinge& hinge = found->hinge;
     if ((hinge.point - near).norm() > search + 8 || std::abs(hinge.axis.dot(along)) < 0.96) continue;
+    if (farthest) {
+      alike.emplace_back(hinge, hinge.score * found->facing);
+      most_agree = std::max(most_agree, alike.back().second);
+      continue;
+    }
     const double off = (hinge.point - near - (hinge.point - near).dot(along) * along).norm();
     const double agree = hinge.score * found->facing * std::exp(-0.5 * std::pow(off / search, 2));
     if (agree > clearly * most_agree) most_agree = agree, best = hinge;
   }
+  std::erase_if(alike, [&](const auto& place) { return clearly * place.second < most_agree; });
+  for (const auto& [hinge, agree] : alike)
+    if (!best || (hinge.point - best->point).dot(facing) > 0) best = hinge;
+  for (const auto& [hinge, agree] : alike)
+    best->other = std::max(best->other, (hinge.point - best->point).norm());
   if (best) best->point += (near - best->point).dot(best->axis) * best->axis;
   return best;
 }

@@ -268,7 +268,8 @@ Eigen::Matrix3d axes_of_form(const Anatomy& a) {
 std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& view,
                                           const SegmentOptions& options, const Progress& progress) {
   const GreyVolume usual{view.seen(volume.grid), volume.voxels, volume.quantity};
-  const Anatomy a = look(usual, options.step / view.size, options.threads);
+  Anatomy a = look(usual, options.step / view.size, options.threads);
+  a.size = view.size;
   if (!has_body(a)) return std::nullopt;
   const Trunk trunk = find_trunk(a);
   constexpr double least = 0.75, most = 1.25;  // no other size fits better by far

@@ -212,7 +212,7 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
     neck.deviation = 5, neck.source = "bone: above the first rib";
     if (const auto disc = disc_near(a, trunk, z, neck.deviation)) {
       z = *disc;
-      neck.deviation = 2.5, neck.source = "bone: disc above the first rib";
+      neck.deviation = std::hypot(2.5, 2 * a.over_fine()), neck.source = "bone: disc above the first rib";
     } else if (const auto hidden = disc_between_slices(a, trunk, z)) {
       z = *hidden;
       neck.deviation = 3.5, neck.source = "bone: between slices, by the discs beside";
