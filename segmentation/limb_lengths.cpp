@@ -77,26 +77,37 @@ void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& mar
   // of the length that de Leva's male has at this size: in his women and in phantoms drawn from both it is
   // .81 to 1.11
   constexpr double shortest = 0.75, longest = 1.2;
+  // and of the arm's own other length, where that alone tells it: in phantoms it is .87 to 1.13
+  constexpr double shortest_of_arm = 0.8, longest_of_arm = 1.2;
   constexpr double surer = 1.5;  // times the deviation
   const bool size_is_told = trunk.hip[0] && trunk.hip[1] && trunk.shoulder[0] && trunk.shoulder[1];
+  std::array<Side, 2> before, side;
   for (const Length& limb : lengths) {
-    std::array<Side, 2> side;
+    before = side;
+    side = {};
     for (const int n : {left_side, right_side}) {
       const auto from = marks.find(limb.from + std::string(side_suffix(n))),
                  to = marks.find(limb.to + std::string(side_suffix(n)));
       if (from != marks.end() && to != marks.end())
         side[static_cast<std::size_t>(n)] = {&from->second, &to->second};
     }
-    const double usual = limb.usual * trunk.scale;
-    const auto unlikely = [&](const Side& s) {
-      return size_is_told && (s.length() < shortest * usual || s.length() > longest * usual);
+    const auto usual = [&](int n) {  // 0: nothing tells it
+      const Side& above = before[static_cast<std::size_t>(n)];
+      if (size_is_told) return limb.usual * trunk.scale;
+      return limb.from == lengths[3].from && above.measured() ? limb.usual / lengths[2].usual * above.length()
+                                                              : 0;
+    };
+    const auto unlikely = [&](int n) {
+      const double length = side[static_cast<std::size_t>(n)].length(), expected = usual(n);
+      return expected > 0 && (length < (size_is_told ? shortest : shortest_of_arm) * expected ||
+                              length > (size_is_told ? longest : longest_of_arm) * expected);
     };
     if (side[0].measured() && side[1].measured()) {
       const double apart = std::abs(side[0].length() - side[1].length());
       const double longer = std::max(side[0].length(), side[1].length());
       if (apart > sides_differ * longer + std::sqrt(side[0].variance() + side[1].variance())) {
         const double v0 = side[0].variance(), v1 = side[1].variance();
-        const bool odd0 = unlikely(side[0]), odd1 = unlikely(side[1]);
+        const bool odd0 = unlikely(0), odd1 = unlikely(1);
         bool doubt0 = true, doubt1 = true;
         if (!large_voxels && !(limb.arms && limbs.arms_meet)) {
           if (v0 > surer * surer * v1)
@@ -113,7 +124,7 @@ void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& mar
     }
     for (const int n : {left_side, right_side}) {
       const Side& s = side[static_cast<std::size_t>(n)];
-      if (s.measured() && unlikely(s)) doubt(limb.to, n, std::abs(s.length() - usual), unlike_body, marks);
+      if (s.measured() && unlikely(n)) doubt(limb.to, n, std::abs(s.length() - usual(n)), unlike_body, marks);
     }
   }
 }

@@ -119,6 +119,15 @@ TEST(LimbLengths, BothSidesUnlikelyForTheBodyAreDoubted) {
   EXPECT_TRUE(body.marks["ankle_right"].source.ends_with(unlike_body));
 }
 
+TEST(LimbLengths, WithoutHipsAForearmIsComparedWithItsUpperArm) {
+  Body body;
+  body.trunk.hip = {};
+  for (const char* side : {"_left", "_right"})
+    body.lengthen("elbow" + std::string(side), "wrist" + std::string(side), -67);
+  EXPECT_NEAR(body.doubted("wrist_left").deviation, 67, 2);
+  EXPECT_TRUE(body.marks["wrist_right"].source.ends_with(unlike_body));
+}
+
 struct Scanned {
   Phantom body;
   Segmentation found;
