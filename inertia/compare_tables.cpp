@@ -135,6 +135,14 @@ std::string heading(const std::vector<NamedTable>& tables) {
   return text;
 }
 
+/// Two measurements never agree to the last digit.
+bool same_numbers(const InertiaTable& a, const InertiaTable& b) {
+  return std::ranges::equal(a.rows, b.rows, [](const InertiaRow& p, const InertiaRow& q) {
+    return p.part == q.part && p.inertial.mass == q.inertial.mass && p.inertial.centre == q.inertial.centre &&
+           p.inertial.tensor == q.inertial.tensor;
+  });
+}
+
 }  // namespace
 
 Result<void> check_comparable(const std::vector<NamedTable>& tables) {
@@ -172,6 +180,11 @@ std::vector<std::string> remarks_on(const std::vector<NamedTable>& tables) {
   if (poses.size() > 1)
     remarks.push_back(fmt::format("poses differ: {}; soft tissue lies otherwise", fmt::join(poses, ", ")));
   if (sexes.size() > 1) remarks.push_back(fmt::format("sexes differ: {}", fmt::join(sexes, ", ")));
+  for (std::size_t i = 0; i < tables.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (same_numbers(tables[i].table, tables[j].table))
+        remarks.push_back(fmt::format("{} and {} hold the same numbers: one body counts as two",
+                                      tables[j].name, tables[i].name));
   return remarks;
 }
 

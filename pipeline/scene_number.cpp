@@ -127,9 +127,13 @@ std::size_t changes(std::string_view a, std::string_view b) {
 tl::unexpected<Error> no_number(const toml::table& root, const std::string& file, const std::string& path) {
   std::vector<std::string> all;
   gather(root, "", all);
-  std::stable_sort(all.begin(), all.end(), [&](const std::string& a, const std::string& b) {
-    return changes(a, path) < changes(b, path);
-  });
+  // numbers of what the path names come first: of "spring.k" all of the spring's
+  const std::string of = fmt::format("[{}].", path.substr(0, path.rfind('.')));
+  const auto far = [&](const std::string& number) {
+    return std::pair(number.find(of) == std::string::npos, changes(number, path));
+  };
+  std::stable_sort(all.begin(), all.end(),
+                   [&](const std::string& a, const std::string& b) { return far(a) < far(b); });
   all.resize(std::min(all.size(), most_named));
   return bad_use(file, all.empty() ? fmt::format("holds no number, so none at '{}'", path)
                                    : fmt::format("has no number at '{}'; nearest to that are {}", path,

@@ -131,6 +131,10 @@ TEST(CompareTables, OtherConventionsAreRefusedInWords) {
   EXPECT_TRUE(check_comparable({a, b}));
   ASSERT_EQ(remarks_on({a, b}).size(), 1u);
   EXPECT_NE(remarks_on({a, b})[0].find("geant4, schneider2000"), std::string::npos);
+  // the same table under another name
+  b = a, b.name = "again.json";
+  ASSERT_EQ(remarks_on({a, b}).size(), 1u);
+  EXPECT_NE(remarks_on({a, b})[0].find("one body counts as two"), std::string::npos);
 }
 
 }  // namespace

@@ -83,6 +83,12 @@ TEST(SceneNumber, ThatIsNotThereNamesItsNeighbours) {
                 .message()
                 .find("nearest to that are effort[spring].stiffness, "),
             std::string::npos);
+  // all of what the path names, though others are spelt more alike
+  EXPECT_NE(with_number(text, "t.toml", "spring.k", 1)
+                .error()
+                .message()
+                .find("nearest to that are effort[spring]."),
+            std::string::npos);
 }
 
 }  // namespace
