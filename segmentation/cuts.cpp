@@ -87,7 +87,9 @@ std::vector<Cut> cut_planes(const Landmarks& landmarks, Convention convention) {
                                 : joint.starts_with("wrist") ? "metacarpale_3"
                                                              : "ankle";
       const auto a = find(landmarks, before + side);
-      const auto c = joint.starts_with("ankle") ? std::nullopt : find(landmarks, after + side);
+      auto c = joint.starts_with("ankle") ? std::nullopt : find(landmarks, after + side);
+      if (!c && joint.starts_with("elbow")) c = find(landmarks, "forearm_end" + side);
+      if (!c && joint.starts_with("knee")) c = find(landmarks, "shank_end" + side);
       point = centre;
       if (centre && a && c)
         normal = bisector(*a, *centre, *c);

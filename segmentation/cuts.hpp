@@ -8,7 +8,8 @@
 //   hip_*        through the ASIS, holding the front axis, at 37 degrees to the sagittal plane, descending
 //                towards the midline
 //   shoulder_*   parallel to the sagittal plane, touching the humeral head on its medial side
-//   elbow_*, wrist_*, knee_*  through the joint centre, halving the angle of the two long axes
+//   elbow_*, wrist_*, knee_*  through the joint centre, halving the angle of the two long axes; that of a
+//                forearm or shank whose far joint is not in view ends where the scan cuts its bones
 //   ankle_*      through the joint centre, square to the shank's long axis
 // dempster (Dempster W T (1955) WADC-TR-55-159, by the endpoints in Winter D A (2009), table 4.1), where it
 // differs:

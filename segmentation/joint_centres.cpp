@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "segmentation/bent_joints.hpp"
@@ -398,6 +399,23 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       place->deviation = std::max(place->deviation, 0.5 * (lateral.point - medial.point).norm());
 }
 
+// Where the scan cuts forearms and shanks whose far joint is not in view: that tells their direction.
+void place_cut_ends(const Limbs& limbs, Landmarks& marks) {
+  // the way goes along one of two bones, half a wrist's breadth beside the axis
+  constexpr double enough = 60, beside = 12;
+  for (const int side : {left_side, right_side})
+    for (const auto& [way, joint, beyond, name] :
+         {std::tuple{&limbs.arm(side), "elbow", "wrist", "forearm_end"},
+          std::tuple{&limbs.leg(side), "knee", "ankle", "shank_end"}}) {
+      const std::string at = side_suffix(side);
+      const auto from = marks.find(joint + at);
+      if (!way->present || !way->cut || from == marks.end() || marks.contains(beyond + at)) continue;
+      const Vector3d& end = way->points.back();
+      if ((end - from->second.point).norm() > enough)
+        marks[name + at] = found(end, beside, "bone: where the scan cuts it");
+    }
+}
+
 }  // namespace
 
 void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
@@ -409,6 +427,7 @@ void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limb
   });
   for (Landmarks& limb : found_on) marks.merge(limb);
   place_cut_ankles(limbs, marks);
+  place_cut_ends(limbs, marks);
   doubt_unlike_lengths(trunk, limbs, marks, a.gap_may_fuse(trunk.scale));
   if (marks.contains("hip_left") && marks.contains("hip_right"))
     marks["mid_hip"] = found(0.5 * (marks["hip_left"].point + marks["hip_right"].point),

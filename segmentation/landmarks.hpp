@@ -8,7 +8,8 @@
 // lateral_malleolus_*, medial_malleolus_*, heel_*, toe_tip_*, metacarpale_3_*, dactylion_3_*;
 // each * is left or right. Of the conventions dempster and bone t12_l1, l4_l5 and l5_s1 (discs). For frames
 // after the ISB: t8 (its spinous process), psis_*, ulnar_styloid_*, radial_styloid_*, metatarsal_1_*, _2_*
-// and _5_* (heads).
+// and _5_* (heads). Where wrist or ankle is not in view: forearm_end_*, shank_end_* (where the scan cuts
+// them).
 #pragma once
 
 #include <Eigen/Core>
@@ -35,7 +36,7 @@ inline constexpr std::string_view unlike_other_side = ", unlike the other side's
 inline constexpr std::array<std::string_view, 13> landmark_names{
     "neck",    "spine_upper", "spine_lower", "vertex", "cervicale", "suprasternale", "xiphion", "omphalion",
     "mid_hip", "t12_l1",      "l4_l5",       "l5_s1",  "t8"};
-inline constexpr std::array<std::string_view, 23> sided_landmark_names{"shoulder",
+inline constexpr std::array<std::string_view, 25> sided_landmark_names{"shoulder",
                                                                        "elbow",
                                                                        "wrist",
                                                                        "hip",
@@ -57,7 +58,9 @@ inline constexpr std::array<std::string_view, 23> sided_landmark_names{"shoulder
                                                                        "radial_styloid",
                                                                        "metatarsal_1",
                                                                        "metatarsal_2",
-                                                                       "metatarsal_5"};
+                                                                       "metatarsal_5",
+                                                                       "forearm_end",
+                                                                       "shank_end"};
 
 using Landmarks = std::map<std::string, Landmark, std::less<>>;
 

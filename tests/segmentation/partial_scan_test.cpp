@@ -326,5 +326,42 @@ TEST_F(PartialIcrp, UpperHalfAndChestHaveNoLegsBelow) {
   }
 }
 
+// A joint whose far one is not in view: its plane halves the angle all the same.
+TEST(PartialBody, ForearmsAndShanksThatTheScanCutsAreHeldByTheirJoints) {
+  struct Case {
+    std::uint64_t variation;
+    std::map<std::string, double> pose;
+    Vector3d low, high;  // mm, of the crop
+    std::array<std::string, 4> parts;
+  };
+  for (const Case& c : {Case{91,
+                             {{"elbow_left_flexion", 90}, {"elbow_right_flexion", 90}},
+                             {-400, -160, 700},
+                             {400, 300, 2000},
+                             {"upper_arm_left", "upper_arm_right", "forearm_left", "forearm_right"}},
+                        Case{24,
+                             {},
+                             {-400, -300, 250},
+                             {400, 300, 1100},
+                             {"thigh_left", "thigh_right", "shank_left", "shank_right"}}}) {
+    SCOPED_TRACE(c.variation);
+    PhantomOptions of;
+    of.variation = c.variation, of.pose_deg = c.pose;
+    const auto body = build_phantom(of);
+    ASSERT_TRUE(body);
+    GridOptions grid;
+    grid.spacing.setConstant(4);
+    for (int axis = 0; axis < 3; ++axis)
+      grid.crop_low[axis] = c.low[axis], grid.crop_high[axis] = c.high[axis];
+    ScanOptions as;
+    as.noise_hu = 10;
+    const Scan scan = voxelise(*body, phantom_grid(*body, grid), as);
+    const Segmentation found = found_in(scan.grey);
+    const auto agree = dice(found.labels, scan.labels);
+    for (const std::string& part : c.parts)
+      EXPECT_GT(agree[static_cast<std::size_t>(part_label(part))], 0.97) << part;
+  }
+}
+
 }  // namespace
 }  // namespace borelli
