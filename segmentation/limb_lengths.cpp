@@ -94,8 +94,8 @@ void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& mar
     const auto usual = [&](int n) {  // 0: nothing tells it
       const Side& above = before[static_cast<std::size_t>(n)];
       if (size_is_told) return limb.usual * trunk.scale;
-      return limb.from == lengths[3].from && above.measured() ? limb.usual / lengths[2].usual * above.length()
-                                                              : 0;
+      const bool of_forearm = &limb == &lengths[3];
+      return of_forearm && above.measured() ? limb.usual / lengths[2].usual * above.length() : 0;
     };
     const auto unlikely = [&](int n) {
       const double length = side[static_cast<std::size_t>(n)].length(), expected = usual(n);
