@@ -283,10 +283,13 @@ void Deviations::vary_landmarks() {
   for (const auto& [name, landmark] : in_.landmarks) largest = std::max(largest, landmark.deviation);
   const auto by = convention(in_.options.cuts);
   const bool planes = by && *by != Convention::bone && !in_.landmarks.empty();
-  if (!planes && !in_.landmarks.empty())
-    for (InertiaRow& row : table_.rows)
-      if (row.completeness != Completeness::absent)
-        row.notes.push_back("its deviations take the cuts for exact: no planes of ours made them");
+  for (InertiaRow& row : table_.rows) {
+    if (planes || row.completeness == Completeness::absent) continue;
+    if (!in_.landmarks.empty())
+      row.notes.push_back("deviations take the cuts for exact: no planes of ours made them");
+    else if (part_label(row.part) > 0)
+      row.notes.push_back("deviations take the cuts for exact: no landmarks were given");
+  }
   std::optional<Recut> recut;
   if (planes) {
     recut.emplace(in_.labels, in_.volume, weights(in_.curve), PartPlanes(in_.landmarks, *by), largest);

@@ -74,6 +74,28 @@ std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const V
   return contact;
 }
 
+bool runs_out(const std::vector<std::array<std::int64_t, 3>>& places, const Mask& seen,
+              const Vector3d& outwards) {
+  constexpr double towards = 0.5, inwards = 10, alike = 0.6;  // cosine; mm; of a section
+  const double step = seen.grid.axes(0, 0);
+  const auto layers = std::lround(inwards / step);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double along = outwards[static_cast<Eigen::Index>(axis)];
+    if (std::abs(along) < towards) continue;
+    // sections of the part by how many voxels on the scan ends
+    std::vector<double> section(static_cast<std::size_t>(layers + 1), 0);
+    for (auto place : places)
+      for (std::size_t n = 0; n < section.size(); ++n) {
+        place[axis] += along > 0 ? 1 : -1;
+        if (seen.grid.holds(place[0], place[1], place[2]) && seen.at(place[0], place[1], place[2])) continue;
+        section[n] += step * step;
+        break;
+      }
+    if (section.front() > cut_section && section.front() > alike * section.back()) return true;
+  }
+  return false;
+}
+
 std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan, int threads) {
   constexpr double step = 3, much = 0.1;  // mm; of the area of a cube
   const Grid g = work_grid(scan, step, threads);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <functional>
+#include <vector>
 
 #include "segmentation/morphology.hpp"
 #include "segmentation/volume.hpp"
@@ -21,10 +22,17 @@ std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const V
 /// What of a part meets the edge where it is cut, mm^2; less than that is a touch.
 inline constexpr double cut_section = 100;
 
-/// The same of a label map, on a grid of 3 mm: whether a label is cut where its scan ends, or where it holds
-/// padding. Labels too thin to be 10 mm deep are cut where they lie on the grid's outer faces with a tenth of
-/// the area of a cube of their volume (one held whole just touches; a limb cut across has about a half).
-/// Both must lie on one grid.
+/// Whether a part ends where the scan does, although it is too slender there for edge_contact: fingers and
+/// toes that the scan's end cuts. `places` are the part's voxels, `outwards` its axis towards its tip (unit,
+/// along the grid's axes). Beside a face that looks that way a cut end's section is about as large as 10 mm
+/// further in, where an end that only touches the face has rounded off.
+bool runs_out(const std::vector<std::array<std::int64_t, 3>>& places, const Mask& seen,
+              const Eigen::Vector3d& outwards);
+
+/// `edge_contact` of a label map, on a grid of 3 mm: whether a label is cut where its scan ends, or where it
+/// holds padding. Labels too thin to be 10 mm deep are cut where they lie on the grid's outer faces with a
+/// tenth of the area of a cube of their volume (one held whole just touches; a limb cut across has about a
+/// half). Both must lie on one grid.
 std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan, int threads = 0);
 
 }  // namespace borelli

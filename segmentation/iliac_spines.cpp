@@ -20,16 +20,12 @@ struct Box {
 };
 
 // The foremost place of the pelvis' bone in a box at `hip`: of the bone's front at each place, the middle of
-// what lies nearly as far forward as the foremost. A hand or forearm may lie before it: what is an arm's is
-// passed by, and what is farther along bones than `farthest` mm from what is surely the trunk's.
-std::optional<Vector3d> foremost_bone(const Anatomy& a, const Limbs& limbs, int side, const Vector3d& hip,
-                                      const Box& box, double farthest) {
+// what lies nearly as far forward as the foremost. A hand or forearm may lie before it, which `is_pelvis`
+// tells apart.
+template <class IsPelvis>
+std::optional<Vector3d> foremost_bone(const Anatomy& a, int side, const Vector3d& hip, const Box& box,
+                                      const IsPelvis& is_pelvis) {
   const auto& g = a.grid();
-  const auto is_pelvis = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-    if (!a.bone.at(i, j, k) || limbs.arm_at(i, j, k)) return false;
-    const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
-    return owner != Limb::none && limbs.territory.length.at(i, j, k) < farthest;
-  };
   std::vector<Vector3d> front;
   double best = 1e9;
   for (auto k = std::lround((hip[2] + box.z[0] - g.origin[2]) / a.step());
@@ -66,12 +62,17 @@ double unlike(const Trunk& trunk, const Vector3d& left, const Vector3d& right) {
 
 void find_iliac_spines(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   const double s = trunk.scale;
+  // surely the trunk's is bone over the hips, of which the spines are 60 mm away at most
+  const auto is_pelvis = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+    if (!a.bone.at(i, j, k) || limbs.arm_at(i, j, k)) return false;
+    const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
+    return owner != Limb::none && limbs.territory.length.at(i, j, k) < 120 * s;
+  };
   std::array<std::optional<Vector3d>, 2> spine;
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side);
     const FoundSphere& head = *trunk.hip[n];
-    // surely the trunk's is bone over the hips, of which the spines are 60 mm away at most
-    spine[n] = foremost_bone(a, limbs, side, head.centre, {{-25 * s, 75 * s}, {45 * s, 130 * s}}, 120 * s);
+    spine[n] = foremost_bone(a, side, head.centre, {{-25 * s, 75 * s}, {45 * s, 130 * s}}, is_pelvis);
     if (!spine[n] || (*spine[n])[1] >= head.centre[1] - 15 * s - 0.5 * a.step()) continue;
     // where the scan's end hides the ilium's top, the foremost of what shows of it is lower down
     marks[std::string("asis") + side_suffix(side)] = {*spine[n], head.cut ? 30.0 : 6.0, 0, source};
@@ -93,11 +94,21 @@ void find_iliac_spines(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
 void find_iliac_spines_about(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double level,
                              Landmarks& marks) {
   const double s = trunk.scale;
+  // where no hip tells the pelvis, and the gap at the sacrum keeps ways along bones from it, it is told from
+  // a hand's bones by its size
+  const double large = 40e3 * std::pow(s, 3);  // mm^3; a hand's bones together have some 20e3
+  const Regions bones = connected_regions(a.bone, 6);
+  const auto is_pelvis = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+    if (!a.bone.at(i, j, k) || limbs.arm_at(i, j, k)) return false;
+    const auto number = static_cast<std::size_t>(bones.number.at(i, j, k));
+    return limbs.territory.owner.at(i, j, k) != static_cast<std::uint8_t>(Limb::none) ||
+           static_cast<double>(bones.list[number - 1].voxels) * a.grid().voxel_volume() > large;
+  };
   std::array<std::optional<Vector3d>, 2> spine;
   for (const int side : {left_side, right_side}) {
     const Vector3d hip(trunk.middle(level) + side_sign(side) * 86 * s, 0, level);
     auto& place = spine[static_cast<std::size_t>(side)];
-    place = foremost_bone(a, limbs, side, hip, {{-25 * s, 75 * s}, {20 * s, 150 * s}}, no_way);
+    place = foremost_bone(a, side, hip, {{-25 * s, 75 * s}, {20 * s, 150 * s}}, is_pelvis);
     if (!place) return;
     const double above = (*place)[2] - level;
     if (above < 25 * s || above > 140 * s || a.near_edge(*place, 10)) return;

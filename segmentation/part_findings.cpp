@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -69,6 +70,76 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
   }
 }
 
+// Landmarks of a hand or foot, its joint first, then its ends.
+constexpr std::array<std::array<std::string_view, 4>, 2> ends{
+    {{"hand", "wrist", "metacarpale_3", "dactylion_3"}, {"foot", "ankle", "heel", "toe_tip"}}};
+
+// The joint and the ends of a hand or foot that is not that alone, or not all of it, may lie as far off as it
+// is large: `size` is the edge of a cube of the volume that it should have, mm.
+void doubt_ends(std::string_view part, double size, Landmarks& marks) {
+  constexpr std::array<double, 4> share{0, 0.5, 1, 2};  // of the size: a hand or foot is some 2.5 long
+  for (const auto& end : ends) {
+    if (!part.starts_with(end[0])) continue;
+    for (std::size_t n = 1; n < end.size(); ++n) {
+      const auto mark = marks.find(std::string(end[n]) + std::string(part.substr(end[0].size())));
+      if (mark != marks.end()) mark->second.deviation = std::max(mark->second.deviation, share[n] * size);
+    }
+  }
+}
+
+// What a hand or foot shows as its ends where the scan cuts it are none.
+void forget_cut_ends(Segmentation& out) {
+  for (std::size_t n = 1; n < parts.size(); ++n)
+    for (const auto& end : ends)
+      if (parts[n].name.starts_with(end[0]) && out.part[n].coverage == Coverage::cut)
+        for (const auto& name : {end[2], end[3]})
+          out.landmarks.erase(std::string(name) + std::string(parts[n].name.substr(end[0].size())));
+}
+
+// Hands and feet whose fingers or toes the scan's end cuts: they are too slender to be told by depth.
+void tell_cut_tips(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
+                   Segmentation& out) {
+  struct Tip {
+    std::string_view part, before, joint;
+    std::vector<std::array<std::int64_t, 3>> places{};
+  };
+  std::array<Tip, 4> tips{{{"hand_left", "forearm_left", "wrist_left"},
+                           {"hand_right", "forearm_right", "wrist_right"},
+                           {"foot_left", "shank_left", "ankle_left"},
+                           {"foot_right", "shank_right", "ankle_right"}}};
+  const auto& g = a.grid();
+  const auto point = [&](const std::array<std::int64_t, 3>& place) {
+    return g.point(Vector3d(static_cast<double>(place[0]), static_cast<double>(place[1]),
+                            static_cast<double>(place[2])));
+  };
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const auto own = owner.at(i, j, k);
+        if (!own || !a.body.at(i, j, k)) continue;
+        for (Tip& tip : tips) {
+          const int part = part_label(tip.part);
+          if ((own == part || own == part_label(tip.before)) && planes.part(own, point({i, j, k})) == part)
+            tip.places.push_back({i, j, k});
+        }
+      }
+  for (const Tip& tip : tips) {
+    PartFinding& finding = out.part[static_cast<std::size_t>(part_label(tip.part))];
+    const auto joint = out.landmarks.find(std::string(tip.joint));
+    if (finding.coverage != Coverage::whole || joint == out.landmarks.end() || tip.places.empty()) continue;
+    Vector3d mean = Vector3d::Zero();
+    for (const auto& place : tip.places) mean += point(place);
+    mean /= static_cast<double>(tip.places.size());
+    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+    for (const auto& place : tip.places) spread += (point(place) - mean) * (point(place) - mean).transpose();
+    Vector3d outwards = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+    if (outwards.dot(mean - joint->second.point) < 0) outwards = -outwards;
+    if (!runs_out(tip.places, a.scan.seen, outwards)) continue;
+    finding.coverage = Coverage::cut;
+    finding.note = "reaches the scan's edge" + (finding.note.empty() ? "" : "; " + finding.note);
+  }
+}
+
 // A limb's part that ends within the scan, without a plane at its far joint, holds what hangs on it too.
 void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
   const auto add = [](std::string& note, const std::string& text) {
@@ -98,21 +169,6 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
     out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
     out.part[n].note.clear();  // "no plane at knee_left" says less
     add(out.part[n].note, "holds " + held + " too: no " + joint + " was found");
-  }
-}
-
-// The joint and the tips of a hand or foot that is not that alone, or not all of it, may lie as far off as it
-// is large: `size` is the edge of a cube of the volume that it should have, mm.
-void doubt_ends(std::string_view part, double size, Landmarks& marks) {
-  constexpr std::array<std::array<std::string_view, 4>, 2> ends{
-      {{"hand", "wrist", "metacarpale_3", "dactylion_3"}, {"foot", "ankle", "heel", "toe_tip"}}};
-  constexpr std::array<double, 4> share{0, 0.5, 1, 2};  // of the size: a hand or foot is some 2.5 long
-  for (const auto& end : ends) {
-    if (!part.starts_with(end[0])) continue;
-    for (std::size_t n = 1; n < end.size(); ++n) {
-      const auto mark = marks.find(std::string(end[n]) + std::string(part.substr(end[0].size())));
-      if (mark != marks.end()) mark->second.deviation = std::max(mark->second.deviation, share[n] * size);
-    }
   }
 }
 
@@ -204,6 +260,8 @@ std::string_view name_of(Coverage coverage) {
 void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                  Segmentation& out) {
   judge(a, owner, planes, out);
+  tell_cut_tips(a, owner, planes, out);
+  forget_cut_ends(out);
   tell_what_is_not_parted(planes, out);
   doubt_impossible_shares(out);
   doubt_what_touches(a, owner, planes, out);
@@ -288,6 +346,24 @@ void doubt_trunk_without_shoulders(Segmentation& out) {
   trunk.coverage = Coverage::cut;
   trunk.confidence = std::min(trunk.confidence, 0.2);
   trunk.note += (trunk.note.empty() ? "" : "; ") + std::string("holds what is in view of shoulders and arms");
+}
+
+void doubt_trunk_without_hips(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
+                              double scale, Segmentation& out) {
+  constexpr int lower = part_label("lower_trunk");
+  constexpr double below = 45;  // mm under the omphalion: flanks end, and thighs begin outside
+  PartFinding& finding = out.part[static_cast<std::size_t>(lower)];
+  const auto omphalion = out.landmarks.find("omphalion");
+  if (finding.volume == 0 || omphalion == out.landmarks.end() || planes.parts_off(part_label("thigh_left")) ||
+      planes.parts_off(part_label("thigh_right")))
+    return;
+  const auto first = std::find(owner.voxels.begin(), owner.voxels.end(), lower) - owner.voxels.begin();
+  const auto slice = static_cast<std::ptrdiff_t>(owner.grid.size[0] * owner.grid.size[1]);
+  const double low = a.grid().point(Vector3d(0, 0, static_cast<double>(first / slice)))[2];
+  if (low > omphalion->second.point[2] - below * scale) return;
+  finding.confidence = std::min(finding.confidence, 0.4);
+  finding.note += (finding.note.empty() ? "" : "; ") +
+                  std::string("may hold flesh of the thighs, whose hips are not in view");
 }
 
 void warn_of_flesh_without_part(const Anatomy& a, const Volume<std::uint8_t>& owner, Segmentation& out) {

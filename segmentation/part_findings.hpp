@@ -12,7 +12,8 @@ namespace borelli {
 /// Fills `out.part` from its labels and landmarks. A part is cut where the scan's edge cuts it, where no
 /// plane parts it from the next one of its limb, and where its share beside the other whole parts is none
 /// that a body has; its confidence falls with the deviation of what bounds it, and where it touches what it
-/// does not join. `owner`: whose flesh each place of the work grid is.
+/// does not join. Ends of hands and feet that the scan cuts are taken out of the landmarks.
+/// `owner`: whose flesh each place of the work grid is.
 void judge_parts(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                  Segmentation& out);
 
@@ -28,6 +29,11 @@ void doubt_thighs_above_crotch(const Anatomy& anatomy, const Volume<std::uint8_t
 
 /// Of a head alone: what lies below its neck is a piece of the upper trunk, with shoulders and arms in it.
 void doubt_trunk_without_shoulders(Segmentation& out);
+
+/// Of a scan that shows the shoulders, but of the pelvis nothing that tells where thighs begin: a lower trunk
+/// that reaches down to them may hold them. `scale` as Trunk's.
+void doubt_trunk_without_hips(const Anatomy& anatomy, const Volume<std::uint8_t>& owner,
+                              const PartPlanes& planes, double scale, Segmentation& out);
 
 /// Adds a sentence where more than a little of the body in view is nobody's.
 void warn_of_flesh_without_part(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, Segmentation& out);

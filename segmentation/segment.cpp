@@ -142,20 +142,21 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   progress(0.9, "cutting at the joints");
   out.labels = label_voxels(volume, a, owner, planes, classes, options.threads);
   judge_parts(a, owner, planes, out);
+  put_given(options.given, out.landmarks);
   if (!classes && !by_hand && trunk.hip[0] && !trunk.shoulder[0])
     doubt_what_holds_arms(a, owner, planes, std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]), out);
   if (trunk.femur[0]) doubt_thighs_above_crotch(a, owner, out);
   doubt_unparted_leg(trunk, out);
   if (trunk.brain) doubt_trunk_without_shoulders(out);
+  if (!classes && !by_hand && trunk.shoulder[0]) doubt_trunk_without_hips(a, owner, planes, trunk.scale, out);
   if (!classes && !trunk.empty()) warn_of_flesh_without_part(a, owner, out);
   if (by_hand)
     out.warnings.push_back(
         "neither both hips nor both shoulders were found: parts are by the given landmarks alone");
   else if (trunk.empty() && !classes)
     out.warnings.push_back(
-        "neither both hips nor both shoulders are in view, nor two legs from knee to foot, nor a head: no "
-        "part "
-        "could be told, and none is labelled");
+        "neither both hips nor both shoulders are in view, nor two legs from the thighs' middle to the feet, "
+        "nor a head: no part could be told, and none is labelled");
   warn_of_parts(out);
   return out;
 }

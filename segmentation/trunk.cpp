@@ -124,13 +124,13 @@ void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<Foun
   const auto fits = [&](const Vector3d& l, const Vector3d& r) { return body.near_hips(l, r); };
   const auto holds = [&](const FoundSphere& l, const FoundSphere& r) { return body.are_hips(l, r); };
   auto heads = find_heads(a, balls, hips_apart, 25, hips_again, fits, holds);
-  if (!heads) return;
   // just above the scan's end sockets pass for heads where it cuts the heads: what fits better is they
   constexpr double apart = 30;  // mm, of balls about one hip
-  if (body.cuts(heads->left, apart) || body.cuts(heads->right, apart)) {
+  if (!heads || body.cuts(heads->left, apart) || body.cuts(heads->right, apart)) {
     const auto may_be = [&](const FoundSphere& l, const FoundSphere& r) { return body.may_be_hips(l, r); };
-    if (const auto other = find_heads(a, balls, hips_apart, 25, hips_again, fits, may_be);
-        other && other->score > heads->score) {
+    const auto other = find_heads(a, balls, hips_apart, 25, hips_again, fits, may_be);
+    if (!heads && !other) return;
+    if (!heads || (other && other->score > heads->score)) {
       heads = other;
       heads->left.cut = body.cuts(heads->left), heads->right.cut = body.cuts(heads->right);
     }

@@ -72,6 +72,8 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
     n = high;
   }
   if (static_cast<double>(length) * a.step() < 60 * trunk.scale) return std::nullopt;
+  // it leaves the scan there, and ends elsewhere
+  if (a.near_edge(*front[best_low], 2 * a.step())) return std::nullopt;
   return Sternum{*front[best_high], *front[best_low]};
 }
 

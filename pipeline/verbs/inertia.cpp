@@ -168,10 +168,18 @@ void print_table(const InertiaTable& table) {
              "de Leva");
   for (const InertiaRow& row : table.rows) print_row(table, row);
   print_row(table, table.whole);
+  std::vector<std::pair<std::string, std::string>> notes;  // each with the parts that it is of
   for (const InertiaRow& row : table.rows) {
     if (!row.flaw.empty()) fmt::print("\nWarning: {}: {}", row.part, row.flaw);
-    for (const auto& note : row.notes) fmt::print("\n{}: {}", row.part, note);
+    for (const auto& note : row.notes) {
+      const auto same = std::ranges::find(notes, note, &std::pair<std::string, std::string>::first);
+      if (same == notes.end())
+        notes.emplace_back(note, row.part);
+      else
+        same->second += ", " + row.part;
+    }
   }
+  for (const auto& [note, of] : notes) fmt::print("\n{}: {}", of, note);
   if (table.whole.completeness != Completeness::whole)
     fmt::print("\nThe scan does not hold the whole body: percentages are of the mass that it holds.");
   fmt::print("\n");

@@ -1,0 +1,120 @@
+// Scans that end where little is left to tell parts by: within the hips, in the breastbone, in fingers and
+// toes. The parts in view, against the phantom's exact labels.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "tests/segmentation/dice.hpp"
+#include "tests/segmentation/scanned_body.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// `to` moves the grid's ends, of a body whose exact landmarks it is told
+template <class To>
+ScannedBody scanned(std::uint64_t variation, const To& to) {
+  const auto grid_of = [&](const Phantom& body) {
+    GridOptions grid;
+    grid.spacing.setConstant(4);
+    to(grid, [&](const char* name) { return body.landmarks.find(name)->second.point; });
+    return grid;
+  };
+  return scanned_body(variation, Sex::male, grid_of);
+}
+
+const PartFinding& part(const ScannedBody& of, std::string_view name) {
+  return of.found.part[static_cast<std::size_t>(part_label(name))];
+}
+
+double volume(const LabelMap& labels, std::string_view name) {
+  return labels.grid.voxel_volume() *
+         static_cast<double>(std::count(labels.voxels.begin(), labels.voxels.end(), part_label(name)));
+}
+
+// Hips that the scan's lower end cuts, and hips below it whose iliac spines are in view: thighs are thighs.
+TEST(ScanEnds, WithinTheHipsAndBelowThem) {
+  for (const std::uint64_t variation : {21, 58})
+    for (const double above : {-22, -8, 16, 40}) {
+      const ScannedBody of = scanned(variation, [&](GridOptions& grid, const auto& mark) {
+        grid.crop_low[2] = mark("mid_hip")[2] + above;
+      });
+      const auto agree = dice(of.found.labels, of.exact);
+      for (const char* name : {"lower_trunk", "thigh_left", "thigh_right"}) {
+        EXPECT_GT(agree[static_cast<std::size_t>(part_label(name))], above < 0 ? 0.98 : 0.88)
+            << variation << ' ' << above << ' ' << name;
+        EXPECT_EQ(name_of(part(of, name).coverage), "cut");
+      }
+      EXPECT_NEAR(part(of, "lower_trunk").volume / volume(of.exact, "lower_trunk"), 1, 0.04)
+          << variation << ' ' << above;
+      for (const auto& [name, found] : of.found.landmarks) {
+        const auto exact = of.body.landmarks.find(name);
+        if (exact == of.body.landmarks.end() || !(name.starts_with("hip") || name.starts_with("asis")))
+          continue;
+        EXPECT_LT((found.point - exact->second.point).norm(), 2 * found.deviation) << name;
+      }
+    }
+}
+
+// Without hips and iliac spines nothing tells where thighs begin: what reaches down to them says so.
+TEST(ScanEnds, AtTheIliacCrests) {
+  const ScannedBody of =
+      scanned(21, [&](GridOptions& grid, const auto& mark) { grid.crop_low[2] = mark("asis_left")[2] + 6; });
+  EXPECT_FALSE(of.found.landmarks.contains("asis_left"));
+  EXPECT_LE(part(of, "lower_trunk").confidence, 0.4);
+  EXPECT_NE(part(of, "lower_trunk").note.find("may hold flesh of the thighs"), std::string::npos);
+  EXPECT_GT(part(of, "middle_trunk").confidence, 0.8);
+}
+
+// Where the breastbone leaves the scan in front is not its lower end.
+TEST(ScanEnds, InTheBreastbone) {
+  const ScannedBody of = scanned(77, [&](GridOptions& grid, const auto& mark) {
+    grid.crop_low[1] = 0.5 * (mark("suprasternale")[1] + mark("xiphion")[1]);
+  });
+  const auto& xiphion = of.found.landmarks.at("xiphion");
+  EXPECT_TRUE(xiphion.source.starts_with("proportion")) << xiphion.source;
+  EXPECT_LT(std::abs(xiphion.point[2] - of.body.landmarks.find("xiphion")->second.point[2]),
+            2 * xiphion.deviation);
+  const auto agree = dice(of.found.labels, of.exact);
+  for (const char* name : {"upper_trunk", "middle_trunk", "lower_trunk", "thigh_left", "thigh_right"}) {
+    EXPECT_GT(agree[static_cast<std::size_t>(part_label(name))], 0.95) << name;
+    EXPECT_EQ(name_of(part(of, name).coverage), "cut") << name;
+  }
+}
+
+// Fingers and toes are thinner than what is deep enough to be cut; hands and feet that merely reach to the
+// scan's end are whole.
+TEST(ScanEnds, InFingersAndToes) {
+  for (const double beyond :
+       {-1.0, 8.0, 40.0}) {  // mm of the lowest fingertip, and of the toes, that are cut off
+    const auto lowest = [](const auto& mark) {
+      return std::min(mark("dactylion_3_left")[2], mark("dactylion_3_right")[2]);
+    };
+    const ScannedBody hands =
+        scanned(41, [&](GridOptions& grid, const auto& mark) { grid.crop_low[2] = lowest(mark) + beyond; });
+    const ScannedBody feet = scanned(41, [&](GridOptions& grid, const auto& mark) {
+      grid.crop_low[1] = std::min(mark("toe_tip_left")[1], mark("toe_tip_right")[1]) + beyond;
+      grid.crop_high[2] = mark("mid_hip")[2] - 150;
+    });
+    for (const char* side : {"_left", "_right"}) {
+      const auto check = [&](const ScannedBody& of, const std::string& name, const std::string& end) {
+        const int axis = name == "hand" ? 2 : 1;
+        const double beyond_edge =
+            of.found.labels.grid.origin[axis] - 2 - of.body.landmarks.find(end + side)->second.point[axis];
+        if (beyond_edge > 0 && beyond_edge < 4) return;  // a voxel more or less
+        const bool cut = beyond_edge > 0;
+        EXPECT_EQ(name_of(part(of, name + side).coverage), cut ? "cut" : "whole") << name << side << beyond;
+        if (cut) {
+          EXPECT_FALSE(of.found.landmarks.contains(end + side)) << name << side << beyond;
+        }
+      };
+      check(hands, "hand", "dactylion_3");
+      check(feet, "foot", "toe_tip");
+    }
+  }
+}
+
+}  // namespace
+}  // namespace borelli
