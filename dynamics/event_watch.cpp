@@ -1,5 +1,7 @@
 #include "dynamics/event_watch.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,6 +22,10 @@ int sign(double x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
 
 // of the step: looks are no closer than these parts, at the most and where it matters
 constexpr double finest = 1. / 4096;
+
+// looks in a step, at all functions: what needs more (bodies that fly through each other and back) no step
+// tells
+constexpr long most_looks = 1 << 15;
 
 // speeds change between looks
 constexpr double allowance = 2;
@@ -103,6 +109,7 @@ void EventWatch::start(const State& state, const Kinematics& kinematics) {
 
 void EventWatch::begin_step() {
   end_known_ = false;
+  looks_ = 0;
   for (Watched& w : watched_) {
     w.start = w.end;
     w.side = w.side_at_end;
@@ -147,6 +154,14 @@ class EventWatch::Search {
       : watch_(watch), i_(i), path_(path), h_(h), landing_(landing) {}
 
   bool look(double theta, EventValue& value) {
+    if (++watch_.looks_ > most_looks) {
+      error_ = {
+          watch_.system_.scene,
+          fmt::format("a step of {:.3g} s up to t = {:.6g} s passes contacts, stops or events more often "
+                      "than {} looks tell apart: take shorter steps, or the motion diverges",
+                      h_, landing_.state.t, most_looks)};
+      return false;
+    }
     if (auto done = path_.land(theta, landing_); !done) {
       error_ = done.error();
       return false;

@@ -20,7 +20,8 @@ class EventWatch {
   void begin_step();
 
   /// The first event that is left in the step from t of length h, with its theta and state in `landing`;
-  /// false: none. `end` is the step's end. Located to the resolution of time in double precision.
+  /// false: none. `end` is the step's end. Located to the resolution of time in double precision. Fails where
+  /// the step passes events more often than can be told apart.
   Result<bool> find(StepPath& path, double t, double h, const Landing& end, Landing& landing);
   /// Hands the event found to its sources; `workspace` holds the equations there. Tells what is to be done.
   Result<AfterEvent> handle(Landing& landing, Workspace& workspace, std::vector<LoggedEvent>& log);
@@ -58,6 +59,7 @@ class EventWatch {
   std::vector<int> hits_, which_;
   std::vector<Look> ahead_;  ///< scratch
   bool end_known_ = false;
+  long looks_ = 0;         ///< in this step
   double theta_ = 0;       ///< of the event found
   double resolution_ = 0;  ///< of theta
 };

@@ -678,10 +678,19 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
       stopped = !observer.progress(t);
       return !stopped;
     };
+  const double most = observer.limits.evaluations;
+  double spent = 0;
   return run_to_accuracy(
       system, state.t, settings,
-      [&](const SimulationSettings& chosen, const RunLimits& limits, Samples& samples) {
-        return simulate_once(system, state, chosen, watched, limits, &samples);
+      [&](const SimulationSettings& chosen, RunLimits limits, Samples& samples) -> Result<Trajectory> {
+        limits.evaluations = std::min(limits.evaluations, most - spent);
+        auto made = simulate_once(system, state, chosen, watched, limits, &samples);
+        if (made) spent += double(made->certificate.evaluations);
+        if (!(spent > most)) return made;
+        stopped = true;
+        return failure(system.scene, fmt::format("more than {:.2g} evaluations are needed for an accuracy of "
+                                                 "{:.3g}, which is what it may take",
+                                                 most, settings.accuracy));
       },
       [&] { return stopped; });
 }

@@ -33,7 +33,8 @@ struct Observer {
   /// start.
   std::string checkpoint;
   /// Of a run by a named method: where it takes more evaluations, or turns out stiff
-  /// (Certificate::stiff_from), the trajectory so far is returned, too.
+  /// (Certificate::stiff_from), the trajectory so far is returned, too. Of one to an accuracy `evaluations`
+  /// are of all its runs together; it fails where it takes more.
   RunLimits limits = {};
 };
 

@@ -26,6 +26,12 @@ constexpr const char* stiff_method = "arkode";
 // a change that is so many times too much off is not tried again
 constexpr double hopeless = 10;
 
+// a change is not tried any longer that takes so many times the evaluations of the whole model's runs
+constexpr double patience = 4;
+
+// how much of the search the whole model's runs count for in its progress
+constexpr double first_share = 0.1;
+
 // so many of what is left are tried in pairs
 constexpr std::size_t paired = 6;
 
@@ -124,7 +130,7 @@ class Search {
     if (auto named = name_quantities(); !named) return tl::unexpected(named.error());
     out_.instants = settings_.outputs;
     const double begun = processor_time();
-    progress_("the whole model", 0);
+    tell("the whole model", 0, first_share);
     auto full = motion(*system);
     if (full && resolve(*full)) full = motion(*system);
     if (!full)
@@ -132,13 +138,15 @@ class Search {
                      fmt::format("its motion cannot be had to {:g}, a hundredth of the tolerance: {}",
                                  out_.accuracy, full.error().message()));
     full_ = std::move(*full);
+    most_evaluations_ = patience * double(full_.certificate.evaluations);
     note_start(*system);
     out_.smallest = scene_;
     add_model("", 0, "", *system);
     left_ = changes_of(scene_);
     const double all = double(left_.size());
     for (Change* next; (next = choose()) || (pair_up() && (next = choose()));) {
-      progress_(next->words, std::max(0., 1 - double(left_.size()) / all));
+      tell(next->words, first_share + (1 - first_share) * std::max(0., 1 - double(left_.size()) / all),
+           (1 - first_share) / all);
       if (next->beside < taken_)
         attempt(*next);
       else
@@ -226,12 +234,35 @@ class Search {
   }
 
   Result<Trajectory> simulated(const System& system, SimulationSettings how) {
-    how.output_interval = (how.end_time - system.initial.t) / out_.instants;
+    const double start = system.initial.t, length = how.end_time - start;
+    how.output_interval = length / out_.instants;
     ++out_.runs;
-    auto t = simulate(system, system.initial, how);
+    Observer observer;
+    double reached = 0;  // (of several runs the farthest)
+    observer.progress = [&](double t) {
+      reached = std::max(reached, (t - start) / length);
+      progress_(now_, done_ + share_ * reached);
+      return true;
+    };
+    observer.limits.evaluations = most_evaluations_;
+    auto t = simulate(system, system.initial, how, observer);
     if (t) out_.evaluations += t->certificate.evaluations;
+    if (t && !through(*t, how))
+      return failure("", fmt::format("takes more than {:.2g} evaluations, {:g} times the whole model's",
+                                     most_evaluations_, patience));
     if (t && !t->certificate.trusted) return failure("", t->certificate.reason);
     return t;
+  }
+
+  /// Whether a run came to its end.
+  static bool through(const Trajectory& t, const SimulationSettings& how) {
+    return t.times.back() >= how.end_time * (1 - 1e-12);
+  }
+
+  /// What is done now: from which part of the search on, and how much of it.
+  void tell(const std::string& words, double done, double share) {
+    now_ = words, done_ = done, share_ = share;
+    progress_(words, done);
   }
 
   Scene with(const Scene& scene, const Change& change) const {
@@ -362,13 +393,15 @@ class Search {
     model.rows = system.rows;
     SimulationSettings how = single_run();
     how.output_interval = how.end_time - system.initial.t;
+    Observer observer;
+    observer.limits.evaluations = most_evaluations_;
     for (const std::string& method : {how.method, std::string(stiff_method)}) {
       how.method = method;
       std::vector<double> seconds;
       for (int repeat = 0; repeat < settings_.repeats; ++repeat) {
         const double start = processor_time();
-        const auto t = simulate(system, system.initial, how);
-        if (!t) break;
+        const auto t = simulate(system, system.initial, how, observer);
+        if (!t || !through(*t, how)) break;
         seconds.push_back(processor_time() - start);
         model.evaluations = t->certificate.evaluations;
       }
@@ -383,7 +416,10 @@ class Search {
   const Scene& scene_;
   const EconomySettings& settings_;
   const std::function<void(const std::string&, double)>& progress_;
+  std::string now_;              ///< what is being tried,
+  double done_ = 0, share_ = 0;  ///< and its place in the progress
   double length_ = 1;
+  double most_evaluations_ = std::numeric_limits<double>::infinity();  ///< of a run
   Trajectory full_;
   std::map<std::string, std::vector<double>> start_;  ///< positions of the assembled start, by coordinate
   std::vector<MotionQuantity> quantities_;

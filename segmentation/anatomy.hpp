@@ -36,6 +36,8 @@ struct Anatomy {
   /// By how much voxels (the edge of a cube as large) or the work grid's are over 3 mm of the patient: thin
   /// bone and its ends then show only where a voxel's middle hits them.
   double over_fine() const;
+  /// True where the scan shows a patient point.
+  bool sees(const Eigen::Vector3d& point) const { return holds(scan.seen, point); }
   /// True within `reach` mm of what the scan does not show.
   bool near_edge(const Eigen::Vector3d& point, double reach) const;
 };

@@ -129,7 +129,10 @@ void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<Foun
   if (!heads || body.cuts(heads->left, apart) || body.cuts(heads->right, apart)) {
     const auto may_be = [&](const FoundSphere& l, const FoundSphere& r) { return body.may_be_hips(l, r); };
     const auto other = find_heads(a, balls, hips_apart, 25, hips_again, fits, may_be);
-    if (!heads && !other) return;
+    // alone they must be sure: the lower two thirds of heads score .037 to .13 (four bodies), less of them,
+    // ilia and edges of sockets .021 at most
+    constexpr double sure = 0.03;
+    if (!heads && !(other && other->score > sure)) return;
     if (!heads || (other && other->score > heads->score)) {
       heads = other;
       heads->left.cut = body.cuts(heads->left), heads->right.cut = body.cuts(heads->right);

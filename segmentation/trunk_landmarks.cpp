@@ -72,8 +72,8 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
     n = high;
   }
   if (static_cast<double>(length) * a.step() < 60 * trunk.scale) return std::nullopt;
-  // it leaves the scan there, and ends elsewhere
-  if (a.near_edge(*front[best_low], 2 * a.step())) return std::nullopt;
+  // where it leaves the scan in front, it ends elsewhere
+  if (!a.sees(*front[best_low] - Vector3d(0, 2 * a.step(), 0))) return std::nullopt;
   return Sternum{*front[best_high], *front[best_low]};
 }
 
