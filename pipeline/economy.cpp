@@ -26,8 +26,8 @@ constexpr const char* stiff_method = "arkode";
 // a change that is so many times too much off is not tried again
 constexpr double hopeless = 10;
 
-// a change is not tried any longer that takes so many times the evaluations of the whole model's runs
-constexpr double patience = 4;
+// a run is given up that takes so many times the evaluations that the whole model's runs took together
+constexpr double patience = 3;
 
 // how much of the search the whole model's runs count for in its progress
 constexpr double first_share = 0.1;
@@ -138,10 +138,12 @@ class Search {
                      fmt::format("its motion cannot be had to {:g}, a hundredth of the tolerance: {}",
                                  out_.accuracy, full.error().message()));
     full_ = std::move(*full);
-    most_evaluations_ = patience * double(full_.certificate.evaluations);
     note_start(*system);
     out_.smallest = scene_;
     add_model("", 0, "", *system);
+    const auto rough = rough_motion(*system);  // (rows of output may cost more than the steps between)
+    most_evaluations_ = patience * double(std::max(full_.certificate.evaluations,
+                                                   rough ? rough->certificate.evaluations : 0));
     left_ = changes_of(scene_);
     const double all = double(left_.size());
     for (Change* next; (next = choose()) || (pair_up() && (next = choose()));) {

@@ -53,7 +53,8 @@ struct Economy {
 /// Motions are computed to a hundredth of the tolerance (SimulationSettings::accuracy: method and tolerance
 /// are chosen, and the error is shown) of the whole model and of each change that is taken; changes are tried
 /// by one run each, and tried again only where what they were off by before is the least of all. A change
-/// that is off by more than ten times the tolerance is not tried again. Where no single change is left that
+/// that is off by more than ten times the tolerance is not tried again, and a run that takes three times the
+/// evaluations of the whole model's is given up. Where no single change is left that
 /// will do, the six that are off least are tried in pairs, for two may undo each other's error (a left and a
 /// right ankle). Locked coordinates, driven ones too, rest where the assembled scene starts; efforts and
 /// constraints on locked coordinates alone fall away.

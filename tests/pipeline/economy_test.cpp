@@ -112,7 +112,7 @@ TEST(Economy, ErrorsAreThoseOfTheSceneThatItWrites) {
       run_program("economy " + whole + " --tolerance 0.5% --json -o " + folder.path().string());
   ASSERT_EQ(run.code, 0) << run.err;
   const auto answer = nlohmann::json::parse(run.out, nullptr, false);
-  ASSERT_EQ(answer["models"].size(), 3u);
+  ASSERT_EQ(answer["models"].size(), 3u) << answer["stays"];
   for (const char* file : {"economy.html", "economy.csv", "error.svg", "time.png"})
     EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
   // both by another method, much better

@@ -306,11 +306,27 @@ TEST(WorkPrecision, BeyondChaosNothingIsCompared) {
   const WorkPrecision chart = work_precision(scene, measured_once({"dop853"})).value();
   ASSERT_TRUE(chart.reference.found);
   EXPECT_LT(chart.reference.horizon, 40);
-  EXPECT_NE(chart.reference.words.find("as in chaos"), std::string::npos);
+  EXPECT_NE(chart.reference.words.find("part too early"), std::string::npos) << chart.reference.words;
   // up to there the fine runs agree with the reference
   double best = 1;
   for (const WorkPrecisionPoint& p : chart.points) best = std::min(best, p.errors.position);
   EXPECT_LT(best, 1e-6);
+}
+
+TEST(WorkPrecision, WhereReferencesPartEarlyOutputsAreLaidAnew) {
+  Scene scene = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
+  WorkPrecisionSettings settings = measured_once({"dop853"});
+  for (const double end : {200., 600.}) {  // one output or two are left, and not even the first
+    scene.simulation.end_time = end;
+    settings.outputs = 10, settings.budget = 0.05;
+    const WorkPrecision chart = work_precision(scene, settings).value();
+    ASSERT_TRUE(chart.reference.found) << chart.reference.words;
+    EXPECT_NE(chart.reference.words.find("part too early"), std::string::npos) << chart.reference.words;
+    EXPECT_LT(chart.reference.horizon, 60);
+    EXPECT_NEAR(chart.duration, chart.reference.horizon, 1e-9);
+    // a run's steps are as long as the time between outputs, and all outputs are compared
+    EXPECT_TRUE(fastest_within(chart, 1e-3)) << chart.reference.words;
+  }
 }
 
 // A swing for a thousand periods: what two methods differ by grows as the square of time, which is no chaos,
