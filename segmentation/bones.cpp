@@ -46,8 +46,8 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
     const auto n = static_cast<std::size_t>(side);
     const auto mark = [&](const LimbWay& way, const JointsAlongWay& joints, const char* first,
                           const char* second, const char* third) {
-      // a shaft that broadens above an elbow out of view is no elbow
-      const bool told = &way == &limbs.leg(side) || planes.parts_off(part_label(second + at));
+      // a shaft that broadens above an elbow or knee out of view is none
+      const bool told = planes.parts_off(part_label(second + at));
       const double all = way.length() + 1, m = joints.middle > 0 && told ? joints.middle : all + clear,
                    e = joints.end > 0 ? joints.end : all + clear;
       mark_way(a, way, 0, m - clear, part_label(first + at), seeds);

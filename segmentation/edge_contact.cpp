@@ -76,7 +76,7 @@ std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const V
 
 bool runs_out(const std::vector<std::array<std::int64_t, 3>>& places, const Mask& seen,
               const Vector3d& outwards) {
-  constexpr double towards = 0.5, inwards = 10, alike = 0.6;  // cosine; mm; of a section
+  constexpr double towards = 0.5, inwards = 10, alike = 0.5;  // cosine; mm; of a section
   const double step = seen.grid.axes(0, 0);
   const auto layers = std::lround(inwards / step);
   for (std::size_t axis = 0; axis < 3; ++axis) {

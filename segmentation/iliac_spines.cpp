@@ -115,8 +115,10 @@ void find_iliac_spines_about(const Anatomy& a, const Trunk& trunk, const Limbs& 
     if ((*place)[1] > trunk.spine_at((*place)[2])[1] - 30 * s) return;
   }
   if (std::abs((*spine[0])[2] - (*spine[1])[2]) > 30 * s) return;
+  constexpr double usual = 12;  // mm: without hips the place that they are looked for at may be 30 mm off
   for (const int side : {left_side, right_side})
-    marks[std::string("asis") + side_suffix(side)] = {*spine[static_cast<std::size_t>(side)], 6, 0, source};
+    marks[std::string("asis") + side_suffix(side)] = {*spine[static_cast<std::size_t>(side)], usual, 0,
+                                                      source};
 }
 
 }  // namespace borelli

@@ -264,6 +264,9 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
   constexpr double bent = 0.26;  // cosine of 75 degrees
   const bool folded = way.length() > beyond && shank.normalized().dot(down) < bent;
+  // where the scan ends above a knee, the shaft that broadens towards it passes for its end
+  constexpr double knee_in_view = 45;
+  if (!k.measured && way.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step())) return;
   const double deviation = !k.measured && folded && !bent_knee ? 45 * scale : k.deviation;
   marks["knee" + at] =
       found(k.centre, deviation,

@@ -77,8 +77,9 @@ void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& mar
   // of the length that de Leva's male has at this size: in his women and in phantoms drawn from both it is
   // .81 to 1.11
   constexpr double shortest = 0.75, longest = 1.2;
-  // and of the arm's own other length, where that alone tells it: in phantoms it is .87 to 1.13
-  constexpr double shortest_of_arm = 0.8, longest_of_arm = 1.2;
+  // and of the arm's own other length, where that alone tells it or the arm is cut (a gap of noise in a cut
+  // forearm passes for its wrist): in phantoms it is .87 to 1.13
+  constexpr std::array<double, 2> of_arm{0.8, 1.2}, of_cut_arm{0.85, 1.15};
   constexpr double surer = 1.5;  // times the deviation
   const bool size_is_told = trunk.hip[0] && trunk.hip[1] && trunk.shoulder[0] && trunk.shoulder[1];
   std::array<Side, 2> before, side;
@@ -91,16 +92,20 @@ void doubt_unlike_lengths(const Trunk& trunk, const Limbs& limbs, Landmarks& mar
       if (from != marks.end() && to != marks.end())
         side[static_cast<std::size_t>(n)] = {&from->second, &to->second};
     }
+    const auto by_arm = [&](int n) {
+      return &limb == &lengths[3] && before[static_cast<std::size_t>(n)].measured() &&
+             (!size_is_told || limbs.arm(n).cut);
+    };
     const auto usual = [&](int n) {  // 0: nothing tells it
-      const Side& above = before[static_cast<std::size_t>(n)];
-      if (size_is_told) return limb.usual * trunk.scale;
-      const bool of_forearm = &limb == &lengths[3];
-      return of_forearm && above.measured() ? limb.usual / lengths[2].usual * above.length() : 0;
+      if (by_arm(n)) return limb.usual / lengths[2].usual * before[static_cast<std::size_t>(n)].length();
+      return size_is_told ? limb.usual * trunk.scale : 0;
     };
     const auto unlikely = [&](int n) {
       const double length = side[static_cast<std::size_t>(n)].length(), expected = usual(n);
-      return expected > 0 && (length < (size_is_told ? shortest : shortest_of_arm) * expected ||
-                              length > (size_is_told ? longest : longest_of_arm) * expected);
+      const auto [least, most] = !by_arm(n)         ? std::array{shortest, longest}
+                                 : limbs.arm(n).cut ? of_cut_arm
+                                                    : of_arm;
+      return expected > 0 && (length < least * expected || length > most * expected);
     };
     if (side[0].measured() && side[1].measured()) {
       const double apart = std::abs(side[0].length() - side[1].length());

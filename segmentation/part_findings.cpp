@@ -87,13 +87,18 @@ void doubt_ends(std::string_view part, double size, Landmarks& marks) {
   }
 }
 
-// What a hand or foot shows as its ends where the scan cuts it are none.
+// What a hand or foot shows as its ends where the scan cuts it are none, nor are a foot's metatarsals, which
+// its length tells.
 void forget_cut_ends(Segmentation& out) {
   for (std::size_t n = 1; n < parts.size(); ++n)
     for (const auto& end : ends)
       if (parts[n].name.starts_with(end[0]) && out.part[n].coverage == Coverage::cut)
         for (const auto& name : {end[2], end[3]})
           out.landmarks.erase(std::string(name) + std::string(parts[n].name.substr(end[0].size())));
+  for (const char* side : {"_left", "_right"})
+    if (out.part[static_cast<std::size_t>(part_label(std::string("foot") + side))].coverage == Coverage::cut)
+      for (const char* name : {"metatarsal_1", "metatarsal_2", "metatarsal_5"})
+        out.landmarks.erase(std::string(name) + side);
 }
 
 // Hands and feet whose fingers or toes the scan's end cuts: they are too slender to be told by depth.
@@ -130,11 +135,16 @@ void tell_cut_tips(const Anatomy& a, const Volume<std::uint8_t>& owner, const Pa
     Vector3d mean = Vector3d::Zero();
     for (const auto& place : tip.places) mean += point(place);
     mean /= static_cast<double>(tip.places.size());
-    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-    for (const auto& place : tip.places) spread += (point(place) - mean) * (point(place) - mean).transpose();
-    Vector3d outwards = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
-    if (outwards.dot(mean - joint->second.point) < 0) outwards = -outwards;
-    if (!runs_out(tip.places, a.scan.seen, outwards)) continue;
+    // a foot lies along its longest axis; of a hand that is cut in its palm that lies across
+    Vector3d outwards = mean - joint->second.point;
+    if (tip.part.starts_with("foot")) {
+      Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+      for (const auto& place : tip.places)
+        spread += (point(place) - mean) * (point(place) - mean).transpose();
+      const Vector3d axis = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+      outwards = outwards.dot(axis) < 0 ? Vector3d(-axis) : axis;
+    }
+    if (!runs_out(tip.places, a.scan.seen, outwards.normalized())) continue;
     finding.coverage = Coverage::cut;
     finding.note = "reaches the scan's edge" + (finding.note.empty() ? "" : "; " + finding.note);
   }

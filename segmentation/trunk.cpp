@@ -115,6 +115,9 @@ std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>&
   return best;
 }
 
+// mm more than hides a femur: a humeral head 40 mm over the scan's lower end was 20 mm off
+constexpr double above_end = 12;
+
 // mm between a head's centre and the scan's upper end: balls that are a piece of a head lie up to 30 mm below
 // it; without the ilium's top, whose spines stand some 80 mm above the hips, a hip was 20 mm off
 constexpr double below_end = 55, below_ilium = 85;
@@ -157,7 +160,9 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, const std::vector
   auto heads = find_heads(a, balls, shoulders_apart, 50, shoulders_again, fits,
                           [](const FoundSphere&, const FoundSphere&) { return true; });
   if (!heads) return;
-  for (FoundSphere* head : {&heads->left, &heads->right}) head->cut = body.cuts_from_above(*head, below_end);
+  for (FoundSphere* head : {&heads->left, &heads->right})
+    head->cut = body.cuts_from_above(*head, below_end) || body.cuts(*head, above_end) ||
+                a.near_edge(head->centre, head->radius);
   trunk.shoulder[left_side] = heads->left;
   trunk.shoulder[right_side] = heads->right;
 }

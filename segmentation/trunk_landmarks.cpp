@@ -72,8 +72,11 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
     n = high;
   }
   if (static_cast<double>(length) * a.step() < 60 * trunk.scale) return std::nullopt;
-  // where it leaves the scan in front, it ends elsewhere
-  if (!a.sees(*front[best_low] - Vector3d(0, 2 * a.step(), 0))) return std::nullopt;
+  // where it leaves the scan, in front or below, it ends elsewhere
+  constexpr double beyond = 10;  // mm
+  if (!a.sees(*front[best_low] - Vector3d(0, 2 * a.step(), 0)) ||
+      !a.sees(*front[best_low] - Vector3d(0, 0, beyond)))
+    return std::nullopt;
   return Sternum{*front[best_high], *front[best_low]};
 }
 

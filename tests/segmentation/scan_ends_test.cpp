@@ -84,6 +84,31 @@ TEST(ScanEnds, InTheBreastbone) {
   }
 }
 
+// Nor is where it leaves the scan below.
+TEST(ScanEnds, AboveTheXiphion) {
+  for (const double above : {20.0, 60.0}) {
+    const ScannedBody of = scanned(
+        201, [&](GridOptions& grid, const auto& mark) { grid.crop_low[2] = mark("xiphion")[2] + above; });
+    EXPECT_FALSE(of.found.landmarks.contains("xiphion"));
+    EXPECT_EQ(name_of(part(of, "upper_trunk").coverage), "cut");
+    EXPECT_EQ(part(of, "middle_trunk").volume, 0);
+  }
+}
+
+// A femur that broadens towards a knee out of view has none, and no shank beyond.
+TEST(ScanEnds, AboveTheKnees) {
+  for (const double above : {10.0, 35.0}) {
+    const ScannedBody of = scanned(201, [&](GridOptions& grid, const auto& mark) {
+      grid.crop_low[2] = std::max(mark("knee_left")[2], mark("knee_right")[2]) + above;
+    });
+    for (const std::string side : {"_left", "_right"}) {
+      EXPECT_FALSE(of.found.landmarks.contains("knee" + side)) << above;
+      EXPECT_EQ(part(of, "shank" + side).volume, 0) << above;
+      EXPECT_EQ(name_of(part(of, "thigh" + side).coverage), "cut") << above;
+    }
+  }
+}
+
 // Fingers and toes are thinner than what is deep enough to be cut; hands and feet that merely reach to the
 // scan's end are whole.
 TEST(ScanEnds, InFingersAndToes) {
