@@ -142,10 +142,14 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
   bar.begin("chart");
   WorkPrecisionObserver observer;
   Result<void> written;
+  constexpr const char* stopped =
+      "\nborelli: stopped; the same command goes on from the methods that are through\n";
   observer.known = kept.read();
+  if (!observer.known.empty()) say_when_stopped(stopped);
   observer.progress = [&](const std::string&, double fraction) { bar.update(fraction); };
   observer.ladder_ends = [&](const std::vector<WorkPrecisionPoint>& points) {
     if (written) written = kept.write(points);
+    say_when_stopped(stopped);
   };
   const auto chart = work_precision(scene, settings, observer);
   if (!chart) return tl::unexpected(chart.error());
@@ -153,6 +157,7 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
   bar.end(fmt::format("{} runs", chart->points.size()));
   if (auto done = write_work_precision(*chart, folder); !done) return tl::unexpected(done.error());
   kept.remove();
+  say_when_stopped(nullptr);
 
   if (!command.json) {
     fmt::print("{}\n", chart->reference.words);

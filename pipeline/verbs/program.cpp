@@ -1,6 +1,7 @@
 // The `borelli` program: reads the command line, runs one verb, says in one sentence what went wrong.
 #include <fmt/core.h>
 #include <malloc.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <csignal>
@@ -9,6 +10,7 @@
 #include <exception>
 #include <new>
 
+#include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
@@ -80,6 +82,10 @@ int run(int argc, char** argv) {
 // A user or a system that ends the program finds no partial file; the shell sees the signal that did it.
 extern "C" void end_by_signal(int signal) {
   borelli::remove_partial_files();
+  if (const char* words = borelli::words_when_stopped()) {
+    const auto told = write(STDERR_FILENO, words, std::strlen(words));
+    static_cast<void>(told);  // nothing is left to be done about it
+  }
   raise(signal);  // SA_RESETHAND has put the default action back, which comes when this handler returns
 }
 

@@ -4,13 +4,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 
 namespace borelli {
-
 namespace {
+
 constexpr int bar_width = 30;
-}
+std::atomic<const char*> when_stopped = nullptr;
+
+}  // namespace
 
 ProgressBar::ProgressBar(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
 
@@ -47,5 +50,8 @@ void ProgressBar::end(const std::string& outcome) {
   if (!quiet_) fmt::print(stderr, "{}{:<14} {}\n", terminal_ ? "\r\x1b[K" : "", what_, outcome);
   what_.clear();
 }
+
+void say_when_stopped(const char* words) noexcept { when_stopped = words; }
+const char* words_when_stopped() noexcept { return when_stopped; }
 
 }  // namespace borelli

@@ -25,4 +25,10 @@ class ProgressBar {
   std::chrono::steady_clock::time_point drawn_;
 };
 
+/// What is said on standard error from now on where a signal ends the program: a sentence that stays (a
+/// literal); null: nothing.
+void say_when_stopped(const char* words) noexcept;
+/// What was set last. A signal's handler may call it.
+const char* words_when_stopped() noexcept;
+
 }  // namespace borelli

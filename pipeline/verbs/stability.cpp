@@ -222,6 +222,7 @@ Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   observer.progress = [&](double fraction) { bar.update(fraction); };
   observer.column_ends = [&](const StabilityMap& so_far) {
     if (written) written = kept.write(so_far);
+    say_when_stopped("\nborelli: stopped; the same command goes on from the columns that are through\n");
   };
   const auto map = stability_map(std::move(*sweep), settings, observer);
   if (!map) return tl::unexpected(map.error());
@@ -236,6 +237,7 @@ Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
         std::pair("stability.html", stability_page(*map))})
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
   kept.remove();
+  say_when_stopped(nullptr);
   if (o.failing)
     for (const auto& [name, text] : failing_scenes(*map, settings))
       if (auto done = write_whole(folder / "failing" / name, text); !done)

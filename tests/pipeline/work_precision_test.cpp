@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <sstream>
 
 #include "dynamics/scene_file.hpp"
@@ -144,6 +145,20 @@ TEST(WorkPrecision, AReferenceMayBeGiven) {
 }
 
 // What a broken-off chart left is of the reference that it had, not of its file's name.
+TEST(WorkPrecision, StoppedItSaysWhatIsKept) {
+  const TestFolder folder;
+  // dop853 is through at once; euler's ladder goes on for minutes
+  const std::string command = "chart " + test::source_folder() +
+                              "/samples/pendulum.toml --methods dop853,euler --equations recursive --end 20 "
+                              "--budget 100 --repeats 1 -o " +
+                              (folder / "chart").string();
+  const ProgramRun stopped = run_program(command, "timeout --foreground --preserve-status -s INT 3");
+  EXPECT_EQ(stopped.code, 128 + SIGINT);
+  EXPECT_NE(stopped.err.find("the same command goes on from the methods that are through"), std::string::npos)
+      << stopped.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "chart" / "chart.partial.json"));
+}
+
 TEST(WorkPrecision, AnotherReferenceOrASpoiltFileBeginsAnew) {
   const TestFolder folder;
   const std::string sample = test::source_folder() + "/samples/pendulum.toml", reference = folder / "ref.csv";
