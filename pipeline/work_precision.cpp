@@ -274,6 +274,7 @@ class Chart {
                     reference.runs[0], reference.runs[1], reference.position, reference.orientation);
     if (best->row < last_row_) {
       const bool faster = part_ever_faster(best->differences, best->row / 2 + 1, last_row_);
+      chaotic_ = chaotic_ || faster;
       reference.words += fmt::format(
           " Beyond t = {:.4g} s (of {:.4g} s) they part by more than {:g}{}: runs end there.",
           reference.horizon, how_.end_time, best->limit, faster ? ", ever faster, as in chaos" : "");
@@ -288,6 +289,7 @@ class Chart {
     for (int round = 0; round < most; ++round) {
       const bool found = chart_.reference.found;
       if (found ? last_row_ * scanty > std::size_t(settings_.outputs) : parted_.empty()) return;
+      chaotic_ = chaotic_ || !found;
       const std::size_t left = found ? last_row_ : 1;  // (before the first output they may agree)
       how_.end_time = system_.initial.t + double(left) * how_.output_interval;
       how_.output_interval = (how_.end_time - system_.initial.t) / settings_.outputs;
@@ -298,9 +300,9 @@ class Chart {
       find_reference();
       if (chart_.reference.found)
         chart_.reference.words += fmt::format(
-            " Over the {:.4g} s asked for they part too early: runs are compared at {} times up "
+            " Over the {:.4g} s asked for they part too early{}: runs are compared at {} times up "
             "to t = {:.4g} s.",
-            asked_, last_row_, chart_.reference.horizon);
+            asked_, chaotic_ ? ", as in chaos" : "", last_row_, chart_.reference.horizon);
     }
   }
 
@@ -508,6 +510,7 @@ class Chart {
   const WorkPrecisionObserver& observer_;
   const std::vector<OtherMethod>& others_;
   double asked_ = 0;             ///< s, how long runs were to be
+  bool chaotic_ = false;         ///< over that time references part ever faster
   std::size_t first_other_ = 0;  ///< among the variants
   SimulationSettings how_;
   std::vector<Eigen::Vector3d> centres_;  ///< of gravity, in each solid's frame

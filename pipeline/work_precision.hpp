@@ -4,7 +4,8 @@
 // Error of a run: over output times that all runs share, the largest distance of any solid's gravity centre
 // from the reference's, over the scene's length (System::length), and the largest angle between their
 // orientations. The reference is given, or made by two unlike methods at extreme tolerances; what they differ
-// by is its error. Where rounding alone parts the two ever faster, as in chaos, runs end before that.
+// by is its error. Where rounding alone parts the two ever faster, as in chaos, runs end before that; where
+// fewer than a quarter of the output times are left then, as many are laid anew over what is left.
 //
 // Scenes with contacts, where methods and programs solve different laws, are compared by the times of impacts
 // (over the run's length), momentum, penetration (over the scene's length) and energy, of which the largest

@@ -218,11 +218,14 @@ Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   const KeptColumns kept(folder / "stability.partial.json", asked_for(o, *sweep));
   StabilityObserver observer;
   Result<void> written;
+  constexpr const char* stopped =
+      "\nborelli: stopped; the same command goes on from the columns that are through\n";
   kept.read(observer);
+  if (!observer.known_limits.empty()) say_when_stopped(stopped);
   observer.progress = [&](double fraction) { bar.update(fraction); };
   observer.column_ends = [&](const StabilityMap& so_far) {
     if (written) written = kept.write(so_far);
-    say_when_stopped("\nborelli: stopped; the same command goes on from the columns that are through\n");
+    say_when_stopped(stopped);
   };
   const auto map = stability_map(std::move(*sweep), settings, observer);
   if (!map) return tl::unexpected(map.error());

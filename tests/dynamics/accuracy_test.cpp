@@ -248,5 +248,23 @@ TEST(Accuracy, OutOfReachIsRefused) {
   }
 }
 
+// Evaluations are counted over all runs: what suffices for them is enough, one less is not.
+TEST(Accuracy, TakesNoMoreEvaluationsThanItMay) {
+  const System system = compile(heavy_top()).value();
+  const SimulationSettings how = to_accuracy(1, 1e-6);
+  const auto free = simulate(system, system.initial, how);
+  ASSERT_TRUE(free) << free.error().message();
+  Observer observer;
+  observer.limits.evaluations = double(free->certificate.evaluations);
+  const auto enough = simulate(system, system.initial, how, observer);
+  ASSERT_TRUE(enough) << enough.error().message();
+  EXPECT_EQ(enough->certificate.evaluations, free->certificate.evaluations);
+  observer.limits.evaluations -= 1;
+  const auto short_of = simulate(system, system.initial, how, observer);
+  ASSERT_FALSE(short_of);
+  EXPECT_NE(short_of.error().message().find("evaluations are needed"), std::string::npos)
+      << short_of.error().message();
+}
+
 }  // namespace
 }  // namespace borelli::test

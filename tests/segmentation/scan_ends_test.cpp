@@ -1,8 +1,7 @@
-// Scans that end where little is left to tell parts by: within the hips, in the breastbone, in fingers and
-// toes. The parts in view, against the phantom's exact labels.
+// Scans that end where little is left to tell parts by: within the hips, in the breastbone, above the
+// knees, in fingers and toes. The parts in view, against the phantom's exact labels.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "tests/segmentation/dice.hpp"
