@@ -4,6 +4,7 @@
 #include "dynamics/articulated.hpp"
 
 #include "dynamics/armature.hpp"
+#include "dynamics/articulated_side.hpp"
 #include "dynamics/articulated_step.hpp"
 #include "dynamics/dual.hpp"
 #include "dynamics/lanes.hpp"
@@ -29,17 +30,71 @@ LinkOf<T>* link_before(const System& system, const Body& body, int s, Articulati
 
 template <class T>
 ArticulationOf<T>::ArticulationOf(const System& system) : links(system.steps.size()), pivots(system.size()) {
-  for (std::size_t b = 1; b < system.bodies.size(); ++b)
+  std::vector<char> beside(system.bodies.size(), false);
+  if constexpr (std::is_same_v<T, double>)
+    for (AlikeTrees& found : find_alike_trees(system)) {
+      for (const AlikeTrees::Each& each : found.bodies)
+        for (int b : each) beside[b] = true;
+      trees.emplace_back(system, std::move(found));
+    }
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     if (system.bodies[b].step_count == 0) every_body_moves = false;
+    if (!beside[b]) alone.push_back(int(b));
+  }
+}
+
+SideBySide::SideBySide(const System& system, AlikeTrees found) : trees(std::move(found)) {
+  int pivot_count = 0;
+  for (std::size_t b = 0; b < trees.bodies.size(); ++b) {
+    const AlikeTrees::Each& each = trees.bodies[b];
+    bodies.emplace_back().first_step = int(steps.size());
+    int before = system.bodies[each[0]].parent == 0 ? by_world : by_carrier;
+    if (const int parent = trees.parents[b]; parent >= 0) before = bodies[parent + 1].first_step - 1;
+    for (int n = 0; n < system.bodies[each[0]].step_count; ++n) {
+      StepOf& step = steps.emplace_back();
+      for (std::size_t lane = 0; lane < each.size(); ++lane) {
+        step.steps[lane] = system.bodies[each[lane]].first_step + n;
+        step.q[lane] = system.steps[step.steps[lane]].q;
+        step.u[lane] = system.steps[step.steps[lane]].u;
+      }
+      step.before = before;
+      before = int(steps.size()) - 1;
+      step.first_pivot = pivot_count;
+      pivot_count += system.steps[step.steps[0]].nv;
+    }
+  }
+  bodies.emplace_back().first_step = int(steps.size());
+  pivots.resize(pivot_count);
 }
 
 namespace {
+
+// The passes over alike trees are functions of their own, so that the others keep their registers.
+BORELLI_INLINED_FOR_PROCESSOR
+void move_trees(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
+                Kinematics& k, Articulation& articulation) {
+  for (SideBySide& side : articulation.trees)
+    move_side(system, parameters, inertials, articulation.links, k, side);
+}
+
+BORELLI_INLINED_FOR_PROCESSOR
+bool free_trees(const System& system, const Parameters& parameters, const EffortSums* efforts,
+                const double* given, Articulation& articulation, LagrangeTerms& terms) {
+  for (SideBySide& side : articulation.trees)
+    if (!free_side(system, parameters, efforts, given, articulation.links, side, terms)) return false;
+  return true;
+}
+
+BORELLI_INLINED_FOR_PROCESSOR
+void follow_trees(const System& system, const Parameters& parameters, Articulation& articulation, double* a) {
+  for (SideBySide& side : articulation.trees) follow_side(system, parameters, articulation.links, side, a);
+}
 
 template <class T>
 void move_all(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
               const T* q, const T* v, bool keep_bodies, KinematicsOf<T>& k, ArticulationOf<T>& articulation) {
   set_coordinates<T>(system, parameters, t, q, v, nullptr, k);
-  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+  for (int b : articulation.alone) {
     const Body& body = system.bodies[b];
     const int end = body.first_step + body.step_count;
     for (int s = body.first_step; s < end; ++s) {
@@ -49,9 +104,10 @@ void move_all(const System& system, const Parameters& parameters, const Inertial
       const LinkOf<T>* before = link_before(system, body, s, articulation);
       std::visit(
           [&]<class Kind>(const Kind& kind) {
-            link.motion = move<Kind, T>(
-                kind, step, parameters.placements[s], is_loose<Kind>(parameters, step, s),
-                before ? &before->motion : nullptr, k, articulation.pivots.data() + step.u, link.turning);
+            link.motion = move(kind, parameters.placements[s], is_loose<Kind>(parameters, step, s),
+                               before ? &before->motion : nullptr, k.q.data() + step.q, k.u.data() + step.u,
+                               step.drive < 0 ? nullptr : k.acceleration.data() + step.u,
+                               articulation.pivots.data() + step.u, link.turning);
           },
           parameters.kinds[s]);
     }
@@ -69,6 +125,20 @@ void move_all(const System& system, const Parameters& parameters, const Inertial
   }
 }
 
+/// The energies of what is no body's.
+template <class T>
+void start_energies(const System& system, const Parameters& parameters, const KinematicsOf<T>& k,
+                    const EffortSumsOf<T>* efforts, LagrangeTermsOf<T>& terms) {
+  terms.kinetic = terms.potential = 0;
+  terms.group_kinetic.setZero();
+  terms.group_potential.setZero();
+  if (efforts) {
+    terms.potential = efforts->potential;
+    terms.group_potential = efforts->group_potential;
+  }
+  add_armature_energy(system, parameters, k, terms);
+}
+
 /// What a body carries, at its frame: itself and what its children let it feel, less what acts on it.
 template <class T>
 ArticulatedBody<T> begin_body(const System& system, const Parameters& parameters, int b,
@@ -78,7 +148,13 @@ ArticulatedBody<T> begin_body(const System& system, const Parameters& parameters
   const Body& body = system.bodies[b];
   ArticulatedBody<T> carried;
   if (body.massive) {
-    carried = alone<T>(inertials[b], parameters.gravity, body.group, link.motion, turning, terms);
+    carried = alone<T>(inertials[b], parameters.gravity, link.motion, turning,
+                       [&](const T& kinetic, const T& potential) {
+                         terms.kinetic += kinetic;
+                         terms.potential += potential;
+                         terms.group_kinetic[body.group] += kinetic;
+                         terms.group_potential[body.group] += potential;
+                       });
     if (link.carries) add(link.body, carried);
   } else if (link.carries) {
     carried = link.body;
@@ -99,15 +175,8 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
   const auto stays = [&]<class Kind>(const Kind&, int s) {
     return !Kind::slides && parameters.placements[s].form == Placement::Form::identity;
   };
-  terms.kinetic = terms.potential = 0;
-  terms.group_kinetic.setZero();
-  terms.group_potential.setZero();
-  if (efforts) {
-    terms.potential = efforts->potential;
-    terms.group_potential = efforts->group_potential;
-  }
-  add_armature_energy(system, parameters, k, terms);
-  for (int b = int(system.bodies.size()) - 1; b > 0; --b) {
+  for (auto at = articulation.alone.rbegin(); at != articulation.alone.rend(); ++at) {
+    const int b = *at;
     const Body& body = system.bodies[b];
     const int last = body.first_step + body.step_count - 1;
     const bool loose = std::visit(
@@ -121,10 +190,10 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
       LinkOf<T>* before = link_before(system, body, s, articulation);
       const bool followed = std::visit(
           [&]<class Kind>(const Kind& kind) {
-            if (!free_step<Kind, T>(step, parameters.armatures[s], is_loose<Kind>(parameters, step, s),
+            if (!free_step<Kind, T>(parameters.armatures[s], is_loose<Kind>(parameters, step, s),
                                     efforts ? efforts->coordinate.data() + step.u : nullptr,
                                     given && step.drive < 0 ? given + step.u : nullptr,
-                                    k.acceleration.data() + step.u, !before,
+                                    step.drive < 0 ? nullptr : k.acceleration.data() + step.u, !before,
                                     articulation.pivots.data() + step.u, carried, link))
               return false;
             if (before && !stays(kind, s)) carried = moved<T>(carried, link.motion.r);
@@ -140,14 +209,14 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
       before->carries = true;
     }
   }
-  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+  for (int b : articulation.alone) {
     const Body& body = system.bodies[b];
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
       const Step& step = system.steps[s];
       const LinkOf<T>* before = link_before(system, body, s, articulation);
       std::visit(
           [&]<class Kind>(const Kind& kind) {
-            follow<Kind, T>(step, stays(kind, s), is_loose<Kind>(parameters, step, s), before,
+            follow<Kind, T>(stays(kind, s), is_loose<Kind>(parameters, step, s), before,
                             articulation.pivots.data() + step.u, articulation.links[s], a + step.u,
                             step.drive >= 0 ? drive_efforts + (step.u - system.nv) : nullptr);
           },
@@ -201,18 +270,30 @@ void move_links(const System& system, const Parameters& parameters, const Inerti
     move_all(system, parameters, inertials, t, q, v, for_efforts, kinematics, articulation);
   else
     move_numbers(system, parameters, inertials, t, q, v, for_efforts, kinematics, articulation);
+  if constexpr (std::is_same_v<T, double>)
+    if (!articulation.trees.empty()) move_trees(system, parameters, inertials, kinematics, articulation);
 }
 
 template <class T>
 bool find_accelerations(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                         const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts, const T* given,
                         ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms, T* a, T* drive_efforts) {
-  if constexpr (std::is_same_v<T, DualNumber>)
+  start_energies(system, parameters, kinematics, efforts, terms);
+  if constexpr (std::is_same_v<T, DualNumber>) {
     return accelerate_all(system, parameters, inertials, kinematics, efforts, given, articulation, terms, a,
                           drive_efforts);
-  else
+  } else if constexpr (std::is_same_v<T, Lanes>) {
     return accelerate_numbers(system, parameters, inertials, kinematics, efforts, given, articulation, terms,
                               a, drive_efforts);
+  } else {
+    const bool any_trees = !articulation.trees.empty();
+    if (any_trees && !free_trees(system, parameters, efforts, given, articulation, terms)) return false;
+    if (!accelerate_numbers(system, parameters, inertials, kinematics, efforts, given, articulation, terms, a,
+                            drive_efforts))
+      return false;
+    if (any_trees) follow_trees(system, parameters, articulation, a);
+    return true;
+  }
 }
 
 #define BORELLI_ARTICULATED_OVER(T)                                                                   \

@@ -12,6 +12,7 @@
 // reference motion need not turn with it, and it needs no axes.
 #pragma once
 
+#include "dynamics/alike_trees.hpp"
 #include "dynamics/kinematics.hpp"
 #include "dynamics/lagrange.hpp"
 #include "dynamics/scan.hpp"
@@ -22,7 +23,7 @@ namespace borelli {
 
 /// Of what is kept per link: lanes begin where a line of the cache does.
 template <class T>
-inline constexpr std::size_t link_alignment = sizeof(T) == 64 ? 64 : alignof(T);
+inline constexpr std::size_t link_alignment = sizeof(T) == 64 || sizeof(T) == 32 ? sizeof(T) : alignof(T);
 
 /// How the frame after one step moves. World axes, SI.
 template <class T>
@@ -70,12 +71,44 @@ struct alignas(link_alignment<T>) PivotOf {
   T rest;  ///< the effort that is left to accelerate it (of a drive: what the rest needs)
 };
 
+/// The inertials of bodies side by side.
+struct SideInertial : VariedInertial<Quad> {
+  bool principal = false;  ///< the bodies' axes are principal ones, and only the tensor's diagonal is kept
+};
+
+/// Alike trees, with what the passes keep of them; a lane is a tree.
+struct SideBySide {
+  SideBySide(const System& system, AlikeTrees trees);
+
+  struct BodyOf {
+    int first_step = 0;  ///< in `steps`
+    SideInertial inertial;
+    Eigen::Vector3<Quad> arm;  ///< from the frame's origin to the gravity centre; world axes
+  };
+  struct StepOf {
+    AlikeTrees::Each steps;  ///< of each tree
+    AlikeTrees::Each q, u;   ///< where their positions and velocities begin
+    int before = 0;          ///< which of `steps` comes before
+    int first_pivot = 0;     ///< in `pivots`
+    bool stays = false, loose = false;
+    LinkOf<Quad> link;
+  };
+  AlikeTrees trees;
+  std::vector<BodyOf> bodies;  ///< one more than the trees have: the last says where `steps` end
+  std::vector<StepOf> steps;
+  std::vector<PivotOf<Quad>> pivots;
+  static constexpr int by_carrier = -1, by_world = -2;  ///< for `before`
+  LinkOf<Quad> carrier;                                 ///< what carries them, if it is not the world
+};
+
 /// Scratch; one per thread.
 template <class T>
 struct ArticulationOf {
   explicit ArticulationOf(const System& system);
   std::vector<LinkOf<T>> links;    ///< per step
   std::vector<PivotOf<T>> pivots;  ///< per extended coordinate
+  std::vector<SideBySide> trees;   ///< over doubles: what is computed side by side
+  std::vector<int> alone;          ///< the other bodies but the world, in order
   bool every_body_moves = true;    ///< else (welds are kept) the functions below do not apply
 };
 using Articulation = ArticulationOf<double>;

@@ -23,19 +23,19 @@ bool is_loose(const Parameters& parameters, const Step& step, int s) {
   return turns_freely<Kind> && step.drive < 0 && parameters.armatures[s] == 0;
 }
 
-template <class T>
-void place(const Placement& placement, PoseOf<T>& X) {
+template <class T, class Where>
+void place(const Where& placement, PoseOf<T>& X) {
   if (placement.form == Placement::Form::identity) return;
   X.p = X.R * placement.X.p;
   if (placement.form == Placement::Form::general) X.R = X.R * placement.X.R;
 }
 
-/// The motion after a step, from that before it (null: the world's). Its unit twists go to the pivots, but
-/// for a loose ball, of which `turning` tells what it would do without acceleration.
-template <class Kind, class T>
-LinkMotion<T> move(const Kind& kind, const Step& step, const Placement& placement, bool loose,
-                   const LinkMotion<T>* before, const KinematicsOf<T>& k, PivotOf<T>* pivots,
-                   Vector3<T>& turning) {
+/// The motion after a step with positions q and velocities u, from that before it (null: the world's);
+/// `acceleration` of a drive, else null. Its unit twists go to the pivots, but for a loose ball, of which
+/// `turning` tells what it would do without acceleration.
+template <class Kind, class Where, class T>
+LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const LinkMotion<T>* before,
+                   const T* q, const T* u, const T* acceleration, PivotOf<T>* pivots, Vector3<T>& turning) {
   LinkMotion<T> to;
   PoseOf<T> X;  // with the origin of the frame before for the world's: no digits are lost far away
   if (before) {
@@ -46,10 +46,9 @@ LinkMotion<T> move(const Kind& kind, const Step& step, const Placement& placemen
     X.p = placement.X.p.template cast<T>();
   }
   Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
-  kind.advance(k.q.data() + step.q, X, angular, linear);
+  kind.advance(q, X, angular, linear);
   to.X.R = X.R;
   to.r = X.p;
-  const T* u = k.u.data() + step.u;
   Vector3<T> w = Vector3<T>::Zero(), v = Vector3<T>::Zero();  // of the step itself
   for (int i = 0; i < Kind::nv; ++i) {
     if (Kind::rotates) w += u[i] * angular[i];
@@ -88,8 +87,7 @@ LinkMotion<T> move(const Kind& kind, const Step& step, const Placement& placemen
     if (Kind::rotates) pivots[i].angular = angular[i];
     if (Kind::slides) pivots[i].linear = linear[i];
   }
-  if (step.drive < 0) return to;
-  const T* acceleration = k.acceleration.data() + step.u;
+  if (!acceleration) return to;
   for (int i = 0; i < Kind::nv; ++i) {
     if (Kind::rotates) to.wdot += acceleration[i] * angular[i];
     if (Kind::slides) to.vdot += acceleration[i] * linear[i];
@@ -97,42 +95,48 @@ LinkMotion<T> move(const Kind& kind, const Step& step, const Placement& placemen
   return to;
 }
 
-/// R tensor R^T, with less work where the body's axes are principal ones.
-template <class T, class Tensor>
-Symmetric3<T> in_world(const Matrix3<T>& R, const Tensor& tensor) {
-  if constexpr (std::is_same_v<T, double>) {
-    if (tensor(0, 1) == 0 && tensor(0, 2) == 0 && tensor(1, 2) == 0) {
-      Matrix3<T> half;
-      for (int j = 0; j < 3; ++j) half.col(j) = tensor(j, j) * R.col(j);
-      return symmetric_product(half, R.transpose());
-    }
-  }
-  return turned<T>(R, tensor);
+template <class Tensor>
+bool has_principal_axes(const Tensor& tensor) {
+  return tensor(0, 1) == 0 && tensor(0, 2) == 0 && tensor(1, 2) == 0;
+}
+template <class Inertia>
+bool is_principal(const Inertia& inertial) {
+  if constexpr (requires { inertial.principal; })
+    return inertial.principal;
+  else if constexpr (std::is_same_v<decltype(inertial.mass), double>)
+    return has_principal_axes(inertial.tensor);
+  else
+    return false;
+}
+
+/// The tensor in world axes, with less work where the body's axes are principal ones.
+template <class T, class Inertia>
+Symmetric3<T> in_world(const Matrix3<T>& R, const Inertia& inertial) {
+  if (!is_principal(inertial)) return turned<T>(R, inertial.tensor);
+  Matrix3<T> half;
+  for (int j = 0; j < 3; ++j) half.col(j) = inertial.tensor(j, j) * R.col(j);
+  return symmetric_product(half, R.transpose());
 }
 
 // ---- inwards: what each joint meets ----
 
-/// A body by itself, with its inertial force less its weight; and its energies. `turning`: whether wdot is
-/// more than zero.
-template <class T, class Inertia>
-ArticulatedBody<T> alone(const Inertia& inertial, const Eigen::Vector3d& gravity, int group,
-                         const LinkMotion<T>& motion, bool turning, LagrangeTermsOf<T>& terms) {
+/// A body by itself, with its inertial force less its weight; its kinetic and potential energy are booked.
+/// `turning`: whether wdot is more than zero.
+template <class T, class Inertia, class Book>
+ArticulatedBody<T> alone(const Inertia& inertial, const Eigen::Vector3d& gravity, const LinkMotion<T>& motion,
+                         bool turning, Book&& book) {
   const T mass = inertial.mass;
   const Vector3<T> w = motion.w;
   const Vector3<T> d = motion.X.R * inertial.centre, wd = w.cross(d);
-  const Symmetric3<T> I_W = in_world<T>(motion.X.R, inertial.tensor);
+  const Symmetric3<T> I_W = in_world<T>(motion.X.R, inertial);
   const Vector3<T> momentum = I_W * w;
   Vector3<T> f = motion.vdot + w.cross(wd) - gravity, n = w.cross(momentum);
   if (turning) {
     f += motion.wdot.cross(d);
     n += I_W * motion.wdot;
   }
-  const T kinetic = 0.5 * (mass * (motion.v + wd).squaredNorm() + w.dot(momentum));
-  const T height = mass * (gravity.dot(motion.X.p) + gravity.dot(d));
-  terms.kinetic += kinetic;
-  terms.potential -= height;
-  terms.group_kinetic[group] += kinetic;
-  terms.group_potential[group] -= height;
+  book(0.5 * (mass * (motion.v + wd).squaredNorm() + w.dot(momentum)),
+       -mass * (gravity.dot(motion.X.p) + gravity.dot(d)));
   ArticulatedBody<T> out;
   out.bias.f = mass * f;
   out.bias.n = n + d.cross(out.bias.f);
@@ -271,10 +275,11 @@ void release(const PivotOf<T>& pivot, ArticulatedBody<T>& body) {
   body.bias.n += pivot.rest * n;
 }
 
-/// The coordinates of a step, one after the other. False where one meets no inertia to speak of.
+/// The coordinates of a step, one after the other; `acceleration` of a drive, else null. False where one
+/// meets no inertia to speak of.
 template <class Kind, class T>
-bool release_step(const Step& step, const T& armature, const T* effort, const T* given, const T* acceleration,
-                  bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body) {
+bool release_step(const T& armature, const T* effort, const T* given, const T* acceleration, bool at_root,
+                  PivotOf<T>* pivots, ArticulatedBody<T>& body) {
   for (int i = Kind::nv - 1; i >= 0; --i) {
     PivotOf<T> pivot = pivots[i];
     if (!Kind::rotates && !body.extended)
@@ -283,7 +288,7 @@ bool release_step(const Step& step, const T& armature, const T* effort, const T*
       find_wrench<Kind>(body, pivot);
     pivot.rest = -power<Kind>(pivot, body.bias);
     if (effort) pivot.rest += effort[i];
-    if (step.drive >= 0) {
+    if (acceleration) {
       pivot.rest -= armature * acceleration[i];
       pivots[i] = pivot;
       continue;
@@ -304,9 +309,10 @@ bool release_step(const Step& step, const T& armature, const T* effort, const T*
 
 // ---- outwards: accelerations ----
 
+/// `drive_efforts` of a drive, else null.
 template <class Kind, class T>
-void follow(const Step& step, bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* pivots,
-            LinkOf<T>& link, T* a, T* drive_efforts) {
+void follow(bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* pivots, LinkOf<T>& link, T* a,
+            T* drive_efforts) {
   Vector3<T> angular = Vector3<T>::Zero(), linear = Vector3<T>::Zero();
   if (before) {
     angular = before->angular;
@@ -329,7 +335,7 @@ void follow(const Step& step, bool stays, bool loose, const LinkOf<T>* before, c
   for (int i = 0; i < Kind::nv; ++i) {
     const PivotOf<T>& pivot = pivots[i];
     const T follows = pivot.U.n.dot(angular) + pivot.U.f.dot(linear);
-    if (step.drive >= 0) {
+    if (drive_efforts) {
       drive_efforts[i] = follows - pivot.rest;
       continue;
     }
@@ -344,9 +350,8 @@ void follow(const Step& step, bool stays, bool loose, const LinkOf<T>* before, c
 
 /// Lets all coordinates of a step follow. False where one meets no inertia to speak of.
 template <class Kind, class T>
-bool free_step(const Step& step, const T& armature, bool loose, const T* effort, const T* given,
-               const T* acceleration, bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body,
-               LinkOf<T>& link) {
+bool free_step(const T& armature, bool loose, const T* effort, const T* given, const T* acceleration,
+               bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body, LinkOf<T>& link) {
   if constexpr (turns_freely<Kind>) {
     link.collapsed = false;
     if (loose) {
@@ -362,7 +367,7 @@ bool free_step(const Step& step, const T& armature, bool loose, const T* effort,
       }
     }
   }
-  return release_step<Kind>(step, armature, effort, given, acceleration, at_root, pivots, body);
+  return release_step<Kind>(armature, effort, given, acceleration, at_root, pivots, body);
 }
 
 }  // namespace borelli::articulated

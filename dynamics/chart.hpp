@@ -8,7 +8,9 @@
 
 namespace borelli {
 
-class Lanes;
+template <int N>
+class LanesOf;
+using Lanes = LanesOf<8>;
 
 /// q <- the positions at chart coordinates x (nv) around q0 (both nq; q may be q0).
 void from_chart(const System& system, const double* q0, const double* x, double* q);

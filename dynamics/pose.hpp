@@ -100,8 +100,8 @@ QuaternionOf<typename M::Scalar> quaternion(const Eigen::MatrixBase<M>& matrix) 
 }
 
 /// R of a rotation by `angle` (rad) about the unit vector `axis` (Rodrigues).
-template <class T>
-Eigen::Matrix3<T> rotation_about(const Eigen::Vector3d& axis, const T& angle) {
+template <class Axis, class T>
+Eigen::Matrix3<T> rotation_about(const Eigen::MatrixBase<Axis>& axis, const T& angle) {
   using std::cos, std::sin;
   const T s = sin(angle), c = cos(angle), rest = 1 - c;
   const T xs = axis[0] * s, ys = axis[1] * s, zs = axis[2] * s;

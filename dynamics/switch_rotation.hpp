@@ -8,12 +8,15 @@
 namespace borelli {
 
 /// X_AB = (rotation by q about axis, 0). q in rad, right-handed; v = dq/dt. The axis is the same in A and B.
-struct Rotation {
+template <class S>
+struct RotationOf {
+  template <class Other>
+  using Over = RotationOf<Other>;
   static constexpr std::string_view kind = "rotation";
   static constexpr int nq = 1, nv = 1;
   static constexpr bool rotates = true;  ///< q is an angle
   static constexpr bool slides = false;  ///< its unit twist has no linear part
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3<S> axis = Eigen::Vector3<S>::UnitZ();
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -28,5 +31,6 @@ struct Rotation {
     X.R = X.R * rotation_about(axis, q[0]);
   }
 };
+using Rotation = RotationOf<double>;
 
 }  // namespace borelli

@@ -9,13 +9,16 @@ namespace borelli {
 
 /// X_AB = (rotation by q about axis, pitch q axis). q in rad, right-handed; v = dq/dt. The axis is the same
 /// in A and B. A pitch of zero is a rotation.
-struct Screw {
+template <class S>
+struct ScrewOf {
+  template <class Other>
+  using Over = ScrewOf<Other>;
   static constexpr std::string_view kind = "screw";
   static constexpr int nq = 1, nv = 1;
   static constexpr bool rotates = true;
   static constexpr bool slides = true;
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-  double pitch = 0;  ///< m per rad along the axis; negative: a left-handed thread
+  Eigen::Vector3<S> axis = Eigen::Vector3<S>::UnitZ();
+  S pitch = 0;  ///< m per rad along the axis; negative: a left-handed thread
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -32,5 +35,6 @@ struct Screw {
     X.R = X.R * rotation_about(axis, q[0]);
   }
 };
+using Screw = ScrewOf<double>;
 
 }  // namespace borelli

@@ -8,12 +8,15 @@
 namespace borelli {
 
 /// X_AB = (identity, q axis). q in m; v = dq/dt. The axis is the same in A and B.
-struct Translation {
+template <class S>
+struct TranslationOf {
+  template <class Other>
+  using Over = TranslationOf<Other>;
   static constexpr std::string_view kind = "translation";
   static constexpr int nq = 1, nv = 1;
   static constexpr bool rotates = false;  ///< q is a length
   static constexpr bool slides = true;
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3<S> axis = Eigen::Vector3<S>::UnitZ();
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -28,5 +31,6 @@ struct Translation {
     X.p += q[0] * linear[0];
   }
 };
+using Translation = TranslationOf<double>;
 
 }  // namespace borelli

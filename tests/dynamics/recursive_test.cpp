@@ -28,8 +28,7 @@ struct Pair {
       : lagrange(system, Equations::lagrange), recursive(system, Equations::recursive) {}
 };
 
-void compare(const System& system, const State& state, const std::string& which) {
-  const Parameters& p = system.parameters;
+void compare(const System& system, const Parameters& p, const State& state, const std::string& which) {
   Pair w(system);
   const Fault fault = update_terms(system, p, state.t, state.q.data(), state.v.data(), w.lagrange);
   const Fault same = update_terms(system, p, state.t, state.q.data(), state.v.data(), w.recursive);
@@ -86,6 +85,10 @@ void compare(const System& system, const State& state, const std::string& which)
   EXPECT_LT(residual.cwiseAbs().maxCoeff(), 1e-12 * part) << which;
 }
 
+void compare(const System& system, const State& state, const std::string& which) {
+  compare(system, system.parameters, state, which);
+}
+
 void compare_random(int solids, bool constrained) {
   int compared = 0;
   for (unsigned seed = 0; seed < 60; ++seed) {
@@ -105,6 +108,70 @@ TEST(Recursive, EqualsLagrangeOnConstrainedRandomScenes) { compare_random(12, tr
 TEST(Recursive, EqualsLagrangeOnLongChains) {
   const System system = compiled(chain(30, true));
   compare(system, Random(1).state(system), "chain");
+}
+
+// What is computed side by side: limbs of one form with other numbers, on solids of a random scene and on the
+// world, from two to nine of each; with springs and forces on some, with rotors, and with parameters that are
+// changed afterwards.
+TEST(Recursive, AlikeLimbsEqualLagrange) {
+  int compared = 0, lanes_used[Quad::count + 1] = {};
+  for (unsigned seed = 0; seed < 60; ++seed) {
+    Scene scene = RandomScene(seed, 5, false).scene;
+    Random random(seed + 900);
+    const int forms = random.integer(1, 3);
+    for (int form = 0; form < forms; ++form) {
+      std::array<int, 3> kinds, before, armed;
+      for (int i = 0; i < 3; ++i) {
+        kinds[i] = random.integer(0, 3);
+        before[i] = i == 0 ? 0 : random.integer(0, i - 1);
+        armed[i] = random.integer(0, 3) == 0;
+      }
+      const bool at_world = random.integer(0, 1), principal = random.integer(0, 1);
+      const int count = random.integer(2, 9);
+      for (int limb = 0; limb < count; ++limb)
+        for (int i = 0; i < 3; ++i) {
+          const auto named = [&](int n) { return fmt::format("limb{}_{}_{}", form, limb, n); };
+          std::vector<Switch> switches;
+          if (random.integer(0, 2))
+            switches.push_back(fixed(random.vector(0.5), random.integer(0, 1) ? rotation_matrix(random.turn())
+                                                                              : Eigen::Matrix3d::Identity()));
+          switches.push_back(kinds[i] == 0   ? hinge("q" + named(i), random.direction())
+                             : kinds[i] == 1 ? slide("q" + named(i), random.direction())
+                             : kinds[i] == 2
+                                 ? Switch{Screw{random.direction(), random.number(-1, 1)}, "q" + named(i)}
+                                 : ball("q" + named(i)));
+          if (armed[i]) switches.back().armature = random.number(0.1, 1);
+          Inertial inertial = random.inertia().inertial();
+          if (principal) inertial.tensor = Eigen::Matrix3d(inertial.tensor.diagonal().asDiagonal());
+          scene.solids.push_back(solid(named(i),
+                                       i > 0      ? named(before[i])
+                                       : at_world ? "world"
+                                                  : fmt::format("s{}", random.integer(0, 4)),
+                                       switches, {inertial}));
+        }
+      scene.efforts.push_back({fmt::format("pull{}", form),
+                               Force{{fmt::format("limb{}_1_2", form), random.vector(1)}, random.vector(3)}});
+    }
+    const auto system = compile(scene);
+    if (!system) continue;
+    for (const SideBySide& side : Articulation(*system).trees) ++lanes_used[side.trees.count];
+    State state = Random(seed + 500).state(*system);
+    state.t = 0.3;
+    compare(*system, state, fmt::format("seed {}", seed));
+    Parameters changed = system->parameters;
+    for (double& armature : changed.armatures)
+      if (random.integer(0, 3) == 0) armature = random.integer(0, 1) ? random.number(0.1, 1) : 0;
+    for (SwitchKind& kind : changed.kinds)
+      if (auto* turn = std::get_if<Rotation>(&kind)) turn->axis = random.direction();
+    for (Inertial& inertial : changed.inertials) inertial.mass *= random.number(0.5, 2);
+    for (Placement& placement : changed.placements)
+      if (random.integer(0, 3) == 0)
+        placement = Placement({rotation_matrix(random.turn()), random.vector(0.5)});
+    compare(*system, changed, state, fmt::format("seed {}, changed", seed));
+    ++compared;
+  }
+  EXPECT_GT(compared, 30);
+  for (int lanes = 2; lanes <= Quad::count; ++lanes) EXPECT_GT(lanes_used[lanes], 10) << lanes;
 }
 
 // Mass ratios of a million, and all of it a kilometre from the world's origin: what rounding does then must

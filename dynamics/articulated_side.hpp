@@ -1,0 +1,318 @@
+// The three passes of articulated.hpp over alike trees, a lane each: what articulated_step.hpp does, on
+// numbers gathered from the lanes' bodies. Only articulated.cpp includes this.
+#pragma once
+
+#include <variant>
+
+#include "dynamics/articulated_step.hpp"
+
+namespace borelli::articulated {
+
+using Each = AlikeTrees::Each;
+
+/// The number of each lane's body, step or coordinate.
+template <class F>
+Quad gather(F&& of_lane) {
+  return Quad(Quad::Vector{of_lane(0), of_lane(1), of_lane(2), of_lane(3)});
+}
+
+template <class F>
+void gather(F&& of_lane, Vector3<Quad>& to) {
+  const auto &a = of_lane(0), &b = of_lane(1), &c = of_lane(2), &d = of_lane(3);
+  for (int i = 0; i < 3; ++i) to[i] = Quad(Quad::Vector{a[i], b[i], c[i], d[i]});
+}
+
+template <class F>
+void gather(F&& of_lane, Matrix3<Quad>& to) {
+  const auto &a = of_lane(0), &b = of_lane(1), &c = of_lane(2), &d = of_lane(3);
+  for (int i = 0; i < 9; ++i)
+    to.data()[i] = Quad(Quad::Vector{a.data()[i], b.data()[i], c.data()[i], d.data()[i]});
+}
+
+inline void lane_of(const Vector3<Quad>& from, int lane, Vector3<double>& to) {
+  for (int i = 0; i < 3; ++i) to[i] = from[i][lane];
+}
+inline void lane_of(const Matrix3<Quad>& from, int lane, Matrix3<double>& to) {
+  for (int i = 0; i < 9; ++i) to.data()[i] = from.data()[i][lane];
+}
+inline void lane_of(const Symmetric3<Quad>& from, int lane, Symmetric3<double>& to) {
+  to = {from.xx[lane], from.xy[lane], from.xz[lane], from.yy[lane], from.yz[lane], from.zz[lane]};
+}
+
+inline ArticulatedBody<double> lane_of(const ArticulatedBody<Quad>& from, int lane) {
+  ArticulatedBody<double> to;
+  lane_of(from.M, lane, to.M);
+  lane_of(from.bias.f, lane, to.bias.f);
+  lane_of(from.first, lane, to.first);
+  to.mass = from.mass[lane];
+  to.polar = from.polar[lane];
+  to.extended = from.extended;
+  if (!from.extended) {
+    to.bias.n.setZero();
+    return to;
+  }
+  lane_of(from.I, lane, to.I);
+  lane_of(from.H, lane, to.H);
+  lane_of(from.bias.n, lane, to.bias.n);
+  return to;
+}
+
+/// Switches of one kind, each with its own numbers.
+template <class Kind>
+auto side_kind(const Parameters& parameters, const Each& steps) {
+  if constexpr (requires { typename Kind::template Over<Quad>; }) {
+    const double* from[Quad::count][4];  // (a kind with more of them does not compile)
+    for (int lane = 0; lane < Quad::count; ++lane) {
+      int n = 0;
+      Kind::fields(*std::get_if<Kind>(&parameters.kinds[steps[lane]]),
+                   [&]<class Field>(std::string_view, const Field& field) {
+                     if constexpr (std::is_same_v<Field, double>)
+                       from[lane][n++] = &field;
+                     else
+                       for (const double& x : field) from[lane][n++] = &x;
+                   });
+    }
+    typename Kind::template Over<Quad> out;
+    int n = 0;
+    const auto next = [&] {
+      const Quad x = gather([&](int lane) { return *from[lane][n]; });
+      ++n;
+      return x;
+    };
+    Kind::fields(out, [&]<class Field>(std::string_view, Field& field) {
+      if constexpr (std::is_same_v<Field, Quad>)
+        field = next();
+      else
+        for (Quad& x : field) x = next();
+    });
+    return out;
+  } else {
+    return Kind();  // it has no numbers of its own
+  }
+}
+
+struct SidePlacement {
+  Placement::Form form = Placement::Form::identity;
+  PoseOf<Quad> X;
+};
+
+inline SidePlacement side_placement(const Parameters& parameters, const Each& steps) {
+  SidePlacement out;
+  for (int step : steps) out.form = std::max(out.form, parameters.placements[step].form);
+  if (out.form == Placement::Form::identity) return out;
+  const auto X = [&](int lane) -> const Pose& { return parameters.placements[steps[lane]].X; };
+  gather(
+      [&](int lane) -> auto& { return X(lane).p; }, out.X.p);
+  if (out.form == Placement::Form::general)
+    gather(
+        [&](int lane) -> auto& { return X(lane).R; }, out.X.R);
+  return out;
+}
+
+inline void gather_inertial(const InertialsOf<double>& inertials, const Each& bodies, SideInertial& to) {
+  const auto of = [&](int lane) -> auto& { return inertials[bodies[lane]]; };
+  to.mass = gather([&](int lane) { return of(lane).mass; });
+  gather(
+      [&](int lane) -> auto& { return of(lane).centre; }, to.centre);
+  to.principal = true;
+  for (int lane = 0; lane < Quad::count; ++lane)
+    to.principal = to.principal && has_principal_axes(of(lane).tensor);
+  if (to.principal)
+    for (int i = 0; i < 3; ++i) to.tensor(i, i) = gather([&](int lane) { return of(lane).tensor(i, i); });
+  else
+    gather(
+        [&](int lane) -> auto& { return of(lane).tensor; }, to.tensor);
+}
+
+inline Quad side_armature(const Parameters& parameters, const Each& steps) {
+  return gather([&](int lane) { return parameters.armatures[steps[lane]]; });
+}
+
+/// The link before a step; null: the world.
+inline LinkOf<Quad>* before_in(SideBySide& side, const SideBySide::StepOf& step) {
+  if (step.before >= 0) return &side.steps[step.before].link;
+  return step.before == SideBySide::by_world ? nullptr : &side.carrier;
+}
+
+/// Of what carries each of the trees; not if that is the world.
+template <class Links>
+auto& carrying_link(const System& system, const SideBySide& side, int lane, Links& links) {
+  const Body& carrier = system.bodies[system.bodies[side.trees.bodies[0][lane]].parent];
+  return links[carrier.first_step + carrier.step_count - 1];
+}
+
+inline void move_side(const System& system, const Parameters& parameters,
+                      const InertialsOf<double>& inertials, const std::vector<LinkOf<double>>& links,
+                      Kinematics& k, SideBySide& side) {
+  if (side.steps[0].before == SideBySide::by_carrier) {
+    LinkMotion<Quad>& to = side.carrier.motion;
+    const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, links).motion; };
+    gather(
+        [&](int lane) -> auto& { return of(lane).X.R; }, to.X.R);
+    gather(
+        [&](int lane) -> auto& { return of(lane).X.p; }, to.X.p);
+    gather(
+        [&](int lane) -> auto& { return of(lane).w; }, to.w);
+    gather(
+        [&](int lane) -> auto& { return of(lane).v; }, to.v);
+    gather(
+        [&](int lane) -> auto& { return of(lane).wdot; }, to.wdot);
+    gather(
+        [&](int lane) -> auto& { return of(lane).vdot; }, to.vdot);
+  }
+  for (std::size_t b = 0; b < side.trees.bodies.size(); ++b) {
+    SideBySide::BodyOf& body = side.bodies[b];
+    const int end = side.bodies[b + 1].first_step;
+    for (int s = body.first_step; s < end; ++s) {
+      SideBySide::StepOf& step = side.steps[s];
+      step.link.carries = false;
+      const LinkOf<Quad>* before = before_in(side, step);
+      const SidePlacement placement = side_placement(parameters, step.steps);
+      std::visit(
+          [&]<class Kind>(const Kind&) {
+            Quad q[Kind::nq + 1], u[Kind::nv + 1];
+            for (int i = 0; i < Kind::nq; ++i) q[i] = gather([&](int lane) { return k.q[step.q[lane] + i]; });
+            for (int i = 0; i < Kind::nv; ++i) u[i] = gather([&](int lane) { return k.u[step.u[lane] + i]; });
+            step.stays = !Kind::slides && placement.form == Placement::Form::identity;
+            step.loose = turns_freely<Kind> && everywhere(side_armature(parameters, step.steps) == 0);
+            step.link.motion = move<decltype(side_kind<Kind>(parameters, step.steps)), SidePlacement, Quad>(
+                side_kind<Kind>(parameters, step.steps), placement, step.loose,
+                before ? &before->motion : nullptr, q, u, nullptr, side.pivots.data() + step.first_pivot,
+                step.link.turning);
+          },
+          parameters.kinds[step.steps[0]]);
+    }
+    const Each& each = side.trees.bodies[b];
+    const LinkMotion<Quad>& motion = side.steps[end - 1].link.motion;
+    Vector3<Quad> g = motion.X.p, v = motion.v;
+    if (system.bodies[each[0]].massive) {
+      const auto of = [&](int lane) -> auto& { return inertials[each[lane]]; };
+      body.inertial.mass = gather([&](int lane) { return of(lane).mass; });
+      gather(
+          [&](int lane) -> auto& { return of(lane).centre; }, body.inertial.centre);
+      gather(
+          [&](int lane) -> auto& { return of(lane).tensor; }, body.inertial.tensor);
+      body.arm = motion.X.R * body.inertial.centre;
+      g += body.arm;
+      v += motion.w.cross(body.arm);
+    } else {
+      body.arm.setZero();
+    }
+    for (int lane = 0; lane < Quad::count; ++lane) {
+      BodyMotion& m = k.bodies[each[lane]];
+      lane_of(motion.X.R, lane, m.X.R);
+      lane_of(motion.X.p, lane, m.X.p);
+      lane_of(motion.w, lane, m.w);
+      lane_of(g, lane, m.g);
+      lane_of(v, lane, m.v);
+    }
+  }
+}
+
+/// What the trees carry, at their frames, added to what carries them. False where a coordinate meets no
+/// inertia to speak of.
+inline bool free_side(const System& system, const Parameters& parameters, const EffortSums* efforts,
+                      const double* given, std::vector<LinkOf<double>>& links, SideBySide& side,
+                      LagrangeTerms& terms) {
+  Quad kinetic = 0, potential = 0;
+  for (int b = int(side.trees.bodies.size()) - 1; b >= 0; --b) {
+    const SideBySide::BodyOf& body = side.bodies[b];
+    const Each& each = side.trees.bodies[b];
+    const int last = side.bodies[b + 1].first_step - 1;
+    const LinkOf<Quad>& link = side.steps[last].link;
+    ArticulatedBody<Quad> carried;
+    if (system.bodies[each[0]].massive) {
+      carried = alone<Quad>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose,
+                            [&](const Quad& more_kinetic, const Quad& more_potential) {
+                              kinetic += more_kinetic;
+                              potential += more_potential;
+                            });
+      if (link.carries) add(link.body, carried);
+    } else if (link.carries) {
+      carried = link.body;
+    }
+    if (efforts && system.bodies[each[0]].touched) {
+      Vector3<Quad> force, moment;
+      gather(
+          [&](int lane) -> auto& { return efforts->force[each[lane]]; }, force);
+      gather(
+          [&](int lane) -> auto& { return efforts->moment[each[lane]]; }, moment);
+      carried.bias.n -= moment + body.arm.cross(force);
+      carried.bias.f -= force;
+      carried.extended = true;
+    }
+    for (int s = last; s >= body.first_step; --s) {
+      SideBySide::StepOf& step = side.steps[s];
+      LinkOf<Quad>* before = before_in(side, step);
+      const bool followed = std::visit(
+          [&]<class Kind>(const Kind&) {
+            const auto along = [&](const double* from, Quad* to) {
+              if (!from) return static_cast<Quad*>(nullptr);
+              for (int i = 0; i < Kind::nv; ++i)
+                to[i] = gather([&](int lane) { return from[step.u[lane] + i]; });
+              return to;
+            };
+            Quad acting[Kind::nv + 1], added[Kind::nv + 1];
+            return free_step<Kind, Quad>(side_armature(parameters, step.steps), step.loose,
+                                         along(efforts ? efforts->coordinate.data() : nullptr, acting),
+                                         along(given, added), nullptr, !before,
+                                         side.pivots.data() + step.first_pivot, carried, step.link);
+          },
+          parameters.kinds[step.steps[0]]);
+      if (!followed) return false;
+      if (before && !step.stays) carried = moved<Quad>(carried, step.link.motion.r);
+      if (s > body.first_step || !before) continue;
+      if (b == 0) {
+        for (int lane = 0; lane < side.trees.count; ++lane) {
+          LinkOf<double>& carrier = carrying_link(system, side, lane, links);
+          if (carrier.carries)
+            add(lane_of(carried, lane), carrier.body);
+          else
+            carrier.body = lane_of(carried, lane);
+          carrier.carries = true;
+        }
+      } else {
+        if (before->carries)
+          add(carried, before->body);
+        else
+          before->body = carried;
+        before->carries = true;
+      }
+    }
+  }
+  for (int lane = 0; lane < side.trees.count; ++lane) {
+    const int group = system.bodies[side.trees.bodies[0][lane]].group;  // the whole tree's
+    terms.kinetic += kinetic[lane];
+    terms.potential += potential[lane];
+    terms.group_kinetic[group] += kinetic[lane];
+    terms.group_potential[group] += potential[lane];
+  }
+  return true;
+}
+
+inline void follow_side(const System& system, const Parameters& parameters,
+                        const std::vector<LinkOf<double>>& links, SideBySide& side, double* a) {
+  if (side.steps[0].before == SideBySide::by_carrier) {
+    const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, links); };
+    gather(
+        [&](int lane) -> auto& { return of(lane).angular; }, side.carrier.angular);
+    gather(
+        [&](int lane) -> auto& { return of(lane).linear; }, side.carrier.linear);
+  }
+  for (std::size_t b = 0; b < side.trees.bodies.size(); ++b)
+    for (int s = side.bodies[b].first_step; s < side.bodies[b + 1].first_step; ++s) {
+      SideBySide::StepOf& step = side.steps[s];
+      const LinkOf<Quad>* before = before_in(side, step);
+      std::visit(
+          [&]<class Kind>(const Kind&) {
+            Quad rates[Kind::nv + 1];
+            follow<Kind, Quad>(step.stays, step.loose, before, side.pivots.data() + step.first_pivot,
+                               step.link, rates, nullptr);
+            for (int lane = 0; lane < Quad::count; ++lane)
+              for (int i = 0; i < Kind::nv; ++i) a[step.u[lane] + i] = rates[i][lane];
+          },
+          parameters.kinds[step.steps[0]]);
+    }
+}
+
+}  // namespace borelli::articulated
