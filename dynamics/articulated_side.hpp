@@ -61,7 +61,8 @@ inline ArticulatedBody<double> lane_of(const ArticulatedBody<Quad>& from, int la
 template <class Kind>
 auto side_kind(const Parameters& parameters, const Each& steps) {
   if constexpr (requires { typename Kind::template Over<Quad>; }) {
-    const double* from[Quad::count][4];  // (a kind with more of them does not compile)
+    using Over = typename Kind::template Over<Quad>;
+    const double* from[Quad::count][sizeof(Over) / sizeof(Quad)];  // (it holds nothing but its fields)
     for (int lane = 0; lane < Quad::count; ++lane) {
       int n = 0;
       Kind::fields(*std::get_if<Kind>(&parameters.kinds[steps[lane]]),
@@ -72,7 +73,7 @@ auto side_kind(const Parameters& parameters, const Each& steps) {
                        for (const double& x : field) from[lane][n++] = &x;
                    });
     }
-    typename Kind::template Over<Quad> out;
+    Over out;
     int n = 0;
     const auto next = [&] {
       const Quad x = gather([&](int lane) { return *from[lane][n]; });
@@ -87,7 +88,9 @@ auto side_kind(const Parameters& parameters, const Each& steps) {
     });
     return out;
   } else {
-    return Kind();  // it has no numbers of its own
+    static_assert(std::is_empty_v<Kind> || Kind::nv == 0,
+                  "a switch with numbers needs Over (switch_rotation.hpp)");
+    return Kind();
   }
 }
 

@@ -10,14 +10,13 @@ namespace borelli {
 
 template <int N>
 class LanesOf;
-using Lanes = LanesOf<8>;
 
 /// q <- the positions at chart coordinates x (nv) around q0 (both nq; q may be q0).
 void from_chart(const System& system, const double* q0, const double* x, double* q);
-void from_chart(const System& system, const Lanes* q0, const Lanes* x, Lanes* q);
+void from_chart(const System& system, const LanesOf<8>* q0, const LanesOf<8>* x, LanesOf<8>* q);
 
 /// rate <- dx/dt at x for the velocities v (all nv). Breaks down where a ball has turned by 2 pi from q0.
 void chart_rate(const System& system, const double* x, const double* v, double* rate);
-void chart_rate(const System& system, const Lanes* x, const Lanes* v, Lanes* rate);
+void chart_rate(const System& system, const LanesOf<8>* x, const LanesOf<8>* v, LanesOf<8>* rate);
 
 }  // namespace borelli

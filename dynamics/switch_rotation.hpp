@@ -10,7 +10,7 @@ namespace borelli {
 /// X_AB = (rotation by q about axis, 0). q in rad, right-handed; v = dq/dt. The axis is the same in A and B.
 template <class S>
 struct RotationOf {
-  template <class Other>
+  template <class Other>  // with numbers over another scalar (articulated_side.hpp)
   using Over = RotationOf<Other>;
   static constexpr std::string_view kind = "rotation";
   static constexpr int nq = 1, nv = 1;

@@ -11,7 +11,7 @@ namespace borelli {
 /// in A and B. A pitch of zero is a rotation.
 template <class S>
 struct ScrewOf {
-  template <class Other>
+  template <class Other>  // with numbers over another scalar (articulated_side.hpp)
   using Over = ScrewOf<Other>;
   static constexpr std::string_view kind = "screw";
   static constexpr int nq = 1, nv = 1;

@@ -10,7 +10,7 @@ namespace borelli {
 /// X_AB = (identity, q axis). q in m; v = dq/dt. The axis is the same in A and B.
 template <class S>
 struct TranslationOf {
-  template <class Other>
+  template <class Other>  // with numbers over another scalar (articulated_side.hpp)
   using Over = TranslationOf<Other>;
   static constexpr std::string_view kind = "translation";
   static constexpr int nq = 1, nv = 1;

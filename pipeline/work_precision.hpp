@@ -31,6 +31,7 @@
 #include "dynamics/pose.hpp"
 #include "dynamics/scene.hpp"
 #include "pipeline/reference_file.hpp"
+#include "pipeline/reference_search.hpp"
 
 namespace borelli {
 
@@ -103,14 +104,6 @@ struct WorkPrecisionPoint {
   double seconds = 0;       ///< of processor time, median
   long evaluations = 0;     ///< 0 where it did not finish
   RunErrors errors = {};    ///< where it finished
-};
-
-struct Reference {
-  bool found = false;
-  std::vector<std::string> runs;         ///< method and tolerance of both
-  double position = 0, orientation = 0;  ///< what they differ by up to the horizon: the reference's own error
-  double horizon = 0;                    ///< s, where runs end
-  std::string words;                     ///< all this in a sentence
 };
 
 struct WorkPrecision {
