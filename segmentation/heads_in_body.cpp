@@ -125,12 +125,13 @@ bool HeadsInBody::vertebra_between(const FoundSphere& left, const FoundSphere& r
 }
 
 bool HeadsInBody::are_hips(const FoundSphere& left, const FoundSphere& right) const {
-  return !vertebra_between(left, right) && on_femur(left, left_side) && on_femur(right, right_side);
+  return solid(left) && solid(right) && !vertebra_between(left, right) && on_femur(left, left_side) &&
+         on_femur(right, right_side);
 }
 
 bool HeadsInBody::may_be_hips(const FoundSphere& left, const FoundSphere& right) const {
   const auto fine = [&](const FoundSphere& ball, int side) {
-    return cuts(ball) ? below(ball) > 0 : on_femur(ball, side);
+    return solid(ball) && (cuts(ball) ? below(ball) > 0 : on_femur(ball, side));
   };
   return !vertebra_between(left, right) && fine(left, left_side) && fine(right, right_side);
 }
@@ -144,6 +145,27 @@ bool HeadsInBody::cuts(const FoundSphere& ball, double off) const {
 
 bool HeadsInBody::cuts_from_above(const FoundSphere& ball, double near) const {
   return high_ - ball.centre[2] < near;
+}
+
+bool HeadsInBody::solid(const FoundSphere& ball) const {
+  // in phantoms and real scans .77 to 1 of a head's core; .16 to .59 of what passed for one
+  constexpr double core = 0.7, least = 0.65;
+  const Grid& g = anatomy_.grid();
+  const double reach = core * ball.radius;
+  const Vector3d low = g.index(ball.centre - Vector3d::Constant(reach)),
+                 high = g.index(ball.centre + Vector3d::Constant(reach));
+  double seen = 0, bone = 0;
+  for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
+    for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
+      for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
+        if (!g.holds(i, j, k) || !anatomy_.scan.seen.at(i, j, k)) continue;
+        const Vector3d p =
+            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        if ((p - ball.centre).norm() > reach) continue;
+        ++seen;
+        bone += anatomy_.bone.at(i, j, k);
+      }
+  return bone > least * seen;
 }
 
 bool HeadsInBody::on_femur(const FoundSphere& ball, int side) const {
@@ -180,11 +202,14 @@ bool HeadsInBody::on_femur(const FoundSphere& ball, int side) const {
   });
   const auto ways = geodesic(cost, seeds, false, static_cast<float>(2 * far));
   double best = 1e9;
-  visit([&](std::size_t o, const Vector3d& d, std::int64_t, std::int64_t, std::int64_t) {
+  const double beyond = 1.3 * ball.radius;  // a neck's beginning
+  visit([&](std::size_t o, const Vector3d& d, std::int64_t i, std::int64_t j, std::int64_t k) {
     // as far off as can be seen, below, and outwards, as the neck leads
-    if (ways.length.voxels[o] == no_way || d[2] > -0.45 * reach || d.norm() < reach - a.step() ||
-        d.norm() > reach + a.step() || d[0] * outwards < 10)
-      return;
+    const double r = d.norm();
+    if (ways.length.voxels[o] == no_way || d[2] > -0.45 * r || d[0] * outwards < 10) return;
+    const std::int64_t next = i + (outwards > 0 ? 1 : -1);
+    const bool at_side = r > beyond && !(a.grid().holds(next, j, k) && a.scan.seen.at(next, j, k));
+    if (!at_side && std::abs(r - reach) > a.step()) return;
     best = std::min(best, (ways.length.voxels[o] + core) / d.norm());
   });
   return best < detour;

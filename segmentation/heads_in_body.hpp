@@ -43,9 +43,12 @@ class HeadsInBody {
   /// Of a shoulder alone: the lung's top beside and below, none above.
   bool at_shoulder(const Eigen::Vector3d& head) const;
 
-  /// From a femoral head bone leads straight outwards and down to the shaft, or to the scan's end; from a
-  /// tuber, a socket or an iliac wing it leads there by a detour or not at all. The head itself must be in
-  /// view whole.
+  /// Heads are bone through and through (but for what thin scans leave unfilled); of a ball that ribs or a
+  /// sacrum's edges agree on half is not.
+  bool solid(const FoundSphere& ball) const;
+  /// From a femoral head bone leads straight outwards and down to the shaft, or to where the scan ends below
+  /// or beside; from a tuber, a socket or an iliac wing it leads there by a detour or not at all. The head
+  /// itself must be in view whole.
   bool on_femur(const FoundSphere& ball, int side) const;
 
  private:

@@ -74,8 +74,10 @@ void find_iliac_spines(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
     const FoundSphere& head = *trunk.hip[n];
     spine[n] = foremost_bone(a, side, head.centre, {{-25 * s, 75 * s}, {45 * s, 130 * s}}, is_pelvis);
     if (!spine[n] || (*spine[n])[1] >= head.centre[1] - 15 * s - 0.5 * a.step()) continue;
-    // where the scan's end hides the ilium's top, the foremost of what shows of it is lower down
-    marks[std::string("asis") + side_suffix(side)] = {*spine[n], head.cut ? 30.0 : 6.0, 0, source};
+    // where the scan's end or side hides a piece of the ilium, the foremost of what shows of it is elsewhere
+    constexpr double usual = 6, hidden = 30, beside = 15;
+    const bool cut = head.cut || a.near_edge(*spine[n], beside * s);
+    marks[std::string("asis") + side_suffix(side)] = {*spine[n], cut ? hidden : usual, 0, source};
   }
   const auto left = marks.find("asis_left"), right = marks.find("asis_right");
   if (left == marks.end() || right == marks.end()) return;

@@ -152,10 +152,13 @@ Landmark found(const Vector3d& point, double deviation, const char* source, doub
   return {point, deviation, radius, source};
 }
 
-void put_sides(Landmarks& marks, const std::string& joint, const std::string& at, const JointEnd& end,
-               double deviation, const char* source) {
-  marks[joint + "_medial" + at] = found(end.medial, deviation, source);
-  marks[joint + "_lateral" + at] = found(end.lateral, deviation, source);
+// A side that the scan leaves out may be as far off as the bone is wide.
+void put_sides(const Anatomy& a, Landmarks& marks, const std::string& joint, const std::string& at,
+               const JointEnd& end, double deviation, const char* source) {
+  const double wide = (end.lateral - end.medial).norm();
+  for (const auto& [name, point] : {std::pair{"_medial", end.medial}, {"_lateral", end.lateral}})
+    marks[joint + name + at] =
+        found(point, a.near_edge(point, 2 * a.step()) ? std::max(deviation, wide) : deviation, source);
 }
 
 // A malleolus' tip: from its side at the joint's level on down the limb, on lines within the bone's thickness
@@ -267,12 +270,20 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   // where the scan ends above a knee, the shaft that broadens towards it passes for its end
   constexpr double knee_in_view = 45;
   if (!k.measured && way.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step())) return;
-  const double deviation = !k.measured && folded && !bent_knee ? 45 * scale : k.deviation;
+  double deviation = !k.measured && folded && !bent_knee ? 45 * scale : k.deviation;
+  // of condyles that the scan's end or side cuts a cylinder fits what is in view, and the upper end of legs
+  // alone may pass for them
+  constexpr double condyles_in_view = 30, thigh_in_view = 30, unlike_condyles = 60, half_wide = 40, cut = 12;
+  if (a.near_edge(k.centre, half_wide * scale)) deviation = std::max(deviation, cut * scale);
+  if (way.cut && a.near_edge(k.centre + condyles_in_view * scale * down, a.step()))
+    deviation = std::max(deviation, condyles_in_view * scale);
+  if (way.headless && a.near_edge(k.centre - thigh_in_view * scale * down, a.step()))
+    deviation = std::max(deviation, unlike_condyles * scale);
   marks["knee" + at] =
       found(k.centre, deviation,
             k.measured ? "bone: cylinder on the femoral condyles" : "bone: middle of the femoral condyles",
             k.radius);
-  put_sides(marks, "knee", at, k, deviation + 2, "bone: femoral epicondyle");
+  put_sides(a, marks, "knee", at, k, deviation + 2, "bone: femoral epicondyle");
 
   if (joints.end == 0) return;
   // straight on along the shank: the way itself turns into the foot before the joint
@@ -350,11 +361,13 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   // where the scan ends above an elbow, the shaft that broadens towards it passes for its end
   constexpr double joint_in_view = 30;
   if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return;
+  // outlines of a slight body's epicondyles on voxels that would not show a joint's gap
+  const double deviation = e.measured ? e.deviation : std::hypot(e.deviation, 6 * a.gaps_unseen(scale));
   marks["elbow" + at] = found(
-      e.centre, e.deviation,
+      e.centre, deviation,
       e.measured ? "bone: cylinder on the trochlea and capitulum" : "bone: middle of the humeral epicondyles",
       e.radius);
-  put_sides(marks, "elbow", at, e, e.deviation + 2, "bone: humeral epicondyle");
+  put_sides(a, marks, "elbow", at, e, deviation + 2, "bone: humeral epicondyle");
 
   if (joints.end == 0) return;
   // the joint's line stands square to the forearm, between the styloids' sides just above it
@@ -378,8 +391,14 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       wrist = w.middle + up * along;
       break;
     }
-  marks["wrist" + at] =
-      found(wrist, std::hypot(5, a.gaps_unseen(scale), likely.deviation), "bone: between radius and carpals");
+  // where the scan cuts an arm and its voxels show no gap, a dip of a forearm's bones passes for one
+  constexpr double hand_tells = 90;
+  const double in_view = (way.points.back() - wrist).norm();
+  const bool may_be_beyond = way.cut && a.gap_may_fuse(scale) && in_view < hand_tells * scale;
+  marks["wrist" + at] = found(
+      wrist,
+      std::hypot(5, a.gaps_unseen(scale), std::max(likely.deviation, may_be_beyond ? 0.5 * in_view : 0.0)),
+      "bone: between radius and carpals");
 
   // which of the elbow's sides is which is told by the way it bends, where it does: an arm over the head or
   // turned inwards has them the other way round

@@ -6,6 +6,11 @@
 #include <string>
 
 namespace borelli {
+
+bool is_doubted(const Landmark& mark) {
+  return mark.source.ends_with(unlike_other_side) || mark.source.ends_with(unlike_body);
+}
+
 namespace {
 
 struct Length {
@@ -17,10 +22,6 @@ constexpr std::array<Length, 4> lengths{{{"hip", "knee", false, 422.2},
                                          {"knee", "ankle", false, 434.0},
                                          {"shoulder", "elbow", true, 281.7},
                                          {"elbow", "wrist", true, 268.9}}};
-
-bool is_doubted(const Landmark& mark) {
-  return mark.source.ends_with(unlike_other_side) || mark.source.ends_with(unlike_body);
-}
 
 // The joint at a limb's far end; its epicondyles are as far off as it is.
 void doubt(const std::string& joint, int side, double by, std::string_view why, Landmarks& marks) {

@@ -12,6 +12,9 @@ namespace borelli {
 /// where the tibia broadens, at the other shank's length along the way; an ankle that is found stays.
 void place_cut_ankles(const Limbs& limbs, Landmarks& marks);
 
+/// Whether a comparison of lengths found a joint not to be where it seems.
+bool is_doubted(const Landmark& mark);
+
 /// Compares each limb's lengths from joint to joint, left with right, and with the body's size where hips and
 /// shoulders both tell it (else forearms with the upper arms). Where they differ by more than those of bodies
 /// do (3 % of the length) and the two joints' own deviations together, a joint is not where it seems: the one

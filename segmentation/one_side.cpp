@@ -17,8 +17,8 @@ constexpr double hips_half = 88, hip_to_shoulder = 515, middle_by_hip = 7;
 
 // The likeliest head about the best voted places that fit.
 template <class Fits>
-std::optional<FoundSphere> find_head(const Anatomy& a, const std::vector<FoundSphere>& votes,
-                                     const Fits& fits) {
+std::optional<FoundSphere> find_head(const Anatomy& a, const HeadsInBody& body,
+                                     const std::vector<FoundSphere>& votes, const Fits& fits) {
   constexpr std::size_t most_places = 8;
   constexpr double same = 15, again = 1;  // mm, between places; see find_heads in trunk.cpp
   const double scatter = 0.4 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
@@ -34,7 +34,7 @@ std::optional<FoundSphere> find_head(const Anatomy& a, const std::vector<FoundSp
       // as of a pair that are alike
       const double score = std::pow(ball.score * std::exp(-std::pow(ball.deviation / scatter, 2)), 2) *
                            std::exp(-std::pow((ball.radius - 25) / 7, 2));
-      if (score > most && fits(ball)) most = score, best = ball;
+      if (score > most && fits(ball) && body.solid(ball)) most = score, best = ball;
     }
     return true;
   };
@@ -42,6 +42,18 @@ std::optional<FoundSphere> find_head(const Anatomy& a, const std::vector<FoundSp
     if (places.size() < most_places && fits(vote)) look_about(vote.centre, same);
   for (int round = 0; round < 3 && best && look_about(best->centre, again);) ++round;
   return best;
+}
+
+std::optional<FoundSphere> find_shoulder_over(const FoundSphere& hip, int side, const Anatomy& a,
+                                              const HeadsInBody& body,
+                                              const std::vector<FoundSphere>& balls) {
+  constexpr double lowest = 330, highest = 650, aside = 150, deep = 120;  // mm
+  const double outwards = side_sign(side);
+  return find_head(a, body, balls, [&](const FoundSphere& ball) {
+    const Vector3d d = ball.centre - hip.centre;
+    return d[2] > lowest && d[2] < highest && std::abs(d[1]) < deep && d[0] * outwards > 0 &&
+           d[0] * outwards < aside && body.at_shoulder(ball.centre);
+  });
 }
 
 FoundSphere mirrored(FoundSphere ball, double middle) {
@@ -55,20 +67,15 @@ double middle_of(const Trunk& trunk) { return 0.5 * (trunk.hip[0]->centre[0] + t
 
 void find_one_side(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
                    Trunk& trunk) {
-  constexpr double lowest = 330, highest = 650, aside = 150, deep = 120;  // mm, shoulder from hip
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side), other = 1 - n;
     const double outwards = side_sign(side);
-    const auto hip = find_head(a, balls, [&](const FoundSphere& ball) {
+    const auto hip = find_head(a, body, balls, [&](const FoundSphere& ball) {
       return body.cut_beside(ball.centre[0] - outwards * hips_half, side) &&
              body.below_lungs(ball.centre[2]) && body.below_flank(ball.centre) && body.on_femur(ball, side);
     });
     if (!hip) continue;
-    const auto shoulder = find_head(a, balls, [&](const FoundSphere& ball) {
-      const Vector3d d = ball.centre - hip->centre;
-      return d[2] > lowest && d[2] < highest && std::abs(d[1]) < deep && d[0] * outwards > 0 &&
-             d[0] * outwards < aside && body.at_shoulder(ball.centre);
-    });
+    const auto shoulder = find_shoulder_over(*hip, side, a, body, balls);
     if (!shoulder) continue;
     const double size = (shoulder->centre[2] - hip->centre[2]) / hip_to_shoulder;
     const double middle = hip->centre[0] - outwards * hips_half * size;
@@ -76,6 +83,22 @@ void find_one_side(const Anatomy& a, const HeadsInBody& body, const std::vector<
     trunk.shoulder[n] = *shoulder, trunk.shoulder[other] = mirrored(*shoulder, middle);
     trunk.only_side = side;
     trunk.middle_off = middle_by_hip;
+    return;
+  }
+}
+
+void find_one_shoulder(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
+                       Trunk& trunk) {
+  const double middle = middle_of(trunk);
+  for (const int side : {left_side, right_side}) {
+    const auto n = static_cast<std::size_t>(side), other = 1 - n;
+    const auto shoulder = find_shoulder_over(*trunk.hip[n], side, a, body, balls);
+    if (!shoulder) continue;
+    FoundSphere image = mirrored(*shoulder, middle);
+    image.cut = true;
+    // else the pair would have been found
+    if (a.near_edge(shoulder->centre, shoulder->radius) || !a.near_edge(image.centre, image.radius)) continue;
+    trunk.shoulder[n] = *shoulder, trunk.shoulder[other] = image;
     return;
   }
 }
@@ -172,30 +195,6 @@ void mirror_legs(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Volum
         else if (of_leg(label))
           label = twin(label);
       }
-}
-
-void doubt_unparted_leg(const Trunk& trunk, Segmentation& out) {
-  if (!trunk.only_side) return;
-  const std::string own = side_suffix(*trunk.only_side), other = side_suffix(1 - *trunk.only_side);
-  const auto knee = out.landmarks.find("knee" + own);
-  const int label = part_label("thigh" + other);
-  PartFinding& thigh = out.part[static_cast<std::size_t>(label)];
-  if (thigh.volume == 0 || knee == out.landmarks.end() || out.landmarks.contains("knee" + other)) return;
-  constexpr double share = 0.01;
-  const Grid& g = out.labels.grid;
-  double below = 0;
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i)
-        if (out.labels.at(i, j, k) == label &&
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)))[2] <
-                knee->second.point[2])
-          below += g.voxel_volume();
-  if (below < share * thigh.volume) return;
-  thigh.coverage = Coverage::cut;
-  thigh.confidence = std::min(thigh.confidence, 0.2);
-  thigh.note += (thigh.note.empty() ? "" : "; ") +
-                std::string("holds what is in view of shank and foot too: no knee was found");
 }
 
 }  // namespace borelli

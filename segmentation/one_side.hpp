@@ -19,7 +19,13 @@ namespace borelli {
 void find_one_side(const Anatomy& anatomy, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
                    Trunk& trunk);
 
-/// Of such a trunk the middle by its column, where all of that is in view; else its column in that middle.
+/// The one shoulder in view over two hips, where the scan's side cuts off the other: that is its mirror image
+/// then, out of view.
+void find_one_shoulder(const Anatomy& anatomy, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
+                       Trunk& trunk);
+
+/// Of a trunk with one side the middle by its column, where all of that is in view; else its column in that
+/// middle.
 void settle_middle(const Anatomy& anatomy, Trunk& trunk);
 
 /// The hips' middle; the other side's hip, iliac spines and (with an arm) shoulder as mirror images where the
@@ -33,9 +39,5 @@ void put_in_middle(const Trunk& trunk, Landmarks& marks);
 /// Flesh beyond the middle is the other leg's where its mirror image is this one's, and none beyond it is
 /// this side's. `owner`: the part whose flesh each place of the work grid is.
 void mirror_legs(const Anatomy& anatomy, const Trunk& trunk, const Limbs& limbs, Volume<std::uint8_t>& owner);
-
-/// The other thigh, of which a piece is in view, is in doubt where it reaches below the knee on this side and
-/// has none of its own.
-void doubt_unparted_leg(const Trunk& trunk, Segmentation& out);
 
 }  // namespace borelli

@@ -13,16 +13,33 @@
 
 #include "segmentation/contact.hpp"
 #include "segmentation/edge_contact.hpp"
+#include "segmentation/part_words.hpp"
+#include "segmentation/unparted_limbs.hpp"
 
 namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
 
-std::string plain(std::string_view part) {
-  std::string out(part);
-  std::replace(out.begin(), out.end(), '_', ' ');
-  return out;
+// Section in which two parts meet, mm^2: of a plane, whatever way it lies.
+double section_between(const LabelMap& labels, std::size_t one, std::size_t other) {
+  const Grid& g = labels.grid;
+  const Vector3d edge = g.spacing();
+  const Vector3d face(edge[1] * edge[2], edge[2] * edge[0], edge[0] * edge[1]);
+  Vector3d area = Vector3d::Zero();
+  const auto meet = [&](std::uint8_t a, std::uint8_t b) {
+    return (a == one && b == other) || (a == other && b == one);
+  };
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const std::uint8_t here = labels.at(i, j, k);
+        if (here != one && here != other) continue;
+        if (i + 1 < g.size[0] && meet(here, labels.at(i + 1, j, k))) area[0] += face[0];
+        if (j + 1 < g.size[1] && meet(here, labels.at(i, j + 1, k))) area[1] += face[1];
+        if (k + 1 < g.size[2] && meet(here, labels.at(i, j, k + 1))) area[2] += face[2];
+      }
+  return area.norm();
 }
 
 void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes, Segmentation& out) {
@@ -42,10 +59,19 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
       if (other.joint.empty() || (other.name != parts[n].name && other.parent != parts[n].name)) continue;
       const std::string joint(other.joint);
       const bool spine = joint.starts_with("spine");
+      const auto neighbour =
+          static_cast<std::size_t>(part_label(other.name == parts[n].name ? other.parent : other.name));
       const std::string bound = bound_of(joint, planes.convention());
       const auto it = out.landmarks.find(bound);
       if (it != out.landmarks.end()) {
-        finding.confidence = std::min(finding.confidence, std::exp(-it->second.deviation / 30));
+        const double deviation = it->second.deviation;
+        finding.confidence = std::min(finding.confidence, std::exp(-deviation / 30));
+        // of a piece the same deviation is a larger share
+        constexpr double small = 4;  // mm
+        if (finding.coverage == Coverage::cut && deviation > small)
+          finding.confidence =
+              std::min(finding.confidence,
+                       std::exp(-2 * deviation * section_between(out.labels, n, neighbour) / finding.volume));
         if (it->second.source.starts_with("proportion"))
           finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
                           " placed by proportion";
@@ -62,8 +88,8 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
         // how an arm goes on beyond an elbow that is not in view is not seen
         if (joint.starts_with("elbow") && it->second.source.starts_with("proportion"))
           finding.confidence = std::min(finding.confidence, 0.4);
-      } else if (finding.coverage == Coverage::whole) {
-        finding.confidence = std::min(finding.confidence, 0.2);
+      } else if (finding.coverage == Coverage::whole || count[neighbour] > 0) {
+        finding.confidence = std::min(finding.confidence, finding.coverage == Coverage::whole ? 0.2 : 0.4);
         finding.note += (finding.note.empty() ? "" : "; ") + std::string("no plane at ") + joint;
       }
     }
@@ -147,38 +173,6 @@ void tell_cut_tips(const Anatomy& a, const Volume<std::uint8_t>& owner, const Pa
     if (!runs_out(tip.places, a.scan.seen, outwards.normalized())) continue;
     finding.coverage = Coverage::cut;
     finding.note = "reaches the scan's edge" + (finding.note.empty() ? "" : "; " + finding.note);
-  }
-}
-
-// A limb's part that ends within the scan, without a plane at its far joint, holds what hangs on it too.
-void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
-  const auto add = [](std::string& note, const std::string& text) {
-    note += (note.empty() ? "" : "; ") + text;
-  };
-  for (std::size_t n = 1; n < parts.size(); ++n) {
-    if (out.part[n].coverage != Coverage::whole) continue;
-    // the chain outwards from here that no plane parts off
-    std::string held, joint;
-    std::size_t last = n;
-    for (std::size_t m = 1; m < parts.size(); ++m) {
-      const bool limb = parts[m].joint.ends_with("_left") || parts[m].joint.ends_with("_right");
-      if (!limb || parts[m].parent != parts[last].name || last < 5 || out.part[m].volume > 0) continue;
-      if (planes.parts_off(static_cast<int>(m))) break;
-      const std::string side = parts[m].name.ends_with("_left") ? "_left" : "_right";
-      const auto bare = [&](std::string_view name) {
-        return plain(name.substr(0, name.size() - side.size()));
-      };
-      if (joint.empty()) joint = bare(parts[m].joint);
-      held += (held.empty() ? "" : " and ") + bare(parts[m].name);
-      out.part[m].coverage = Coverage::cut;
-      add(out.part[m].note, "not told apart from the " + bare(parts[n].name));
-      last = m;
-    }
-    if (last == n) continue;
-    out.part[n].coverage = Coverage::cut;
-    out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
-    out.part[n].note.clear();  // "no plane at knee_left" says less
-    add(out.part[n].note, "holds " + held + " too: no " + joint + " was found");
   }
 }
 
@@ -273,6 +267,7 @@ void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const Part
   tell_cut_tips(a, owner, planes, out);
   forget_cut_ends(out);
   tell_what_is_not_parted(planes, out);
+  doubt_unparted_limbs(out);
   doubt_impossible_shares(out);
   doubt_what_touches(a, owner, planes, out);
 }
@@ -393,7 +388,7 @@ void warn_of_parts(Segmentation& out) {
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const auto& finding = out.part[n];
     if (finding.volume > 0 && finding.confidence < 0.5)
-      out.warnings.push_back(plain(parts[n].name) + ": its bounds are uncertain" +
+      out.warnings.push_back(in_words(parts[n].name) + ": its bounds are uncertain" +
                              (finding.note.empty() ? "" : " (" + finding.note + ")"));
     // left and right of a pair, both whole
     const std::string name(parts[n].name);
@@ -403,7 +398,7 @@ void warn_of_parts(Segmentation& out) {
     if (finding.coverage != Coverage::whole || other.coverage != Coverage::whole) continue;
     const double ratio = finding.volume / other.volume;
     if (ratio < 0.8 || ratio > 1.25)
-      out.warnings.push_back(plain(name.substr(0, name.size() - 5)) + ": left and right differ by " +
+      out.warnings.push_back(in_words(name.substr(0, name.size() - 5)) + ": left and right differ by " +
                              std::to_string(std::lround(100 * std::abs(ratio - 1))) +
                              " % in volume; look at the labels");
   }
@@ -416,9 +411,9 @@ void warn_of_joints(const Grid& grid, Segmentation& out) {
     const bool unlike_side = mark.source.ends_with(unlike_other_side);
     if (!name.starts_with("asis") && (unlike_side || mark.source.ends_with(unlike_body))) {
       out.warnings.push_back(
-          plain(name) + fmt::format(" may lie {:.0f} mm off: it makes its limb unlike {}", mark.deviation,
-                                    unlike_side ? "the other side's by more than bodies are"
-                                                : "any of a body of this size"));
+          in_words(name) + fmt::format(" may lie {:.0f} mm off: it makes its limb unlike {}", mark.deviation,
+                                       unlike_side ? "the other side's by more than bodies are"
+                                                   : "any of a body of this size"));
       continue;
     }
     // of a hand that is cut or not all there its part tells
@@ -429,7 +424,7 @@ void warn_of_joints(const Grid& grid, Segmentation& out) {
         !mark.source.starts_with("bone: middle of the fem") &&
         !mark.source.starts_with("bone: middle of the mal"))
       continue;
-    outlined += (outlined.empty() ? "" : ", ") + plain(name);
+    outlined += (outlined.empty() ? "" : ", ") + in_words(name);
     most = std::max(most, 2 * mark.deviation);
   }
   if (!outlined.empty())

@@ -146,7 +146,6 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   if (!classes && !by_hand && trunk.hip[0] && !trunk.shoulder[0])
     doubt_what_holds_arms(a, owner, planes, std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]), out);
   if (trunk.femur[0]) doubt_thighs_above_crotch(a, owner, out);
-  doubt_unparted_leg(trunk, out);
   if (trunk.brain) doubt_trunk_without_shoulders(out);
   if (!classes && !by_hand && trunk.shoulder[0]) doubt_trunk_without_hips(a, owner, planes, trunk.scale, out);
   if (!classes && !trunk.empty()) warn_of_flesh_without_part(a, owner, out);

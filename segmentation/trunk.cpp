@@ -142,7 +142,8 @@ void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<Foun
     }
   }
   for (FoundSphere* head : {&heads->left, &heads->right})
-    head->cut = head->cut || body.cuts_from_above(*head, below_ilium);
+    head->cut = head->cut || body.cuts_from_above(*head, below_ilium) ||
+                a.near_edge(head->centre, head->radius + a.step());
   trunk.hip[left_side] = heads->left;
   trunk.hip[right_side] = heads->right;
 }
@@ -157,9 +158,19 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, const std::vector
     if (hips && std::abs(m[0] - 0.5 * (trunk.hip[0]->centre[0] + trunk.hip[1]->centre[0])) > 80) return false;
     return body.at_shoulders(l, r);
   };
-  auto heads = find_heads(a, balls, shoulders_apart, 50, shoulders_again, fits,
-                          [](const FoundSphere&, const FoundSphere&) { return true; });
+  const auto holds = [&](const FoundSphere& l, const FoundSphere& r) {
+    return body.solid(l) && body.solid(r);
+  };
+  auto heads = find_heads(a, balls, shoulders_apart, 50, shoulders_again, fits, holds);
   if (!heads) return;
+  // a head that the scan's side cuts would lead the other astray, as would a rib's end for one out of view:
+  // true pairs score .2 to .3, those .005 at most
+  constexpr double unsure = 0.03;
+  if (hips && (heads->score < unsure || a.near_edge(heads->left.centre, heads->left.radius) !=
+                                            a.near_edge(heads->right.centre, heads->right.radius))) {
+    find_one_shoulder(a, body, balls, trunk);
+    if (trunk.shoulder[0]) return;
+  }
   for (FoundSphere* head : {&heads->left, &heads->right})
     head->cut = body.cuts_from_above(*head, below_end) || body.cuts(*head, above_end) ||
                 a.near_edge(head->centre, head->radius);
@@ -277,7 +288,8 @@ Trunk find_trunk(const Anatomy& a) {
   trunk.lungs = body.lungs();
   find_hips(a, body, balls, trunk);
   find_shoulders(a, body, balls, trunk);
-  if (!trunk.hip[0] && !trunk.shoulder[0]) find_one_side(a, body, balls, trunk);
+  if (!trunk.shoulder[0] && trunk.hip[0]) find_one_shoulder(a, body, balls, trunk);
+  if (!trunk.shoulder[0] && !trunk.hip[0]) find_one_side(a, body, balls, trunk);
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   if (!hips && !shoulders) return trunk;
   const auto& pair = hips ? trunk.hip : trunk.shoulder;

@@ -262,6 +262,10 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
   const TrunkFront front(a, trunk, limbs, bottom, top);
   const double spread = has_neck && hips ? 15 : 30;
 
+  // where the scan's side cuts off the skin, the point lies on that side, and its level alone is meant
+  const auto hidden = [&](const Vector3d& skin) -> std::string {
+    return a.sees(skin - Vector3d(0, 2 * a.step(), 0)) ? "" : "; its level alone, the skin is out of view";
+  };
   double xiphion = bottom + length * (omphalion_to_hip + xiphion_to_omphalion) / neck_to_hip;
   if (const auto sternum = find_sternum(a, trunk, limbs, bottom + 0.45 * length, bottom + 1.0 * length)) {
     Vector3d tip = sternum->tip - Vector3d(0, 0, 0.5 * a.step());
@@ -275,7 +279,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
     if (const auto notch = has_neck ? find_notch(a, trunk, neck->second.point) : std::nullopt)
       marks["suprasternale"] = {*notch, 11, 0, "bone: highest in the midline before the neck's foot"};
     const auto skin = front.skin_at(xiphion);
-    if (skin) marks["xiphion"] = {*skin, spread, 0, "proportion: between neck and hips"};
+    if (skin) marks["xiphion"] = {*skin, spread, 0, "proportion: between neck and hips" + hidden(*skin)};
   }
   double omphalion =
       bottom + (xiphion - bottom) * omphalion_to_hip / (omphalion_to_hip + xiphion_to_omphalion);
@@ -285,7 +289,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
     marks["omphalion"] = *navel;
   } else if (level_seen(a, omphalion)) {
     const auto skin = front.skin_at(omphalion);
-    if (skin) marks["omphalion"] = {*skin, spread, 0, "proportion: between xiphion and hips"};
+    if (skin) marks["omphalion"] = {*skin, spread, 0, "proportion: between xiphion and hips" + hidden(*skin)};
   }
   for (const auto& [joint, level] : {std::pair{"spine_upper", "xiphion"}, {"spine_lower", "omphalion"}}) {
     const auto it = marks.find(level);

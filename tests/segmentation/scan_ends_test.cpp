@@ -1,5 +1,6 @@
 // Scans that end where little is left to tell parts by: within the hips, in the breastbone, above the
-// knees, in fingers and toes. The parts in view, against the phantom's exact labels.
+// knees, in fingers and toes, beside hips, shoulders and knees. The parts in view, against the phantom's
+// exact labels.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -136,6 +137,80 @@ TEST(ScanEnds, InFingersAndToes) {
       };
       check(hands, "hand", "dactylion_3");
       check(feet, "foot", "toe_tip");
+    }
+  }
+}
+
+// A side that cuts a femur's neck, and the shoulder above: both hips are heads, and the shoulder in view is
+// told without the other.
+TEST(ScanEnds, BesideAHip) {
+  for (const std::uint64_t variation : {21, 58}) {
+    const ScannedBody of = scanned(variation, [&](GridOptions& grid, const auto& mark) {
+      grid.crop_high[0] = mark("hip_left")[0] + 30;
+      grid.crop_low[2] = mark("mid_hip")[2] - 60;
+    });
+    const auto agree = dice(of.found.labels, of.exact);
+    for (const char* name : {"head", "upper_trunk", "middle_trunk", "lower_trunk", "thigh_left",
+                             "thigh_right", "upper_arm_right", "forearm_right"})
+      EXPECT_GT(agree[static_cast<std::size_t>(part_label(name))], 0.95) << variation << ' ' << name;
+    EXPECT_EQ(part(of, "upper_arm_left").volume, 0) << variation;
+    for (const char* joint : {"hip_left", "hip_right", "shoulder_right"})
+      EXPECT_LT((of.found.landmarks.at(joint).point - of.body.landmarks.find(joint)->second.point).norm(), 3)
+          << variation << ' ' << joint;
+  }
+}
+
+// Ribs at a side that leaves out a shoulder are no head of one.
+TEST(ScanEnds, BesideAShoulder) {
+  for (const double inwards : {0.0, 20.0, 45.0}) {
+    const ScannedBody of = scanned(201, [&](GridOptions& grid, const auto& mark) {
+      grid.crop_high[0] = mark("shoulder_left")[0] - inwards;
+      grid.crop_low[2] = mark("mid_hip")[2] - 60;
+    });
+    EXPECT_LE(part(of, "upper_arm_left").volume, 1.1 * volume(of.exact, "upper_arm_left")) << inwards;
+    const auto shoulder = of.found.landmarks.find("shoulder_left");
+    if (shoulder != of.found.landmarks.end()) {
+      EXPECT_LT((shoulder->second.point - of.body.landmarks.find("shoulder_left")->second.point).norm(),
+                2 * shoulder->second.deviation)
+          << inwards;
+    }
+    EXPECT_LT((of.found.landmarks.at("shoulder_right").point -
+               of.body.landmarks.find("shoulder_right")->second.point)
+                  .norm(),
+              3)
+        << inwards;
+    const auto agree = dice(of.found.labels, of.exact);
+    for (const char* name : {"upper_trunk", "upper_arm_right", "forearm_right"})
+      EXPECT_GT(agree[static_cast<std::size_t>(part_label(name))], 0.95) << inwards << ' ' << name;
+  }
+}
+
+// A thigh whose knee is beyond the scan's side, with pieces of the shank in view, does not pass for a thigh.
+TEST(ScanEnds, BesideAKnee) {
+  const ScannedBody of = scanned(
+      401, [&](GridOptions& grid, const auto& mark) { grid.crop_high[0] = mark("hip_left")[0] + 21; });
+  ASSERT_GT(volume(of.exact, "shank_left"), 0.2e6);
+  EXPECT_EQ(part(of, "shank_left").volume, 0);
+  EXPECT_LE(part(of, "thigh_left").confidence, 0.2);
+  EXPECT_NE(part(of, "thigh_left").note.find("holds what is in view of shank and foot"), std::string::npos);
+  EXPECT_GT(part(of, "thigh_right").confidence, 0.7);
+}
+
+// Of a hand of which little is in view large voxels show no wrist: what passes for one says how far the scan
+// goes on.
+TEST(ScanEnds, JustBelowTheWrists) {
+  for (const double below : {20.0, 35.0}) {
+    const ScannedBody of = scanned(202, [&](GridOptions& grid, const auto& mark) {
+      grid.crop_low[2] = std::min(mark("wrist_left")[2], mark("wrist_right")[2]) - below;
+    });
+    for (const std::string side : {"_left", "_right"}) {
+      const auto wrist = of.found.landmarks.find("wrist" + side);
+      if (wrist == of.found.landmarks.end()) continue;
+      const double off = (wrist->second.point - of.body.landmarks.find("wrist" + side)->second.point).norm();
+      EXPECT_LT(off, 2 * wrist->second.deviation) << below << side;
+      if (off > 20) {
+        EXPECT_LT(part(of, "forearm" + side).confidence, 0.5) << below << side;
+      }
     }
   }
 }

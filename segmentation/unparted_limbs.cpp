@@ -1,0 +1,97 @@
+#include "segmentation/unparted_limbs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "segmentation/anatomy.hpp"
+#include "segmentation/limb_lengths.hpp"
+#include "segmentation/part_words.hpp"
+#include "segmentation/parts.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+struct LimbPart {
+  const char *name, *from, *to, *beyond;
+};
+constexpr std::array<LimbPart, 4> limb_parts{{{"thigh", "hip", "knee", "shank and foot"},
+                                              {"shank", "knee", "ankle", "the foot"},
+                                              {"upper_arm", "shoulder", "elbow", "forearm and hand"},
+                                              {"forearm", "elbow", "wrist", "the hand"}}};
+
+const Landmark* find(const Landmarks& marks, const std::string& name) {
+  const auto it = marks.find(name);
+  return it == marks.end() ? nullptr : &it->second;
+}
+
+}  // namespace
+
+void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
+  const auto add = [](std::string& note, const std::string& text) {
+    note += (note.empty() ? "" : "; ") + text;
+  };
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (out.part[n].coverage != Coverage::whole) continue;
+    // the chain outwards from here that no plane parts off
+    std::string held, joint;
+    std::size_t last = n;
+    for (std::size_t m = 1; m < parts.size(); ++m) {
+      const bool limb = parts[m].joint.ends_with("_left") || parts[m].joint.ends_with("_right");
+      if (!limb || parts[m].parent != parts[last].name || last < 5 || out.part[m].volume > 0) continue;
+      if (planes.parts_off(static_cast<int>(m))) break;
+      const std::string side = parts[m].name.ends_with("_left") ? "_left" : "_right";
+      const auto bare = [&](std::string_view name) {
+        return in_words(name.substr(0, name.size() - side.size()));
+      };
+      if (joint.empty()) joint = bare(parts[m].joint);
+      held += (held.empty() ? "" : " and ") + bare(parts[m].name);
+      out.part[m].coverage = Coverage::cut;
+      add(out.part[m].note, "not told apart from the " + bare(parts[n].name));
+      last = m;
+    }
+    if (last == n) continue;
+    out.part[n].coverage = Coverage::cut;
+    out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
+    out.part[n].note.clear();  // "no plane at knee_left" says less
+    add(out.part[n].note, "holds " + held + " too: no " + joint + " was found");
+  }
+}
+
+void doubt_unparted_limbs(Segmentation& out) {
+  constexpr double share = 0.01, longer = 1.1, thick = 20;  // of a part; of a length; mm
+  const Grid& g = out.labels.grid;
+  for (const LimbPart& limb : limb_parts)
+    for (const int side : {left_side, right_side}) {
+      const std::string own = side_suffix(side), other = side_suffix(1 - side);
+      const auto label = static_cast<std::size_t>(part_label(limb.name + own));
+      PartFinding& finding = out.part[label];
+      const Landmark *from = find(out.landmarks, limb.from + own),
+                     *far_from = find(out.landmarks, limb.from + other),
+                     *far_to = find(out.landmarks, limb.to + other);
+      if (finding.volume == 0 || finding.coverage != Coverage::cut || !far_to || is_doubted(*far_to) ||
+          out.landmarks.contains(limb.to + own))
+        continue;
+      const bool by_length = from && far_from;
+      if (!by_length && &limb != &limb_parts[0]) continue;
+      const double reach = by_length ? longer * (far_to->point - far_from->point).norm() + thick : 0;
+      double beyond = 0;
+      for (std::int64_t k = 0; k < g.size[2]; ++k)
+        for (std::int64_t j = 0; j < g.size[1]; ++j)
+          for (std::int64_t i = 0; i < g.size[0]; ++i) {
+            if (out.labels.at(i, j, k) != label) continue;
+            const Vector3d p =
+                g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+            if (by_length ? (p - from->point).norm() > reach : p[2] < far_to->point[2])
+              beyond += g.voxel_volume();
+          }
+      if (beyond < share * finding.volume) continue;
+      finding.confidence = std::min(finding.confidence, 0.2);
+      finding.note += (finding.note.empty() ? "" : "; ") + std::string("holds what is in view of ") +
+                      limb.beyond + " too: no " + limb.to + " was found";
+    }
+}
+
+}  // namespace borelli
