@@ -283,9 +283,14 @@ void Deviations::vary_landmarks() {
   for (const auto& [name, landmark] : in_.landmarks) largest = std::max(largest, landmark.deviation);
   const auto by = convention(in_.options.cuts);
   const bool planes = by && *by != Convention::bone && !in_.landmarks.empty();
+  const bool discs = by == Convention::bone && !in_.landmarks.empty();
   for (InertiaRow& row : table_.rows) {
     if (planes || row.completeness == Completeness::absent) continue;
-    if (!in_.landmarks.empty())
+    const bool of_trunk = row.part == "head" || row.part.ends_with("trunk");
+    if (discs && of_trunk) continue;
+    if (discs)
+      row.notes.push_back("deviations take the joints' surfaces for exact");
+    else if (!in_.landmarks.empty())
       row.notes.push_back("deviations take the cuts for exact: no planes of ours made them");
     else if (part_label(row.part) > 0)
       row.notes.push_back("deviations take the cuts for exact: no landmarks were given");
@@ -295,14 +300,16 @@ void Deviations::vary_landmarks() {
     recut.emplace(in_.labels, in_.volume, weights(in_.curve), PartPlanes(in_.landmarks, *by), largest);
     vary_planes_rounded(*recut, *by);
   }
+  std::optional<MovedDiscs> moved_discs;
+  if (discs) moved_discs.emplace(in_.labels, in_.volume, weights(in_.curve), in_.landmarks);
   if (largest == 0) return;
   constexpr int draws = 40;
   const auto draw = [&] { return normal_(random_); };
   for (int n = 0; n < draws; ++n) {
     const Landmarks moved = drawn(in_.landmarks, draw);
     std::vector<InertiaRow> cut = in_.rows, laid = in_.rows;
-    if (planes) {
-      const auto gains = recut->gains(PartPlanes(moved, *by));
+    if (planes || discs) {
+      const auto gains = planes ? recut->gains(PartPlanes(moved, *by)) : moved_discs->gains(moved);
       for (std::size_t r = 0; r < cut.size(); ++r) {
         if (cut[r].completeness == Completeness::absent || label_[r] >= gains.size()) continue;
         cut[r].inertial = with_gain(cut[r].inertial, gains[label_[r]]);

@@ -12,7 +12,8 @@
 //   lie along the
 //                   grid
 //   cut_planes      landmarks drawn from their deviations, and the parts cut anew by them, on a sample of the
-//   voxels joint_centres   the same draws, as they move endpoints and axes
+//   voxels; of parts that no planes cut (convention `bone`), the borders at the column's discs moved with
+//   them joint_centres   the same draws, as they move endpoints and axes
 // Causes are independent of each other but for the last two, which go into the total together. The draws have
 // a fixed seed: the same scan has the same deviations.
 #pragma once

@@ -21,6 +21,13 @@ struct PartGain {
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
 };
 
+/// A voxel's share of a labelled body, for those that are looked at.
+struct CutSample {
+  Eigen::Vector3d point;  ///< mm
+  double volume, mass;    ///< m^3, kg
+  std::uint8_t label, nominal;
+};
+
 class Recut {
  public:
   /// `weights` as of moments.hpp; `nominal` the planes by which the labels were cut; `deviation` mm, how far
@@ -33,12 +40,25 @@ class Recut {
   std::array<PartGain, 17> gains(const PartPlanes& planes) const;
 
  private:
-  struct Sample {
-    Eigen::Vector3d point;  // mm
-    double volume, mass;    // m^3, kg
-    std::uint8_t label, nominal;
-  };
-  std::vector<Sample> samples_;
+  std::vector<CutSample> samples_;
+};
+
+/// The same of parts that no planes cut (convention `bone`): the borders at neck, T12/L1 and L5/S1 moved
+/// along the body with their discs, as far as flesh goes with them.
+class MovedDiscs {
+ public:
+  /// Errors: none; without discs nothing moves.
+  MovedDiscs(const LabelMap& labels, const GreyVolume& volume, const GreyWeights& weights,
+             const Landmarks& landmarks);
+
+  /// By label: what the discs' places in `moved` in place of the nominal ones make of it.
+  std::array<PartGain, 17> gains(const Landmarks& moved) const;
+
+ private:
+  const LabelMap& labels_;
+  Landmarks discs_;
+  Eigen::Vector3d up_;
+  std::vector<CutSample> samples_;
 };
 
 /// The part with its gain.

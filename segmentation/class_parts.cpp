@@ -52,15 +52,16 @@ struct Contact {
   Vector3d middle = Vector3d::Zero();  // half way between the two bones
 };
 
-template <class IsOther>
+// `counts` is asked of the places of both bones.
+template <class IsOther, class Counts>
 Contact contact_of(const Anatomy& a, const Volume<std::uint8_t>& seeds, int distal, const IsOther& other,
-                   double reach) {
+                   const Counts& counts, double reach) {
   Contact out;
   const auto& g = a.grid();
   const auto n = static_cast<std::int64_t>(std::ceil(reach / a.step()));
   double pairs = 0;
   const auto is_distal = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-    return g.holds(i, j, k) && seeds.at(i, j, k) == distal && a.bone.at(i, j, k);
+    return g.holds(i, j, k) && seeds.at(i, j, k) == distal && a.bone.at(i, j, k) && counts(g.offset(i, j, k));
   };
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
@@ -75,7 +76,7 @@ Contact contact_of(const Anatomy& a, const Volume<std::uint8_t>& seeds, int dist
           for (std::int64_t b = -n; b <= n; ++b)
             for (std::int64_t d = -n; d <= n; ++d) {
               if (!g.holds(i + d, j + b, k + c) || !a.bone.at(i + d, j + b, k + c)) continue;
-              if (!other(seeds.at(i + d, j + b, k + c))) continue;
+              if (!other(seeds.at(i + d, j + b, k + c)) || !counts(g.offset(i + d, j + b, k + c))) continue;
               const Vector3d there = point_of(g, i + d, j + b, k + c);
               if ((there - here).norm() > reach) continue;
               near = true;
@@ -182,10 +183,16 @@ void ClassParts::find_joints(const Anatomy& a, const Volume<std::uint8_t>& seeds
     const auto meets = [&](int label) {
       return is_axial(proximal) ? is_axial(label) && label != distal : label == proximal;
     };
+    // what was found in the scan yields to bones that are labelled, not to those that were found there too
+    const auto there = marks.find(joint);
+    const auto counts = [&](std::size_t o) {
+      const ClassRule* r = there == marks.end() ? nullptr : rule(work_, o);
+      return there == marks.end() || (r && r->parts != 0);
+    };
     // bones of a joint are a gap apart, some 3 mm (hip) to 15 mm (wrist, on thick slices)
     Contact contact;
     for (const double reach : head ? std::vector{12.} : std::vector{6., 9., 12., 18.})
-      if (contact.surface.size() < 6) contact = contact_of(a, seeds, distal, meets, reach);
+      if (contact.surface.size() < 6) contact = contact_of(a, seeds, distal, meets, counts, reach);
     if (contact.surface.size() < 6) continue;
     std::optional<Landmark> by_labels;
     if (head)
@@ -193,7 +200,6 @@ void ClassParts::find_joints(const Anatomy& a, const Volume<std::uint8_t>& seeds
     else
       by_labels = Landmark{contact.middle, 10, 0, "labels: where the bones meet"};
     if (!by_labels) continue;
-    const auto there = marks.find(joint);
     if (there != marks.end()) {
       const double apart = (there->second.point - by_labels->point).norm();
       if (apart < (head ? 15 : 40)) continue;

@@ -9,7 +9,8 @@
 //                towards the midline
 //   shoulder_*   parallel to the sagittal plane, touching the humeral head on its medial side
 //   elbow_*, wrist_*, knee_*  through the joint centre, halving the angle of the two long axes; that of a
-//                forearm or shank whose far joint is not in view ends where the scan cuts its bones
+//                forearm or shank without its far joint ends where the scan cuts its bones, or where they
+//                surely still go
 //   ankle_*      through the joint centre, square to the shank's long axis
 // dempster (Dempster W T (1955) WADC-TR-55-159, by the endpoints in Winter D A (2009), table 4.1), where it
 // differs:

@@ -184,13 +184,14 @@ void find_t8(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
 
 // ---- forearm
 
-// A section square to the forearm: its bone's places, in the plane, mm.
+// A section square to the forearm: its bone's places, in the plane, mm; `own` is asked of the points.
+template <class Own>
 std::vector<Vector2d> section(const CloseUp& view, const Vector3d& centre, const Vector3d& x,
-                              const Vector3d& y, double reach) {
+                              const Vector3d& y, double reach, const Own& own) {
   std::vector<Vector2d> places;
   for (double u = -reach; u <= reach; u += 1)
     for (double v = -reach; v <= reach; v += 1)
-      if (view.at(centre + u * x + v * y) >= bone) places.emplace_back(u, v);
+      if (const Vector3d p = centre + u * x + v * y; view.at(p) >= bone && own(p)) places.emplace_back(u, v);
   return places;
 }
 
@@ -260,16 +261,25 @@ std::optional<Vector3d> far_end(const CloseUp& view, const std::vector<Vector3d>
   return mean(tips);
 }
 
-void find_styloids(const Anatomy& a, const std::string& at, double s, Landmarks& marks) {
+void find_styloids(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& at, double s,
+                   Landmarks& marks) {
   const auto elbow = find(marks, "elbow" + at), wrist = find(marks, "wrist" + at);
   if (!elbow || !wrist || a.near_edge(*wrist, 25)) return;
   const Vector3d down = (*wrist - *elbow).normalized();
   const Vector3d x = down.unitOrthogonal(), y = down.cross(x);
   const CloseUp view = close_up(*a.source, *wrist, 60 * s);
+  // the other arm, or what this one lies on, may be as near
+  const int forearm = part_label("forearm" + at), hand = part_label("hand" + at);
+  const auto own = [&](const Vector3d& p) {
+    const Vector3d index = owner.grid.index(p);
+    const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
+    const int part = owner.grid.holds(i, j, k) ? owner.at(i, j, k) : 0;
+    return part == forearm || part == hand;
+  };
   // the bones part above the joint between them
   std::optional<TwoBones> two;
   for (double up = 16; up <= 46; up += 6) {
-    const auto here = two_bones(section(view, *wrist - up * s * down, x, y, 32 * s));
+    const auto here = two_bones(section(view, *wrist - up * s * down, x, y, 32 * s, own));
     if (here && (!two || here->depth > two->depth)) two = here;
   }
   if (!two || two->depth < 0.4) return;
@@ -277,7 +287,7 @@ void find_styloids(const Anatomy& a, const std::string& at, double s, Landmarks&
   const Vector3d start = *wrist - 9 * s * down;
   std::vector<Vector3d> of_ulna, of_radius;
   double side = -1e9;
-  const auto near = section(view, start, x, y, 32 * s);
+  const auto near = section(view, start, x, y, 32 * s, own);
   for (const auto& p : near) side = std::max(side, p.dot(two->direction));
   for (const auto& p : near) {
     const double along = p.dot(two->direction);
@@ -358,7 +368,7 @@ void find_frame_points(const Anatomy& a, const Trunk& trunk, const Volume<std::u
   find_psis(a, owner, trunk.scale, marks);
   find_t8(a, trunk, marks);
   for (const int side : {left_side, right_side}) {
-    find_styloids(a, side_suffix(side), trunk.scale, marks);
+    find_styloids(a, owner, side_suffix(side), trunk.scale, marks);
     find_metatarsals(a, owner, side_suffix(side), trunk.scale, marks);
   }
 }

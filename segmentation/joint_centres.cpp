@@ -361,8 +361,10 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   // where the scan ends above an elbow, the shaft that broadens towards it passes for its end
   constexpr double joint_in_view = 30;
   if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return;
-  // outlines of a slight body's epicondyles on voxels that would not show a joint's gap
-  const double deviation = e.measured ? e.deviation : std::hypot(e.deviation, 6 * a.gaps_unseen(scale));
+  // outlines of a child's epicondyles, on voxels as large beside it as ones of 6 mm beside an adult
+  const double edge = std::max(std::cbrt(a.source->grid.voxel_volume()), a.step());
+  const double deviation =
+      e.measured ? e.deviation : std::hypot(e.deviation, 24 * std::max(0.0, edge - 5 * scale));
   marks["elbow" + at] = found(
       e.centre, deviation,
       e.measured ? "bone: cylinder on the trochlea and capitulum" : "bone: middle of the humeral epicondyles",
@@ -421,20 +423,34 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       place->deviation = std::max(place->deviation, 0.5 * (lateral.point - medial.point).norm());
 }
 
-// Where the scan cuts forearms and shanks whose far joint is not in view: that tells their direction.
-void place_cut_ends(const Limbs& limbs, Landmarks& marks) {
+// Where the scan cuts forearms and shanks whose far joint is not in view, or how far they go on where none is
+// found: that tells their direction.
+void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
   // the way goes along one of two bones, half a wrist's breadth beside the axis
   constexpr double enough = 60, beside = 12;
+  struct LowerLimb {
+    const LimbWay* way;
+    const char *joint, *beyond, *name;
+    double shaft;  // surely reaches as far
+  };
   for (const int side : {left_side, right_side})
-    for (const auto& [way, joint, beyond, name] :
-         {std::tuple{&limbs.arm(side), "elbow", "wrist", "forearm_end"},
-          std::tuple{&limbs.leg(side), "knee", "ankle", "shank_end"}}) {
+    for (const LowerLimb& limb : {LowerLimb{&limbs.arm(side), "elbow", "wrist", "forearm_end", 200},
+                                  LowerLimb{&limbs.leg(side), "knee", "ankle", "shank_end", 300}}) {
       const std::string at = side_suffix(side);
-      const auto from = marks.find(joint + at);
-      if (!way->present || !way->cut || from == marks.end() || marks.contains(beyond + at)) continue;
-      const Vector3d& end = way->points.back();
-      if ((end - from->second.point).norm() > enough)
-        marks[name + at] = found(end, beside, "bone: where the scan cuts it");
+      const auto from = marks.find(limb.joint + at);
+      if (!limb.way->present || from == marks.end() || marks.contains(limb.beyond + at)) continue;
+      const auto& points = limb.way->points;
+      const auto off = [&](const Vector3d& p) { return (p - from->second.point).norm(); };
+      const Vector3d* end = &points.back();
+      if (!limb.way->cut) {
+        auto n = std::min_element(points.begin(), points.end(),
+                                  [&](const auto& p, const auto& q) { return off(p) < off(q); });
+        while (n + 1 != points.end() && off(*n) < limb.shaft * scale) ++n;
+        end = &*n;
+      }
+      if (off(*end) > enough)
+        marks[limb.name + at] = found(
+            *end, beside, limb.way->cut ? "bone: where the scan cuts it" : "bone: as far as it surely goes");
     }
 }
 
@@ -449,7 +465,7 @@ void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limb
   });
   for (Landmarks& limb : found_on) marks.merge(limb);
   place_cut_ankles(limbs, marks);
-  place_cut_ends(limbs, marks);
+  place_far_ends(limbs, trunk.scale, marks);
   doubt_unlike_lengths(trunk, limbs, marks, a.gap_may_fuse(trunk.scale));
   if (marks.contains("hip_left") && marks.contains("hip_right"))
     marks["mid_hip"] = found(0.5 * (marks["hip_left"].point + marks["hip_right"].point),

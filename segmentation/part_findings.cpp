@@ -272,6 +272,24 @@ void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const Part
   doubt_what_touches(a, owner, planes, out);
 }
 
+void doubt_hands_that_meet(Segmentation& out) {
+  constexpr double alike = 1.3;  // volumes of a body's hands
+  PartFinding &left = out.part[static_cast<std::size_t>(part_label("hand_left"))],
+              &right = out.part[static_cast<std::size_t>(part_label("hand_right"))];
+  PartFinding &larger = left.volume > right.volume ? left : right,
+              &smaller = left.volume > right.volume ? right : left;
+  if (larger.volume < alike * smaller.volume || smaller.coverage == Coverage::absent ||
+      larger.coverage != Coverage::whole)
+    return;
+  for (PartFinding* hand : {&larger, &smaller}) {
+    hand->coverage = Coverage::cut;
+    hand->confidence = std::min(hand->confidence, 0.1);
+    hand->note += (hand->note.empty() ? "" : "; ") + std::string(hand == &larger ? "may hold" : "may lack") +
+                  " some of a hand: the arms' bones meet, and the hands differ";
+  }
+  forget_cut_ends(out);
+}
+
 void doubt_what_holds_arms(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                            double hips, Segmentation& out) {
   constexpr double thin = 600, much = 5e4, share = 0.02;  // mm^2 of a slice; mm^3; of a part

@@ -17,6 +17,9 @@ namespace borelli {
 void judge_parts(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                  Segmentation& out);
 
+/// Where the bones of the arms meet, hands of unlike size are not each one hand alone.
+void doubt_hands_that_meet(Segmentation& out);
+
 /// Of a scan that shows the hips and not the shoulders: arms in view hang on nothing that was found, and
 /// their flesh may have gone to the trunk and the thighs. Where slices above the hips (level `hips`, mm) show
 /// pieces beside the trunk that a part holds, this part is cut, and thighs too where such pieces reach down

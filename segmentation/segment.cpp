@@ -142,6 +142,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   progress(0.9, "cutting at the joints");
   out.labels = label_voxels(volume, a, owner, planes, classes, options.threads);
   judge_parts(a, owner, planes, out);
+  if (limbs.arms_meet) doubt_hands_that_meet(out);
   put_given(options.given, out.landmarks);
   if (!classes && !by_hand && trunk.hip[0] && !trunk.shoulder[0])
     doubt_what_holds_arms(a, owner, planes, std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]), out);

@@ -243,6 +243,19 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
                           "bone: hindmost point of the seventh cervical vertebra"};
 }
 
+// Of an arm whose elbow was not found, though it is in view, what lies before the trunk is not told from it:
+// the foremost skin and bone there may be the arm's.
+void doubt_front(const Limbs& limbs, Landmarks& marks) {
+  constexpr double arm_thick = 40;  // mm
+  for (const int side : {left_side, right_side}) {
+    const LimbWay& arm = limbs.arm(side);
+    if (!arm.present || arm.cut || marks.contains(std::string("elbow") + side_suffix(side))) continue;
+    for (const char* name : {"omphalion", "asis_left", "asis_right"})
+      if (const auto it = marks.find(name); it != marks.end())
+        it->second.deviation = std::max(it->second.deviation, arm_thick);
+  }
+}
+
 }  // namespace
 
 void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
@@ -291,6 +304,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
     const auto skin = front.skin_at(omphalion);
     if (skin) marks["omphalion"] = {*skin, spread, 0, "proportion: between xiphion and hips" + hidden(*skin)};
   }
+  doubt_front(limbs, marks);
   for (const auto& [joint, level] : {std::pair{"spine_upper", "xiphion"}, {"spine_lower", "omphalion"}}) {
     const auto it = marks.find(level);
     if (it == marks.end() || !trunk.spine_holds(it->second.point[2])) continue;

@@ -61,6 +61,44 @@ TEST(Deviations, RecutMovesWhatLiesBetweenThePlanes) {
               0, 1e-12);
 }
 
+// By `bone` no plane cuts: a disc's deviation makes of the parts beside it what segmenting anew with that
+// disc so far off does, within a factor of two.
+TEST(Deviations, DiscsMoveBordersThatFollowBones) {
+  const Phantom body = build_phantom({.variation = 6003}).value();
+  GridOptions coarse;
+  coarse.spacing = Vector3d::Constant(4);
+  const Scan scan = voxelise(body, phantom_grid(body, coarse), {.noise_hu = 10, .seed = 3});
+  const auto weights = density_weights(Quantity::hu, *density_curve(default_density_curve));
+  SegmentOptions options;
+  options.convention = Convention::bone;
+  const auto nominal = segment(scan.grey, options);
+  ASSERT_TRUE(nominal) << nominal.error().message();
+  const MovedDiscs discs(nominal->labels, scan.grey, *weights, nominal->landmarks);
+  for (const auto& gain : discs.gains(nominal->landmarks)) EXPECT_EQ(gain.mass, 0);
+  struct Border {
+    const char *disc, *below;
+  };
+  for (const Border& border :
+       {Border{"neck", "upper_trunk"}, {"t12_l1", "middle_trunk"}, {"l5_s1", "lower_trunk"}}) {
+    const auto below = static_cast<std::size_t>(part_label(border.below));
+    double anew = 0, moved = 0;
+    for (const double by : {-15.0, 15.0}) {
+      Landmark disc = nominal->landmarks.at(border.disc);
+      disc.point[2] += by;
+      options.given = {{border.disc, disc}};
+      const auto found = segment(scan.grey, options);
+      ASSERT_TRUE(found) << found.error().message();
+      anew += (by > 0 ? 1 : -1) * 1e-9 * (found->part[below].volume - nominal->part[below].volume);
+      Landmarks marks = nominal->landmarks;
+      marks[border.disc] = disc;
+      moved += (by > 0 ? 1 : -1) * discs.gains(marks)[below].volume;
+    }
+    EXPECT_GT(anew, 0) << border.disc;
+    EXPECT_GT(moved, 0.5 * anew) << border.disc;
+    EXPECT_LT(moved, 2 * anew) << border.disc;
+  }
+}
+
 // The exact value lies within two deviations in about 95 of 100 cases. All entries of 16 parts in a trial
 // share its curve and landmarks; taken as no more than 16 independent cases a trial, n = 16 x 12 = 192 gives
 // 0.95 a standard deviation of 0.016: from 0.90 to 0.998 are three of them. A longer run: deviations_bench.

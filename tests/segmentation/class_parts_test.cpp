@@ -294,5 +294,28 @@ TEST(ClassParts, IcrpMaleByItsOrgans) {
   }
 }
 
+// A map without bones says nothing of joints: they stay where the scan shows them.
+TEST(ClassParts, JointsAreTheScansWhereNoBoneIsLabelled) {
+  const std::string folder = test::shared_folder() + "/volumes/icrp_am/";
+  if (!std::filesystem::exists(folder + "AM_labels.nii.gz"))
+    GTEST_SKIP() << "the ICRP male is not beside the checkout";
+  const auto scan = read_volume(folder + "AM_hu.nii.gz", {});
+  ASSERT_TRUE(scan) << scan.error().message();
+  auto classes = read_classes(folder + "AM_labels.nii.gz", "", "icrp110");
+  ASSERT_TRUE(classes) << classes.error().message();
+  constexpr std::uint8_t liver = 95;  // ICRP 110, table A.1
+  for (auto& voxel : classes->labels.voxels)
+    if (voxel != liver) voxel = 0;
+  SegmentOptions options;
+  const auto alone = segment(scan->volume, options);
+  options.classes = &*classes;
+  const auto with_liver = segment(scan->volume, options);
+  ASSERT_TRUE(alone && with_liver);
+  for (const char* joint : {"hip_left", "hip_right", "shoulder_left", "shoulder_right", "neck"}) {
+    EXPECT_LT((alone->landmarks.at(joint).point - with_liver->landmarks.at(joint).point).norm(), 1) << joint;
+    EXPECT_EQ(alone->landmarks.at(joint).source, with_liver->landmarks.at(joint).source);
+  }
+}
+
 }  // namespace
 }  // namespace borelli

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "samples/phantom_voxels.hpp"
+#include "segmentation/parts.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/segment.hpp"
 #include "tests/paths.hpp"
@@ -87,6 +88,40 @@ TEST(FramePoints, LieInPhantomsAsTheirDeviationsSay) {
     std::printf("%-16s rms %.2f of its deviation\n", stem.c_str(), std::sqrt(sum / cases[stem]));
     EXPECT_LT(std::sqrt(sum / cases[stem]), 1) << stem;
   }
+}
+
+// Forearms that lie one on the other before the belly: the radius is the stouter of an arm's own two bones.
+TEST(FramePoints, StyloidsOfForearmsThatTouch) {
+  int shown = 0;
+  for (const std::uint64_t variation : {5201, 5303, 8001}) {
+    PhantomOptions options;
+    options.variation = variation;
+    for (const std::string side : {"_left", "_right"}) {
+      options.pose_deg["shoulder" + side + "_flexion"] = 25;
+      options.pose_deg["shoulder" + side + "_abduction"] = 10;
+      options.pose_deg["shoulder" + side + "_rotation"] = 70;
+      options.pose_deg["elbow" + side + "_flexion"] = side == "_left" ? 80 : 70;
+    }
+    const Phantom phantom = build_phantom(options).value();
+    GridOptions grid;
+    grid.spacing = Vector3d::Constant(3);
+    const Scan scan = voxelise(phantom, phantom_grid(phantom, grid), {.noise_hu = 12});
+    const Segmentation found = found_in(scan.grey);
+    for (const char* stem : {"ulnar_styloid", "radial_styloid"})
+      for (const char* side : {"_left", "_right"}) {
+        const Vector3d exact = phantom.landmarks.at(stem + std::string(side)).point;
+        // the other arm's flesh may reach into this one's bone: then the scan does not show its end
+        const Vector3d index = scan.labels.grid.index(exact);
+        const int part = scan.labels.at(std::lround(index[0]), std::lround(index[1]), std::lround(index[2]));
+        if (!parts[static_cast<std::size_t>(part)].name.ends_with(side)) continue;
+        ++shown;
+        const auto mark = found.landmarks.find(stem + std::string(side));
+        ASSERT_TRUE(mark != found.landmarks.end()) << variation << stem << side;
+        EXPECT_LT((mark->second.point - exact).cwiseAbs().maxCoeff(), 2 * mark->second.deviation)
+            << variation << stem << side;
+      }
+  }
+  EXPECT_GE(shown, 9);  // of twelve
 }
 
 // What the scan does not show is not there; what is given by hand stays.

@@ -3,6 +3,7 @@
 
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/segment.hpp"
+#include "tests/segmentation/dice.hpp"
 
 namespace borelli {
 namespace {
@@ -41,6 +42,35 @@ TEST(NotParted, NoPartIsWholeThatHoldsItsNeighbourNorIsThatOneAbsent) {
       }
   }
   EXPECT_GE(not_parted, 2);  // a forearm or hand at least on each side
+}
+
+// Where one wrist lies on the other a hand's bones go to the wrong arm: neither hand passes for one, and the
+// upper arm ends at its elbow though its forearm has no wrist.
+TEST(NotParted, HandsThatMeet) {
+  PhantomOptions options;
+  options.variation = 5302;
+  options.sex = Sex::female;
+  options.pose_deg = {{"shoulder_left_flexion", 15},   {"shoulder_left_abduction", 8},
+                      {"shoulder_left_rotation", 45},  {"elbow_left_flexion", 80},
+                      {"shoulder_right_flexion", 12},  {"shoulder_right_abduction", 8},
+                      {"shoulder_right_rotation", 50}, {"elbow_right_flexion", 85}};
+  const auto phantom = build_phantom(options);
+  ASSERT_TRUE(phantom);
+  GridOptions grid;
+  grid.spacing = {3, 3, 3};
+  const Scan scan = voxelise(*phantom, phantom_grid(*phantom, grid), {.noise_hu = 12});
+  const auto found = segment(scan.grey);
+  ASSERT_TRUE(found) << found.error().message();
+  const auto agree = dice(found->labels, scan.labels);
+  for (const std::string side : {"_left", "_right"}) {
+    const auto hand = static_cast<std::size_t>(part_label("hand" + side));
+    if (agree[hand] < 0.9) {
+      EXPECT_EQ(found->part[hand].coverage, Coverage::cut) << side;
+      EXPECT_LE(found->part[hand].confidence, 0.1) << side;
+      EXPECT_FALSE(found->landmarks.contains("dactylion_3" + side));
+    }
+    EXPECT_GT(agree[static_cast<std::size_t>(part_label("upper_arm" + side))], 0.98) << side;
+  }
 }
 
 }  // namespace
