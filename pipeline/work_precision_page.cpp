@@ -284,6 +284,15 @@ std::vector<std::pair<std::string, Plot>> work_precision_plots(const WorkPrecisi
   return out;
 }
 
+std::string why_no_drawing(const WorkPrecision& chart) {
+  if (std::any_of(std::begin(quantities), std::end(quantities),
+                  [&](const Quantity& quantity) { return has(chart, quantity); }))
+    return "";
+  return std::any_of(chart.points.begin(), chart.points.end(), [](const auto& p) { return p.finished; })
+             ? "Nothing is drawn: no run that finished is off by anything, as in a scene at rest."
+             : "Nothing is drawn: no run finished.";
+}
+
 std::string work_precision_csv(const WorkPrecision& chart) {
   std::string out = "# " + chart.reference.words +
                     "\nmethod,equations,constraints,setting,finished,trusted,seconds,evaluations,position,"
@@ -328,12 +337,13 @@ std::string work_precision_page(const WorkPrecision& chart) {
           "<td class='n'>{:.1e}</td></tr>\n",
           digits, name_of(chart.variants[p->variant]), setting_words(chart, *p), milliseconds(*p),
           p->evaluations, judged_error(chart, *p));
-    out +=
-        fmt::format("</table>\n<p>The fastest trusted run of those made; {}.</p>\n",
-                    chart.has_impacts
-                        ? "errors are the largest of those of the times of impacts (over the run's length), "
-                          "momentum, penetration (over the scene's length) and energy"
-                        : "errors are the larger of position and orientation");
+    out += fmt::format(
+        "</table>\n<p>The fastest trusted run of those made; {}. Each method was run from coarse to "
+        "fine, until a run took longer than allowed or two finer ones gained nothing.</p>\n",
+        chart.has_impacts
+            ? "errors are the largest of those of the times of impacts (over the run's length), "
+              "momentum, penetration (over the scene's length) and energy"
+            : "errors are the larger of position and orientation");
   }
   std::string failed;
   for (const WorkPrecisionPoint& p : chart.points)
@@ -343,8 +353,11 @@ std::string work_precision_page(const WorkPrecision& chart) {
   if (!failed.empty())
     out += "<h2>Runs that did not finish</h2>\n<table><tr><th>method</th><th>at</th><th>why</th></tr>\n" +
            failed + "</table>\n";
-  return chart_page(chart.scene + ": work and precision", chart.scene + ": what accuracy costs",
-                    {chart.reference.words}, {errors, spent}, out);
+  std::vector<std::string> sentences{chart.reference.words};
+  std::vector<PageButtons> buttons{errors, spent};
+  if (const std::string why = why_no_drawing(chart); !why.empty()) sentences.push_back(why), buttons.clear();
+  return chart_page(chart.scene + ": work and precision", chart.scene + ": what accuracy costs", sentences,
+                    buttons, out);
 }
 
 Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder) {

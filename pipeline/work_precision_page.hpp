@@ -38,6 +38,9 @@ std::string front_table(const WorkPrecision& chart);
 /// and drawing.
 std::vector<std::pair<std::string, Plot>> work_precision_plots(const WorkPrecision& chart);
 
+/// Why there is no drawing, as a sentence; empty where there is one.
+std::string why_no_drawing(const WorkPrecision& chart);
+
 /// All of it on one page that needs no network: the drawings with tips and curves to be taken out, the table
 /// of recommendations, the runs that failed and why.
 std::string work_precision_page(const WorkPrecision& chart);

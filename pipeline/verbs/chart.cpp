@@ -165,7 +165,11 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
       fmt::print("  for 1e-{:02}  {:32} {:9} {:<9.3g} {:9.3f} ms {:9} evaluations\n", digits,
                  name_of(chart->variants[p->variant]), setting_name(chart->variants[p->variant]), p->setting,
                  1e3 * p->seconds, p->evaluations);
-    fmt::print("{}: the drawings on a page; beside it SVG, PNG and CSV\n", (folder / "chart.html").string());
+    const std::string why = why_no_drawing(*chart), page = (folder / "chart.html").string();
+    if (why.empty())
+      fmt::print("{}: the drawings on a page; beside it SVG, PNG and CSV\n", page);
+    else
+      fmt::print("{} {}: the table on a page; beside it CSV\n", why, page);
   }
   return json_of(*chart);
 }

@@ -433,6 +433,24 @@ TEST(WorkPrecision, WhereNoMethodComesThroughItSaysThat) {
       << chart.reference.words;
 }
 
+TEST(WorkPrecision, AtRestThePageSaysWhyItIsBare) {
+  Scene scene = oscillator();
+  scene.efforts.clear();
+  scene.gravity.setZero();
+  WorkPrecisionSettings settings;
+  settings.methods = {"rk4", "dop853"};
+  settings.repeats = 1;
+  const WorkPrecision chart = work_precision(scene, settings).value();
+  EXPECT_TRUE(work_precision_plots(chart).empty());
+  EXPECT_NE(why_no_drawing(chart).find("at rest"), std::string::npos);
+  EXPECT_NE(work_precision_page(chart).find(why_no_drawing(chart)), std::string::npos);
+  WorkPrecision none;
+  none.variants = {{"rk4"}};
+  none.points = {{.reason = "fell"}};
+  EXPECT_NE(why_no_drawing(none).find("no run finished"), std::string::npos);
+  EXPECT_TRUE(why_no_drawing(work_precision(oscillator(), settings).value()).empty());
+}
+
 // Given to be good to 1e-12, but 0.1 m off; our own two methods know better.
 TEST(WorkPrecision, AGivenReferenceThatCannotBeIsContradicted) {
   const Scene scene = oscillator();
