@@ -194,5 +194,33 @@ TEST(Events, WithoutEndAtOneMomentAreRefused) {
       << out.error().what;
 }
 
+// Functions that wave a hundred thousand times within a step and never come through zero: one of them is
+// looked at as finely as looks go, of sixteen the step says that they cannot be told.
+TEST(Events, MoreLooksThanAStepAllowsAreRefused) {
+  struct Waves : Floor {
+    explicit Waves(int count) : Floor(count, 1) {}
+    void evaluate(const State& state, const Kinematics&, std::span<EventValue> values) override {
+      constexpr double fast = 6e6;
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        const double phase = fast * state.t + double(i);
+        values[i] = {1.1 + std::cos(phase), -fast * std::sin(phase)};
+        values[i].speed = fast;
+      }
+    }
+  };
+  const System system = compiled(falling({100}));
+  for (const int count : {1, 16}) {
+    Waves waves(count);
+    Observer observer;
+    observer.events = {&waves};
+    const auto out = simulate(system, system.initial, settings("rk4", 0.2, 0.1), observer);
+    EXPECT_EQ(out.has_value(), count == 1);
+    if (!out) {
+      EXPECT_NE(out.error().what.find("more often than 32768 looks tell apart"), std::string::npos)
+          << out.error().what;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace borelli::test
