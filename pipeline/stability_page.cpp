@@ -80,6 +80,8 @@ std::vector<std::string> notes_of(const StabilityMap& map) {
                   "more than {} "
                   "end there, and are unfinished.",
                   map.lengths.least, map.lengths.most));
+  if (std::any_of(map.limits.begin(), map.limits.end(), [](const auto& limit) { return limit.over > 0; }))
+    notes.push_back("Empty dots: limits that were found in the first part of the scene's time alone.");
   return notes;
 }
 
@@ -92,9 +94,11 @@ Curve line_of(const StabilityMap& map, std::size_t method, const std::string& na
     curve.x.push_back(map.sweep.values.values[limit.column]);
     const double value = number(limit);
     curve.y.push_back(value > 0 && std::isfinite(value) ? value : std::numeric_limits<double>::quiet_NaN());
-    curve.tips.push_back(fmt::format(
-        "{}\n{}: {}{}", map.sweep.names[limit.column], name, setting_words(map, method, value),
-        value == limit.stable && limit.over > 0 ? fmt::format(", in the first {:.3g} s", limit.over) : ""));
+    const bool of_a_part = value == limit.stable && limit.over > 0;
+    curve.hollow.push_back(of_a_part);
+    curve.tips.push_back(fmt::format("{}\n{}: {}{}", map.sweep.names[limit.column], name,
+                                     setting_words(map, method, value),
+                                     of_a_part ? fmt::format(", in the first {:.3g} s", limit.over) : ""));
   }
   return curve;
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
@@ -186,6 +187,30 @@ damping = 1
     // 200 steps tell a growth by a part in a hundred, of two that are mixed one by five
     EXPECT_NEAR(limit.stable / theory, 1, 0.05) << what << " in " << limit.over;
   }
+}
+
+TEST(Stability, LimitsOfAPartOfTheTimeAreDrawnAsSuch) {
+  StabilityMap map;
+  map.sweep.scene = "x", map.sweep.parameter = "k";
+  map.sweep.values = {{1, 10}, true};
+  map.sweep.names = {"1", "10"};
+  map.methods = {"rk4"};
+  map.steps = {{0.01, 0.1}, true};
+  map.tolerances = {{1e-3}, true};
+  map.limits = {{0, 0, 0.03, NAN}, {0, 1, 0.02, NAN, {}, 0.5}};
+  map.sweep.scenes.resize(2, tl::unexpected(Error{"x", "not read"}));
+  const auto plots = stability_plots(map);
+  ASSERT_FALSE(plots.empty());
+  const Plot& limits = plots.front().second;
+  ASSERT_EQ(limits.curves.size(), 1u);
+  EXPECT_EQ(limits.curves[0].hollow, (std::vector<bool>{false, true}));
+  const auto says = [](const Plot& plot) {
+    return std::any_of(plot.notes.begin(), plot.notes.end(),
+                       [](const std::string& note) { return note.find("Empty dots") != std::string::npos; });
+  };
+  EXPECT_TRUE(says(limits));
+  map.limits[1].over = 0;
+  EXPECT_FALSE(says(stability_plots(map).front().second));
 }
 
 // The cube drops at once, and hits the spring later: how many steps a run may make says nothing of that.
