@@ -96,10 +96,9 @@ int PartPlanes::part(int owner, const Eigen::Vector3d& point) const {
     const int level = axial_part(point);
     return told_apart(owner, level) ? level : owner;
   }
-  if (const Cut* cut = cut_to(owner); cut && !beyond(*cut, point)) {
-    if ((point - cut->point).norm() > cut->reach) return owner;
+  if (const Cut* cut = cut_to(owner);
+      cut && !beyond(*cut, point) && (point - cut->point).norm() <= cut->reach)
     return is_axial(cut->proximal) ? axial_part(point) : cut->proximal;
-  }
   for (const Cut& cut : cuts_)
     if (cut.proximal == owner && beyond(cut, point) && (point - cut.point).norm() <= cut.reach)
       return cut.distal;

@@ -14,6 +14,7 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/class_map.hpp"
 #include "segmentation/part_planes.hpp"
+#include "segmentation/parts.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/segment.hpp"
 #include "tests/paths.hpp"
@@ -38,6 +39,24 @@ TEST(Convention, HasANameThatIsRead) {
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind, Error::Kind::use);
   EXPECT_NE(refused.error().message().find("deleva1996, dempster or bone"), std::string::npos);
+}
+
+// A forearm that is bent across the chest: where it lies medially of the shoulder's plane, far from that, its
+// flesh is still the forearm's, whichever of the arm's bones it was given to.
+TEST(Convention, AnArmAcrossTheChestEndsAtItsElbow) {
+  PhantomOptions options;
+  options.pose_deg = {{"shoulder_left_flexion", 45},
+                      {"shoulder_left_abduction", 0},
+                      {"shoulder_left_rotation", 75},
+                      {"elbow_left_flexion", 95}};
+  const Landmarks marks = build_phantom(options).value().landmarks;
+  const PartPlanes planes(marks);
+  const Vector3d elbow = marks.at("elbow_left").point, wrist = marks.at("wrist_left").point,
+                 shoulder = marks.at("shoulder_left").point;
+  for (const int owner : {part_label("upper_arm_left"), part_label("forearm_left")}) {
+    EXPECT_EQ(planes.part(owner, elbow + 0.2 * (wrist - elbow)), part_label("forearm_left"));
+    EXPECT_EQ(planes.part(owner, elbow + 0.2 * (shoulder - elbow)), part_label("upper_arm_left"));
+  }
 }
 
 // The planes of cuts.hpp, laid anew from their words.
