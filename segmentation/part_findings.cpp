@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +16,7 @@
 #include "segmentation/contact.hpp"
 #include "segmentation/edge_contact.hpp"
 #include "segmentation/part_words.hpp"
+#include "segmentation/slabs.hpp"
 #include "segmentation/unparted_limbs.hpp"
 
 namespace borelli {
@@ -21,30 +24,50 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Section in which two parts meet, mm^2: of a plane, whatever way it lies.
-double section_between(const LabelMap& labels, std::size_t one, std::size_t other) {
-  const Grid& g = labels.grid;
-  const Vector3d edge = g.spacing();
-  const Vector3d face(edge[1] * edge[2], edge[2] * edge[0], edge[0] * edge[1]);
-  Vector3d area = Vector3d::Zero();
-  const auto meet = [&](std::uint8_t a, std::uint8_t b) {
-    return (a == one && b == other) || (a == other && b == one);
-  };
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const std::uint8_t here = labels.at(i, j, k);
-        if (here != one && here != other) continue;
-        if (i + 1 < g.size[0] && meet(here, labels.at(i + 1, j, k))) area[0] += face[0];
-        if (j + 1 < g.size[1] && meet(here, labels.at(i, j + 1, k))) area[1] += face[1];
-        if (k + 1 < g.size[2] && meet(here, labels.at(i, j, k + 1))) area[2] += face[2];
-      }
-  return area.norm();
-}
+// The section in which each two parts meet, mm^2: of a plane, whatever way it lies.
+class Sections {
+ public:
+  Sections(const LabelMap& labels, int threads) {
+    const Grid& g = labels.grid;
+    const Vector3d edge = g.spacing();
+    const Vector3d face(edge[1] * edge[2], edge[2] * edge[0], edge[0] * edge[1]);
+    std::mutex mutex;
+    in_slabs(g.size[2], threads, [&](std::int64_t first, std::int64_t last) {
+      Faces faces{};
+      const auto count = [&](std::uint8_t a, std::uint8_t b, std::size_t axis) {
+        if (a != b) ++faces[std::min(a, b)][std::max(a, b)][axis];
+      };
+      for (std::int64_t k = first; k < last; ++k)
+        for (std::int64_t j = 0; j < g.size[1]; ++j)
+          for (std::int64_t i = 0; i < g.size[0]; ++i) {
+            const std::uint8_t here = labels.at(i, j, k);
+            if (i + 1 < g.size[0]) count(here, labels.at(i + 1, j, k), 0);
+            if (j + 1 < g.size[1]) count(here, labels.at(i, j + 1, k), 1);
+            if (k + 1 < g.size[2]) count(here, labels.at(i, j, k + 1), 2);
+          }
+      const std::lock_guard lock(mutex);
+      for (std::size_t a = 0; a < parts.size(); ++a)
+        for (std::size_t b = a; b < parts.size(); ++b)
+          for (std::size_t axis = 0; axis < 3; ++axis)
+            area_[a][b][static_cast<Eigen::Index>(axis)] +=
+                static_cast<double>(faces[a][b][axis]) * face[static_cast<Eigen::Index>(axis)];
+    });
+  }
+  double between(std::size_t a, std::size_t b) const { return area_[std::min(a, b)][std::max(a, b)].norm(); }
+
+ private:
+  using Faces = std::array<std::array<std::array<std::int64_t, 3>, parts.size()>, parts.size()>;
+  std::array<std::array<Vector3d, parts.size()>, parts.size()> area_ = [] {
+    std::array<std::array<Vector3d, parts.size()>, parts.size()> none;
+    for (auto& row : none) row.fill(Vector3d::Zero());
+    return none;
+  }();
+};
 
 void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes, Segmentation& out) {
   std::array<std::int64_t, parts.size()> count{};
   for (const auto label : out.labels.voxels) ++count[label];
+  std::optional<Sections> sections;
   const auto contact =
       edge_contact(a.body, a.scan.seen, a.depth, owner,
                    [&](std::uint8_t own, const Vector3d& point) { return planes.part(own, point); });
@@ -68,10 +91,12 @@ void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes
         finding.confidence = std::min(finding.confidence, std::exp(-deviation / 30));
         // of a piece the same deviation is a larger share
         constexpr double small = 4;  // mm
-        if (finding.coverage == Coverage::cut && deviation > small)
+        if (finding.coverage == Coverage::cut && deviation > small) {
+          if (!sections) sections.emplace(out.labels, a.threads);
           finding.confidence =
               std::min(finding.confidence,
-                       std::exp(-2 * deviation * section_between(out.labels, n, neighbour) / finding.volume));
+                       std::exp(-2 * deviation * sections->between(n, neighbour) / finding.volume));
+        }
         if (it->second.source.starts_with("proportion"))
           finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
                           " placed by proportion";
