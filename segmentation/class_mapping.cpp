@@ -153,8 +153,18 @@ Result<ClassMapping> from_table(const std::string& path, std::istream& text) {
 Result<ClassMapping> from_json(const std::string& path, std::istream& text) {
   using nlohmann::json;
   json document;
+  // the keys of each object that is open: a reader keeps the last of two that are the same
+  std::vector<std::set<std::string>> open;
+  std::string twice;
+  const auto watch = [&](int, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) open.emplace_back();
+    if (event == json::parse_event_t::object_end) open.pop_back();
+    if (event == json::parse_event_t::key && !open.back().insert(parsed.get<std::string>()).second)
+      twice = parsed.get<std::string>();
+    return true;
+  };
   try {
-    document = json::parse(text);
+    document = json::parse(text, watch);
   } catch (const json::parse_error& e) {
     return failure(path, std::string("is not JSON: ") + e.what());
   }
@@ -162,6 +172,7 @@ Result<ClassMapping> from_json(const std::string& path, std::istream& text) {
     return failure(
         path,
         "is no mapping: expected an object from label or name to part, {\"femur_left\": \"thigh_left\"}");
+  if (!twice.empty()) return failure(path, "\"" + twice + "\" is there twice");
   ClassMapping mapping;
   std::set<std::string> seen;
   for (const auto& [key, value] : document.items()) {
