@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "pipeline/measure.hpp"
 #include "segmentation/edge_contact.hpp"
 
 namespace borelli {
@@ -24,6 +25,19 @@ Segmentation segmentation_of(LabelMap labels, Landmarks landmarks, const GreyVol
     if (cut[label]) part.note = "reaches the scan's edge";
   }
   return found;
+}
+
+void doubt_what_is_air(const LabelsInAir& air, Segmentation& found) {
+  PartCompleteness doubts;
+  doubt_what_is_air(air, found.labels, doubts);
+  for (const auto& [name, doubt] : doubts) {
+    const auto label = static_cast<std::size_t>(part_label(name));
+    if (label == 0) continue;
+    PartFinding& part = found.part[label];
+    part.note += (part.note.empty() ? "" : "; ") + doubt.doubt;
+    if (doubt.held != Completeness::cut) continue;
+    part.coverage = Coverage::cut, part.confidence = 0;
+  }
 }
 
 }  // namespace borelli

@@ -91,22 +91,23 @@ Laid lay(std::string_view segment, Seen& seen) {
 
 }  // namespace
 
-void lay_isb_frame(SegmentFrame& frame, std::string_view part, const Landmarks& landmarks) {
+std::string lay_isb_frame(SegmentFrame& frame, std::string_view part, const Landmarks& landmarks) {
   if (frame.segment == "head" || frame.segment == "middle_trunk" || frame.segment == "hand" ||
       frame.segment == "trunk" || frame.segment == "arm" || frame.segment == "leg") {
     frame.axes += " (none of the ISB's for this segment)";
-    return;
+    return "";
   }
   Seen seen(landmarks, part);
   const Laid laid = lay(frame.segment, seen);
   if (!seen.missing.empty()) {
     frame.axes += fmt::format(" (not the ISB's, for want of {})", seen.missing);
-    return;
+    return seen.missing;
   }
   const Vector3d Y = laid.Y.normalized(), X = (laid.X - laid.X.dot(Y) * Y).normalized();
   frame.R_WA << X, Y, X.cross(Y);
   frame.axes = laid.axes;
   frame.origin = laid.origin, frame.origin_name = laid.origin_name;
+  return "";
 }
 
 }  // namespace borelli

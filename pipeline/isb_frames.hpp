@@ -16,6 +16,7 @@
 // frame, which says for want of what. Head, abdomen and hand have none here.
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "inertia/table.hpp"
@@ -24,7 +25,7 @@
 namespace borelli {
 
 /// Turns a segment's frame into that of the ISB and gives it its origin; where a landmark is missing the
-/// frame stays and its `axes` say so. `part` as in parts.hpp.
-void lay_isb_frame(SegmentFrame& frame, std::string_view part, const Landmarks& landmarks);
+/// frame stays, its `axes` say so, and that landmark is returned. `part` as in parts.hpp.
+std::string lay_isb_frame(SegmentFrame& frame, std::string_view part, const Landmarks& landmarks);
 
 }  // namespace borelli

@@ -91,15 +91,16 @@ Result<Weighed> weigh(const GreyVolume& volume, const LabelMap& labels, const De
 // `cut` is asked only of parts that are not told of
 Completeness judge(InertiaRow& row, const PartCompleteness& completeness, const std::function<bool()>& cut) {
   const auto told = completeness.find(row.part);
+  const std::string doubt = told == completeness.end() ? "" : told->second.doubt;
   if (told != completeness.end() && told->second.held != Completeness::absent) {
     if (!told->second.why.empty()) row.notes.push_back(told->second.why);
+    if (!doubt.empty()) row.notes.push_back(doubt);
     return told->second.held;
   }
-  if (cut()) {
-    row.notes.push_back("reaches the scan's edge");
-    return Completeness::cut;
-  }
-  return Completeness::whole;
+  const bool reaches = cut();
+  if (reaches) row.notes.push_back("reaches the scan's edge");
+  if (!doubt.empty()) row.notes.push_back(doubt);
+  return reaches ? Completeness::cut : Completeness::whole;
 }
 
 }  // namespace
@@ -113,6 +114,18 @@ PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& fi
                                                     : Completeness::absent,
         findings[label].note};
   return completeness;
+}
+
+void doubt_what_is_air(const LabelsInAir& air, const LabelMap& labels, PartCompleteness& completeness) {
+  for (const std::size_t label : air.doubtful) {
+    const PartHeld not_told{Completeness::absent, "", ""};
+    PartHeld& part = completeness.try_emplace(name_of_label(labels, label), not_told).first->second;
+    part.doubt = fmt::format("{:.0f} % of its label is air outside the body", 100 * air.share[label]);
+    if (std::ranges::find(air.wrong, label) != air.wrong.end()) {
+      part.doubt += ": not this part of this body";
+      part.held = Completeness::cut;
+    }
+  }
 }
 
 Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
@@ -131,8 +144,7 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
     const bool there = weighed->count[label].voxels > 0;
     if (label >= labels.names.size() && !there) continue;
     InertiaRow row;
-    row.part = label < labels.names.size() && !labels.names[label].empty() ? labels.names[label]
-                                                                           : fmt::format("label {}", label);
+    row.part = name_of_label(labels, label);
     row.completeness = there ? judge(row, completeness,
                                      [&] {
                                        if (!cut) cut = cut_labels(labels, volume, options.threads);
@@ -143,7 +155,9 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
     row.inertial = to_inertial(weighed->mass[label], labels.grid, weighed->sampling);
     if (there) row.frame = segment_frame(row.part, landmarks, row.inertial, options.cuts);
     if (row.frame) {
-      if (options.frames == "isb") lay_isb_frame(*row.frame, row.part, landmarks);
+      if (options.frames == "isb")
+        if (const auto missing = lay_isb_frame(*row.frame, row.part, landmarks); !missing.empty())
+          row.notes.push_back("no frame after the ISB, for want of " + missing);
       const std::string told = row.notes.empty() ? "" : row.notes.front();
       for (auto& note : endpoint_notes(*row.frame, row.part, landmarks, told)) row.notes.push_back(note);
     }
@@ -157,7 +171,12 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   source.density_source = hu ? curve->source : "";
   source.sampling = weighed->sampling_in_words;
   source.sex = options.sex, source.pose = options.pose, source.cuts = options.cuts;
-  source.frames = options.frames, source.stature_m = options.stature_m;
+  source.frames =
+      std::ranges::any_of(rows,
+                          [](const InertiaRow& row) { return row.frame && !row.frame->origin_name.empty(); })
+          ? options.frames
+          : MeasureOptions{}.frames;
+  source.stature_m = options.stature_m;
   for (const Segment& segment : options.segments)
     source.segments += (source.segments.empty() ? "" : ",") + segment.name;
   InertiaTable table = table_of_segments(std::move(source), rows, landmarks, options);

@@ -10,6 +10,7 @@
 #include "inertia/density.hpp"
 #include "inertia/moments.hpp"
 #include "inertia/table.hpp"
+#include "pipeline/belonging.hpp"
 #include "segmentation/landmarks.hpp"
 #include "segmentation/segment.hpp"
 #include "segmentation/segments.hpp"
@@ -41,6 +42,8 @@ struct PartHeld {
   Completeness held = Completeness::whole;
   /// "reaches the scan's edge", "holds hand too: no wrist was found", "omphalion placed by proportion" ...
   std::string why;
+  std::string
+      doubt;  ///< what else a reader of its row must know; of an absent part too, which is judged anew
 };
 /// By the part's name.
 using PartCompleteness = std::map<std::string, PartHeld, std::less<>>;
@@ -48,12 +51,20 @@ using PartCompleteness = std::map<std::string, PartHeld, std::less<>>;
 /// The same as our segmentation found it, with its notes.
 PartCompleteness completeness_of(const std::array<PartFinding, parts.size()>& findings);
 
+/// Parts of a label map whose labels lie in air (belonging.hpp) have a doubt; those with much of it are cut.
+void doubt_what_is_air(const LabelsInAir& air, const LabelMap& labels, PartCompleteness& completeness);
+
+/// What is said where --frames isb was asked for and no segment has the landmarks of such a frame.
+inline constexpr std::string_view no_isb_frames =
+    "no segment has a frame after the ISB, for want of landmarks: frames are by the joints";
+
 /// A row for each name of the label map but "outside" (absent where it has no voxel), or for each segment
 /// asked for (segment_rows.hpp), and the whole. The two
 /// grids must agree to a hundredth of a voxel; the volume's is used. `completeness` tells of parts by name;
 /// those that it does not tell of are judged by cut_labels (segmentation/edge_contact.hpp). What it says of a
-/// part is the first of its row's notes. Errors: volumes that hold neither CT numbers nor densities, another
-/// grid, an unknown curve or sex, no labelled voxel.
+/// part is the first of its row's notes. Frames after the ISB that want a landmark are noted too; where none
+/// can be laid, the table's source says "joints". Errors: volumes that hold neither CT numbers nor densities,
+/// another grid, an unknown curve or sex, no labelled voxel.
 Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
                              const MeasureOptions& options = {}, const PartCompleteness& completeness = {});
 

@@ -69,6 +69,15 @@ Result<const MrReading*> RunData::mr() {
   });
 }
 
+Result<const GreyVolume*> RunData::weighed() {
+  const auto scanned = scan();
+  if (!scanned) return tl::unexpected(scanned.error());
+  if ((*scanned)->volume.quantity != Quantity::mr) return &(*scanned)->volume;
+  const auto reading = mr();
+  if (!reading) return tl::unexpected(reading.error());
+  return &(*reading)->density;
+}
+
 Result<const Segmentation*> RunData::segmentation() {
   return once(segmentation_, [&] { return read_back(file("segmentation"), settings.segments); });
 }

@@ -30,6 +30,8 @@ class RunData {
   Result<const ClassMap*> classes();
   /// The reading of an MR scan.
   Result<const MrReading*> mr();
+  /// What masses are taken from: the scan, or the densities read off an MR.
+  Result<const GreyVolume*> weighed();
   Result<const Segmentation*> segmentation();
   /// The labels of the segments that are asked for.
   Result<const LabelMap*> labels();

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "inertia/table_file.hpp"
+#include "pipeline/belonging.hpp"
 #include "pipeline/given_labels.hpp"
 #include "pipeline/measure.hpp"
 #include "pipeline/segmentation_files.hpp"
@@ -98,6 +99,12 @@ Result<json> segment_scan(RunData& data, const Progress& progress) {
   std::optional<GridPick> pick;
   auto found = part_scan(data, (*scan)->volume, options, pick);
   if (!found) return tl::unexpected(found.error());
+  if (options.classes) {
+    const auto weighed = data.weighed();
+    if (!weighed) return tl::unexpected(weighed.error());
+    if (auto said = classes_in_air(**weighed, *options.classes, options.threads); !said.empty())
+      told.push_back(std::move(said));
+  }
   for (const auto& list : {told, (*scan)->warnings})
     found->warnings.insert(found->warnings.begin(), list.begin(), list.end());
   auto answer = hand_on(data, *found, **scan, pick);
@@ -128,6 +135,15 @@ Result<json> use_given_labels(RunData& data, const Progress& progress) {
   found.warnings = std::move(given.warnings);
   if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
     found.warnings.push_back(doubt);
+  const auto weighed = data.weighed();
+  if (!weighed) return tl::unexpected(weighed.error());
+  const LabelsInAir air = labels_in_air(**weighed, found.labels, data.settings.threads);
+  doubt_what_is_air(air, found);
+  if (auto said = in_words(air, found.labels); !said.empty()) found.warnings.push_back(std::move(said));
+  if (auto elsewhere = compare_joints(found.landmarks, found.labels); !elsewhere)
+    return tl::unexpected(elsewhere.error());
+  else if (!elsewhere->empty())
+    found.warnings.push_back(std::move(*elsewhere));
   if (found.landmarks.empty())
     found.warnings.push_back(
         "no landmarks were given with the labels: joints are welded and segment frames unknown");
@@ -143,13 +159,9 @@ Result<json> integrate_parts(RunData& data) {
   if (!segmentation) return tl::unexpected(segmentation.error());
   MeasureOptions options = measuring(data.settings, **scan);
   options.segments = (*segmentation)->asked;
-  const GreyVolume* weighed = &(*scan)->volume;
-  if (weighed->quantity == Quantity::mr) {
-    const auto reading = data.mr();
-    if (!reading) return tl::unexpected(reading.error());
-    weighed = &(*reading)->density;
-  }
-  auto table = measure(*weighed, (*segmentation)->labels, (*segmentation)->landmarks, options,
+  const auto weighed = data.weighed();
+  if (!weighed) return tl::unexpected(weighed.error());
+  auto table = measure(**weighed, (*segmentation)->labels, (*segmentation)->landmarks, options,
                        completeness_of((*segmentation)->part));
   if (!table) return tl::unexpected(table.error());
   table->source.volume = data.settings.volume;
@@ -160,6 +172,7 @@ Result<json> integrate_parts(RunData& data) {
         !written)
       return tl::unexpected(written.error());
   Warnings warnings;
+  if (options.frames == "isb" && table->source.frames != "isb") warnings.emplace_back(no_isb_frames);
   for (const InertiaRow& row : table->rows)
     if (!row.flaw.empty()) warnings.push_back(row.part + ": " + row.flaw);
   if (data.settings.table_tolerance > 0)

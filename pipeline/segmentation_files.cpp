@@ -92,7 +92,7 @@ Result<std::string> read_convention(const fs::path& path) {
   const auto bytes = read_whole(path);
   if (!bytes) return tl::unexpected(bytes.error());
   const json account = json::parse(*bytes, nullptr, false);
-  if (!account.is_object() || !account.contains("convention")) return std::string("deleva1996");
+  if (!account.is_object() || !account.contains("convention")) return std::string();
   if (!account["convention"].is_string()) return failure(path.string(), "\"convention\" must be text");
   return account["convention"].get<std::string>();
 }

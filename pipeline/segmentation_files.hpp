@@ -38,8 +38,8 @@ Result<void> write_label_files(const std::filesystem::path& path, const LabelMap
 Result<void> write_segmentation(const std::filesystem::path& folder, const Segmentation& segmentation,
                                 const nlohmann::json& account, const std::string& given = "");
 
-/// By which convention the parts were cut, from segmentation.json; deleva1996 where an older one does not
-/// say. Errors: no such file, another thing than text.
+/// By which convention the parts were cut, from segmentation.json; empty where an older one does not say.
+/// Errors: no such file, another thing than text.
 Result<std::string> read_convention(const std::filesystem::path& path);
 
 /// The parts' findings from segmentation.json. Errors: missing or damaged file, an unknown part or coverage.

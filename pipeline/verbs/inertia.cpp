@@ -8,6 +8,7 @@
 #include "inertia/compare_tables.hpp"
 #include "inertia/published_summary.hpp"
 #include "inertia/table_file.hpp"
+#include "pipeline/belonging.hpp"
 #include "pipeline/measure.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/number_check.hpp"
@@ -47,6 +48,20 @@ std::string parts_beside(const std::string& labels) {
   return path.filename() == "labels.nii.gz" && std::filesystem::exists(all, absent) ? all.string() : "";
 }
 
+// the convention that the labels were cut by; it cannot be another than that of their findings
+Result<std::string> cuts_of(const InertiaSettings& settings) {
+  if (settings.findings.empty())
+    return settings.convention.empty() ? MeasureOptions{}.cuts : settings.convention;
+  auto told = read_convention(settings.findings);
+  if (!told) return told;
+  if (told->empty()) *told = settings.convention.empty() ? MeasureOptions{}.cuts : settings.convention;
+  if (!settings.convention.empty() && settings.convention != *told)
+    return bad_use("--convention " + settings.convention,
+                   fmt::format("the labels were cut by {}, as {} says: leave it out, or segment anew by it",
+                               *told, settings.findings));
+  return told;
+}
+
 Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int threads) {
   const auto scan = read_scan(settings);
   if (!scan) return tl::unexpected(scan.error());
@@ -64,6 +79,10 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   if (options.pose.empty()) options.pose = scan->pose;
   if (settings.sampling == "points") options.sampling = Sampling::points;
   if (settings.sampling == "averages") options.sampling = Sampling::averages;
+  auto cuts = cuts_of(settings);
+  if (!cuts) return tl::unexpected(cuts.error());
+  options.cuts = std::move(*cuts);
+  std::vector<std::string> warnings;
   PartCompleteness completeness;
   std::optional<ClassMap> classes;
   if (!settings.mapping.empty()) {
@@ -78,6 +97,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     mr = std::move(*read);
     for (const auto& warning : mr->warnings) fmt::print(stderr, "warning: {}\n", warning);
   }
+  const GreyVolume& weighed = mr ? mr->density : grey;
   Result<LabelMap> labels;
   if (!classes) {
     labels = read_labels(settings.labels, settings.names);
@@ -89,12 +109,14 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     parting.threads = threads, parting.classes = &*classes;
     parting.given = mr ? landmarks : given.landmarks;
     if (!settings.convention.empty()) {
-      const auto cuts = convention(settings.convention);
-      if (!cuts) return tl::unexpected(cuts.error());
-      parting.convention = *cuts;
+      const auto by = convention(settings.convention);
+      if (!by) return tl::unexpected(by.error());
+      parting.convention = *by;
     }
     auto found = segment(mr ? flat_body(*mr) : grey, parting);
     if (!found) return tl::unexpected(found.error());
+    if (auto said = classes_in_air(weighed, *classes, threads); !said.empty())
+      warnings.push_back(std::move(said));
     for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
     completeness = completeness_of(found->part);
     labels = std::move(found->labels), landmarks = std::move(found->landmarks);
@@ -113,12 +135,22 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     const auto findings = read_findings(settings.findings);
     if (!findings) return tl::unexpected(findings.error());
     completeness = completeness_of(*findings);
-    auto cuts = read_convention(settings.findings);
-    if (!cuts) return tl::unexpected(cuts.error());
-    options.cuts = std::move(*cuts);
+    auto other = compare_volumes(*findings, *labels);
+    if (!other) return tl::unexpected(other.error());
+    if (!other->empty()) warnings.push_back(std::move(*other));
   }
-  if (!settings.convention.empty()) options.cuts = settings.convention;
-  auto table = measure(mr ? mr->density : grey, std::move(*labels), landmarks, options, completeness);
+  if (!settings.landmarks.empty() && !classes) {
+    auto elsewhere = compare_joints(given.all(), *labels);
+    if (!elsewhere) return tl::unexpected(elsewhere.error());
+    if (!elsewhere->empty()) warnings.push_back(std::move(*elsewhere));
+  }
+  if (same_grid(labels->grid, weighed.grid)) {
+    const LabelsInAir air = labels_in_air(weighed, *labels, threads);
+    doubt_what_is_air(air, *labels, completeness);
+    if (auto said = in_words(air, *labels); !said.empty()) warnings.push_back(std::move(said));
+  }
+  for (const auto& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  auto table = measure(weighed, std::move(*labels), landmarks, options, completeness);
   if (!table) return tl::unexpected(table.error());
   table->source.volume = settings.volume;
   table->source.quantity = scan->reading;
@@ -258,6 +290,8 @@ Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, c
     return bad_use("--blur-reach", "has no effect with --voxels points, which have no blur");
   if (!settings.findings.empty() && !settings.mapping.empty())
     return bad_use("--findings", "has no effect with --label-mapping, by which the parts are found anew");
+  if (settings.measure.frames == "isb" && settings.landmarks.empty() && settings.mapping.empty())
+    return bad_use("--frames isb", "the ISB's frames are laid through landmarks: give --landmarks");
   if (auto fine = check_outputs(settings.outputs); !fine) return tl::unexpected(fine.error());
   const auto table = make_table_from_files(settings, command.threads);
   if (!table) return tl::unexpected(table.error());
@@ -265,6 +299,8 @@ Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, c
     if (auto written = write_whole(output, [&](const auto& path) { return write_table(path, *table); });
         !written)
       return tl::unexpected(written.error());
+  if (settings.measure.frames == "isb" && table->source.frames != "isb")
+    fmt::print(stderr, "warning: {}\n", no_isb_frames);
   if (!command.json) print_table(*table);
   return nlohmann::json::parse(to_json(*table));
 }

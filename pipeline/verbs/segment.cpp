@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 
+#include "pipeline/belonging.hpp"
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/table_tolerance.hpp"
@@ -55,6 +56,12 @@ void print(const Segmentation& found, const std::string& reading, const std::str
       folder);
 }
 
+void warn_of_air(const GreyVolume& volume, const SegmentOptions& options, Segmentation& found) {
+  if (!options.classes) return;
+  if (auto said = classes_in_air(volume, *options.classes, options.threads); !said.empty())
+    found.warnings.insert(found.warnings.begin(), std::move(said));
+}
+
 // `pick`: where a tolerance picks the grid
 Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions& options,
                                   const SegmentChoice& segments, std::optional<GridPick>& pick) {
@@ -65,10 +72,16 @@ Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions
     by.cuts = name_of(options.convention), by.threads = options.threads, by.segments = segments;
     return segment_within(volume, pick->tolerance, options, by, *pick);
   }
-  if (volume.quantity != Quantity::mr) return segment(volume, options);
+  if (volume.quantity != Quantity::mr) {
+    auto found = segment(volume, options);
+    if (found) warn_of_air(volume, options, *found);
+    return found;
+  }
   const auto reading = read_mr(volume, options.classes, options.threads);
   if (!reading) return tl::unexpected(reading.error());
-  return segment_mr(*reading, options);
+  auto found = segment_mr(*reading, options);
+  if (found) warn_of_air(reading->density, options, *found);
+  return found;
 }
 
 Result<nlohmann::json> run(const Asked& asked, const Command& command) {

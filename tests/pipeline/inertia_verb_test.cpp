@@ -1,6 +1,7 @@
 // `borelli inertia` as a user runs it: files in, table out, exit codes and sentences.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -10,6 +11,7 @@
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/landmarks_file.hpp"
+#include "segmentation/read.hpp"
 #include "segmentation/write.hpp"
 #include "tests/pipeline/program_run.hpp"
 
@@ -104,6 +106,65 @@ TEST_F(InertiaVerb, ComparesTablesAndRefusesOtherConventions) {
   EXPECT_EQ(run_program("inertia --compare " + file("a.json")).code, 2);
   EXPECT_EQ(run_program(pair + inputs()).code, 2);
   EXPECT_EQ(run_program("inertia").code, 2);
+}
+
+TEST_F(InertiaVerb, LabelsThatDoNotFitTheScanAreToldOf) {
+  EXPECT_EQ(run_program("inertia" + inputs()).err.find("do not fit"), std::string::npos);
+  const auto labels = read_labels(file("labels.nrrd"));
+  ASSERT_TRUE(labels) << labels.error().message();
+  LabelMap off = *labels;
+  std::ranges::rotate(off.voxels, off.voxels.begin() + 8);  // 64 mm along x
+  ASSERT_TRUE(write_labels(folder / "off.nrrd", off));
+  const ProgramRun told = run_program("inertia --volume " + file("body.nii.gz") + " --labels " +
+                                      file("off.nrrd") + " -o " + file("off.json"));
+  EXPECT_EQ(told.code, 0);
+  EXPECT_NE(told.err.find("the labels do not fit the scan"), std::string::npos) << told.err;
+  const auto table = read_table(file("off.json"));
+  ASSERT_TRUE(table) << table.error().message();
+  for (const InertiaRow& row : table->rows)
+    if (row.part.starts_with("forearm") || row.part.starts_with("shank")) {
+      EXPECT_EQ(row.completeness, Completeness::cut) << row.part;
+      ASSERT_FALSE(row.notes.empty()) << row.part;
+      EXPECT_NE(row.notes.front().find("air outside the body"), std::string::npos) << row.notes.front();
+    }
+  EXPECT_EQ(table->whole.completeness, Completeness::cut);
+}
+
+TEST_F(InertiaVerb, TakesTheCutsOfTheFindings) {
+  folder.write("segmentation.json", R"({"convention": "bone", "parts": {}})");
+  const std::string found = "inertia" + inputs() + " --findings " + file("segmentation.json");
+  const ProgramRun taken = run_program(found);
+  EXPECT_EQ(taken.code, 0) << taken.err;
+  EXPECT_NE(taken.out.find("Cuts: bone"), std::string::npos) << taken.out;
+  EXPECT_EQ(run_program(found + " --convention bone").code, 0);
+  const ProgramRun refused = run_program(found + " --convention deleva1996");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("were cut by bone"), std::string::npos) << refused.err;
+  // an account of before conventions were told
+  folder.write("segmentation.json", R"({"parts": {}})");
+  EXPECT_NE(run_program(found).out.find("Cuts: deleva1996"), std::string::npos);
+  EXPECT_EQ(run_program(found + " --convention dempster").code, 0);
+}
+
+TEST_F(InertiaVerb, FramesOfTheIsbAreThereOrNotCalledSo) {
+  const std::string isb = "inertia" + inputs() + " --frames isb";
+  const ProgramRun refused = run_program(isb);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("give --landmarks"), std::string::npos) << refused.err;
+  const ProgramRun full = run_program(isb + " --landmarks " + file("landmarks.json"));
+  EXPECT_EQ(full.code, 0) << full.err;
+  EXPECT_NE(full.out.find("frames: isb"), std::string::npos);
+  // joints alone lay no frame of the ISB
+  const Phantom phantom = build_phantom({}).value();
+  Landmarks joints;
+  for (const Part& part : parts)
+    if (!part.joint.empty()) joints[std::string(part.joint)] = phantom.landmarks.find(part.joint)->second;
+  ASSERT_TRUE(write_landmarks(folder / "joints.json", joints));
+  const ProgramRun bare = run_program(isb + " --landmarks " + file("joints.json"));
+  EXPECT_EQ(bare.code, 0) << bare.err;
+  EXPECT_NE(bare.out.find("frames: joints"), std::string::npos) << bare.out;
+  EXPECT_NE(bare.err.find("no segment has a frame after the ISB"), std::string::npos) << bare.err;
+  EXPECT_NE(bare.out.find("no frame after the ISB, for want of"), std::string::npos) << bare.out;
 }
 
 TEST_F(InertiaVerb, RefusesBadUseWithCodeTwo) {
