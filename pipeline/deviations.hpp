@@ -2,12 +2,15 @@
 //
 //   density_curve   the published curves in place of the one that was used: the root mean square of what each
 //   makes of the
-//                   entry, about the value in the table. Densities need no curve.
+//                   entry, about the value in the table. Densities need no curve. Of an MR: what each of its
+//                   tissues may weigh (mr_tissues.hpp), above all what is dark, for all parts and for each
 //   noise           of the scan, estimated from second differences along rows within the body: what of it
 //   does not average
-//                   out, and what the bends of the density curve make of it
+//                   out, and what the bends of the density curve make of it. Of an MR: voxels that it
+//                   carries over to another tissue
 //   partial_volume  of averages (moments.hpp): a twentieth of what the skin's mixed voxels weigh and hold,
-//                   and a scanner's blur of 1 mm, which widens a part
+//                   and a scanner's blur of 1 mm, which widens a part. Of an MR: where its tissues meet and
+//                   at the skin, borders that lie .15 of a voxel farther in or out
 //   voxel_size      the errors of voxelised ellipsoids as measured, and planes that voxels round where they
 //   lie along the
 //                   grid
@@ -27,6 +30,7 @@
 #include "inertia/table.hpp"
 #include "pipeline/measure.hpp"
 #include "segmentation/landmarks.hpp"
+#include "segmentation/noise.hpp"
 #include "segmentation/volume.hpp"
 
 namespace borelli {
@@ -48,10 +52,5 @@ struct DeviationInputs {
 /// Gives every row of the table, and the whole, their deviations. Labels that our conventions did not cut
 /// (given ones) have no planes that could be drawn anew: their rows' notes say that the cuts count as exact.
 void add_deviations(InertiaTable& table, const DeviationInputs& inputs);
-
-/// Standard deviation of the noise within the labels, from second differences along rows, as for white noise:
-/// median(|v0 - 2 v1 + v2|) / (0.6745 sqrt 6) of those within three deviations. Grey values; 0 where most
-/// neighbours are equal.
-double estimate_noise(const GreyVolume& volume, const LabelMap& labels);
 
 }  // namespace borelli

@@ -12,6 +12,7 @@
 #include "inertia/table.hpp"
 #include "pipeline/belonging.hpp"
 #include "segmentation/landmarks.hpp"
+#include "segmentation/mr_tissues.hpp"
 #include "segmentation/segment.hpp"
 #include "segmentation/segments.hpp"
 #include "segmentation/volume.hpp"
@@ -29,8 +30,11 @@ struct MeasureOptions {
   double stature_m = 0;             ///< 0: not known
   std::string pose;                 ///< "supine", "standing" ..., or empty
   SegmentChoice segments;           ///< rows of the table; empty: one for each label
-  bool deviations = true;           ///< give every entry its standard deviation
-  int threads = 0;                  ///< 0: as many as the machine has
+  /// Of densities that were read off an MR (mr_tissues.hpp): how sure each of them is; empty: they are exact.
+  std::vector<MrDensity> how_sure;
+  double noise_to_contrast = 0;  ///< of that MR: its noise over the contrast of fat to lean tissue
+  bool deviations = true;        ///< give every entry its standard deviation
+  int threads = 0;               ///< 0: as many as the machine has
 };
 
 /// What MeasureOptions::cuts may be: our conventions, and published ways of cutting.

@@ -6,6 +6,7 @@
 #include "pipeline/belonging.hpp"
 #include "pipeline/given_labels.hpp"
 #include "pipeline/measure.hpp"
+#include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/table_tolerance.hpp"
 #include "pipeline/whole_file.hpp"
@@ -159,10 +160,14 @@ Result<json> integrate_parts(RunData& data) {
   if (!segmentation) return tl::unexpected(segmentation.error());
   MeasureOptions options = measuring(data.settings, **scan);
   options.segments = (*segmentation)->asked;
-  const auto weighed = data.weighed();
-  if (!weighed) return tl::unexpected(weighed.error());
-  auto table = measure(**weighed, (*segmentation)->labels, (*segmentation)->landmarks, options,
-                       completeness_of((*segmentation)->part));
+  std::optional<GreyVolume> of_mr;
+  if ((*scan)->volume.quantity == Quantity::mr) {
+    const auto reading = data.mr();
+    if (!reading) return tl::unexpected(reading.error());
+    of_mr = densities_by_parts(**reading, (*segmentation)->labels, options);
+  }
+  auto table = measure(of_mr ? *of_mr : (*scan)->volume, (*segmentation)->labels, (*segmentation)->landmarks,
+                       options, completeness_of((*segmentation)->part));
   if (!table) return tl::unexpected(table.error());
   table->source.volume = data.settings.volume;
   table->source.quantity = (*scan)->reading;

@@ -8,6 +8,7 @@
 #include "segmentation/bias_field.hpp"
 #include "segmentation/class_parts.hpp"
 #include "segmentation/morphology.hpp"
+#include "segmentation/noise.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/slabs.hpp"
 
@@ -220,10 +221,47 @@ Mask thick_dark(const Volume<float>& mr, const Volume<float>& field, const Mask&
   return rim;
 }
 
+// The brightness at which a voxel at the skin is half body. Of fat the skin over it is less bright: half way
+// between what fat alone would have and what skin.
+double skin_edge(const GreyVolume& volume, std::size_t offset, double field, const Classes& m) {
+  const Grid& g = volume.grid;
+  const auto at = static_cast<std::int64_t>(offset);
+  const std::array<std::int64_t, 3> index{at % g.size[0], at / g.size[0] % g.size[1],
+                                          at / (g.size[0] * g.size[1])};
+  const std::array<std::int64_t, 3> stride{1, g.size[0], g.size[0] * g.size[1]};
+  bool beside_fat = false;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (const std::int64_t by : {-1, 1}) {
+      if (index[c] + by < 0 || index[c] + by >= g.size[c]) continue;
+      beside_fat =
+          beside_fat || m.of(volume.voxels[static_cast<std::size_t>(at + by * stride[c])] / field) == 2;
+    }
+  return 0.5 * (beside_fat ? 0.5 * (m.centre[1] + m.centre[2]) : m.centre[1]);
+}
+
 bool holds(const Mask& mask, const Vector3d& point) {
   const Vector3d at = mask.grid.index(point);
   const auto i = std::lround(at[0]), j = std::lround(at[1]), k = std::lround(at[2]);
   return mask.grid.holds(i, j, k) && mask.at(i, j, k);
+}
+
+// deviations of the classes' densities, with what noise does to them: the share of a class's voxels that it
+// carries over to another
+std::vector<MrDensity> sure_of(const Classes& m, double noise) {
+  const auto beyond = [&](double distance) {
+    return noise > 0 ? 0.5 * std::erfc(distance / (noise * std::sqrt(2.0))) : 0;
+  };
+  const double dark = 0.5 * m.centre[1], fat = 0.5 * (m.centre[1] + m.centre[2]);
+  const auto& weighs = mr_tissue_density;
+  std::vector<MrDensity> all(mr_density_deviations.begin(), mr_density_deviations.end());
+  for (MrDensity& one : all) {
+    if (one.density == weighs[1]) one.noise = beyond(dark - m.centre[0]) * (weighs[2] - weighs[1]);
+    if (one.density == weighs[2])
+      one.noise = beyond(m.centre[1] - dark) * (weighs[1] - weighs[2]) +
+                  beyond(fat - m.centre[1]) * (weighs[3] - weighs[2]);
+    if (one.density == weighs[3]) one.noise = beyond(m.centre[2] - fat) * (weighs[2] - weighs[3]);
+  }
+  return all;
 }
 
 }  // namespace
@@ -289,13 +327,13 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassMap* classes, int
   for (const Part& part : parts) out.tissues.names.emplace_back(part.name);
   for (std::size_t n = 1; n < mr_tissue_names.size(); ++n) out.tissues.names.emplace_back(mr_tissue_names[n]);
   const LabelMap told = classes ? labels_on(classes->labels, g, threads) : LabelMap{};
-  const float edge = background ? static_cast<float>(0.5 * (parting.at + parting.below)) : 0;
   for_each_voxel(g, threads, [&](std::size_t o, const Vector3d& p) {
     const ClassRule* rule = classes && told.voxels[o] ? &classes->rule(told.voxels[o]) : nullptr;
     if (rule ? rule->parts == 0 : !holds(body, p)) return;
-    const float v = static_cast<float>(std::max<int>(0, volume.voxels[o]));
+    const auto here = static_cast<double>(value_at(*field, p));
+    const double bright = std::max<int>(0, volume.voxels[o]) / here;
     // at the skin a voxel of the coarse mask may be air
-    if (!rule && background && v < edge) {
+    if (!rule && background && bright < skin_edge(volume, o, here, m)) {
       bool deep = true;
       for (int c = 0; c < 3 && deep; ++c)
         for (const double side : {-1.0, 1.0}) {
@@ -306,7 +344,7 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassMap* classes, int
         }
       if (!deep) return;
     }
-    auto tissue = static_cast<MrTissue>(1 + m.of(static_cast<double>(v / value_at(*field, p))));
+    auto tissue = static_cast<MrTissue>(1 + m.of(bright));
     if (tissue == MrTissue::dark && holds(gas, p)) tissue = MrTissue::gas;
     int density = mr_tissue_density[static_cast<std::size_t>(tissue)];
     if (rule && rule->tissue == ClassTissue::bone) density = tissue == MrTissue::dark ? 1920 : 1180;
@@ -316,6 +354,8 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassMap* classes, int
     out.tissues.voxels[o] = static_cast<std::uint8_t>(parts.size() - 1 + static_cast<std::size_t>(tissue));
   });
 
+  out.noise = estimate_noise(volume, out.tissues);
+  out.how_sure = sure_of(m, out.noise);
   for (std::size_t n = 0; n < 3; ++n) out.brightness[n + 1] = m.centre[n];
   for (const auto label : out.tissues.voxels)
     if (label) out.litres[label - (parts.size() - 1)] += g.voxel_volume() * 1e-6;
@@ -334,7 +374,10 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassMap* classes, int
                     dark, 1.5 * dark, 1.1 * dark, 1.92 * dark));
   if (thick > 0)
     out.warnings.push_back(
-        fmt::format("{:.2f} litres are dark and more than 20 mm thick: taken as lung (382 kg/m^3)", thick));
+        fmt::format("{:.2f} litres are dark and more than 20 mm thick: taken as lung (382 kg/m^3), but as "
+                    "dark tissue in parts other "
+                    "than the upper and middle trunk",
+                    thick));
   if (!classes)
     out.warnings.push_back("the marrow of bones is bright and counts as fat, so bones come out too light");
   return out;

@@ -5,7 +5,8 @@
 // classes (dark, lean, fat) of this scan's own brightness, after correction of its bias field: k-means, the
 // dark class at no signal, and fat taken as the brightest, as in T1-weighted scans and T2-weighted ones by
 // fast spin echo without suppression of fat. Dark places within the body that are more than 20 mm thick are
-// gas or lung, thinner ones cortical bone, tendon and ligament.
+// gas or lung, thinner ones cortical bone, tendon and ligament. At the skin a body ends where it is half as
+// bright as what lies there.
 #pragma once
 
 #include <array>
@@ -26,12 +27,36 @@ inline constexpr std::array<std::string_view, 5> mr_tissue_names{"outside", "dar
 /// warnings.
 inline constexpr std::array<int, 5> mr_tissue_density{0, 1500, 1050, 950, 382};
 
+/// How sure such a density is.
+struct MrDensity {
+  int density;    ///< kg/m^3, as it stands in MrReading::density
+  double shared;  ///< standard deviation that all parts of a body have in common, kg/m^3
+  double own;     ///< of each part for itself
+  /// What noise adds on average to the voxels of this class, by giving some of them to another.
+  double noise = 0;
+};
+/// Fat: adipose tissues of ICRU 44 are 930 to 970, and marrow with its bone (1180) counts as fat. Lean:
+/// muscle 1050, brain 1040, blood 1060, liver 1060, skin 1090. Dark: tendon 1100 to cortical bone 1920, whose
+/// marrow would weigh two more litres at 230 beyond fat for each litre of it (ICRP 110: spongiosa is some
+/// twice cortex), down to air in head and gut. Gas or lung: 260 (ICRU 44, inflated) to 500 breathed out, or
+/// what is none. Bone that classes tell: the spread of ICRP 110's spongiosas (1050 to 1190, marrow cavities
+/// 980), and cortex with what of soft tissue is in its voxels.
+inline constexpr std::array<MrDensity, 7> mr_density_deviations{{{1500, 140, 200},
+                                                                 {1050, 8, 5},
+                                                                 {950, 15, 12},
+                                                                 {382, 50, 50},
+                                                                 {1920, 60, 100},
+                                                                 {1180, 40, 60},
+                                                                 {1, 0, 0}}};
+
 struct MrReading {
   GreyVolume density;  ///< of the scan's grid, kg/m^3; 0 outside the body
   LabelMap tissues;    ///< of the scan's grid; label 17 on, so that none is taken for a part
   std::array<double, 5>
       brightness{};  ///< middling value of each class in the corrected image, in the scan's own values
   std::array<double, 5> litres{};
+  double noise = 0;                   ///< standard deviation in the scan's own values
+  std::vector<MrDensity> how_sure;    ///< of the densities that there are
   std::vector<std::string> warnings;  ///< what this reading rests on, in plain words
 };
 

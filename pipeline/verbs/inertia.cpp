@@ -10,6 +10,7 @@
 #include "inertia/table_file.hpp"
 #include "pipeline/belonging.hpp"
 #include "pipeline/measure.hpp"
+#include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -150,6 +151,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     if (auto said = in_words(air, *labels); !said.empty()) warnings.push_back(std::move(said));
   }
   for (const auto& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  if (mr) mr->density = densities_by_parts(*mr, *labels, options);
   auto table = measure(weighed, std::move(*labels), landmarks, options, completeness);
   if (!table) return tl::unexpected(table.error());
   table->source.volume = settings.volume;

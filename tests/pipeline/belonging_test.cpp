@@ -19,7 +19,6 @@ Scan scan_of(double h) {
   grid.spacing.setConstant(h);
   Scan scan = voxelise(standing(), phantom_grid(standing(), grid),
                        {.partial_volume = true, .blur_mm = 0.7, .noise_hu = 20, .seed = 3});
-  for (const Part& part : parts) scan.labels.names.emplace_back(part.name);
   return scan;
 }
 

@@ -7,6 +7,7 @@
 #include "pipeline/recut.hpp"
 #include "segmentation/segment.hpp"
 #include "tests/pipeline/deviation_trials.hpp"
+#include "tests/pipeline/mr_trials.hpp"
 
 namespace borelli {
 namespace {
@@ -144,6 +145,41 @@ TEST(Deviations, HoldWhatIsFoundInAScan) {
     EXPECT_EQ(counts[entry].cases, 16) << entry;
     EXPECT_GE(counts[entry].within, 15) << entry;
   }
+}
+
+// An MR scan: its tissues weigh what a curve that is drawn says, not what the reading takes them for. All
+// parts of a body share these, so that eight bodies are some 8 x 4 independent cases: three deviations of .95
+// are .12. A longer run: deviations_bench mr.
+TEST(Deviations, HoldWhatAnMrWeighs) {
+  std::map<std::string, test::TrialCount> entries, parts;
+  for (std::uint32_t trial = 0; trial < 8; ++trial) test::try_mr(4000 + trial, 5, 7, entries, parts);
+  test::TrialCount all;
+  for (const auto& [entry, count] : entries) {
+    all.cases += count.cases, all.within += count.within;
+    std::printf("%-24s %5.1f %% within two, errors of %.2f deviations rms\n", entry.c_str(),
+                100 * count.share(), std::sqrt(count.squares / count.cases));
+    EXPECT_GE(count.share(), 0.8) << entry;
+  }
+  std::printf("all %.1f %%\n", 100 * all.share());
+  EXPECT_GE(all.share(), 0.9);
+  EXPECT_LE(all.share(), 0.995);
+  for (const auto& [part, count] : parts)  // and no deviation is as wide as it likes
+    EXPECT_GT(std::sqrt(count.squares / count.cases), 0.3) << part;
+}
+
+// What is thick and dark weighs as lung in the chest alone.
+TEST(Deviations, LimbsOfAnMrHoldNoLung) {
+  LabelMap labels;
+  labels.grid.size = {4, 1, 1};
+  for (const Part& part : parts) labels.names.emplace_back(part.name);
+  const auto label = [](const char* name) { return static_cast<std::uint8_t>(part_label(name)); };
+  labels.voxels = {0, label("upper_trunk"), label("shank_left"), label("shank_left")};
+  MrReading reading;
+  reading.density = {{labels.grid, {382, 382, 382, 950}}, Quantity::density_kgm3};
+  reading.brightness = {0, 30, 350, 900, 0};
+  MeasureOptions options;
+  EXPECT_EQ(densities_by_parts(reading, labels, options).voxels,
+            (std::vector<std::int16_t>{382, 382, 1500, 950}));
 }
 
 }  // namespace
