@@ -133,16 +133,17 @@ std::vector<Switch> Builder::free_in_space(const Part& part) {
   return switches;
 }
 
-// The line through the epicondyles, turned so that flexion is positive: `flexion_sign` along the patient's
-// left.
+// The line through the epicondyles, turned so that flexion is positive: on the left to the lateral side times
+// `flexion_sign`, on the right against it, however the limb lies. A joint that would then bend backwards by
+// more than any does has its epicondyles interchanged.
 std::optional<Vector3d> Builder::hinge_axis(const Part& part, double flexion_sign) const {
   const std::string joint(part.joint);
   const std::string kind = without_side(joint), side = joint.substr(kind.size());
   const auto medial = point(kind + "_medial" + side), lateral = point(kind + "_lateral" + side);
   if (!medial || !lateral || (*lateral - *medial).norm() < 1e-6) return std::nullopt;
-  Vector3d axis = (*lateral - *medial).normalized();
-  if (axis.dot(axes_.col(0)) * flexion_sign < 0) axis = -axis;
-  return axis;
+  constexpr double backwards = 20 * degree;
+  const Vector3d axis = flexion_sign * (side == "_left" ? 1 : -1) * (*lateral - *medial).normalized();
+  return flexion_in_scan(part, axis) < -backwards ? Vector3d(-axis) : axis;
 }
 
 // The angle between the long axes of the two segments about the hinge, in the scan's pose.

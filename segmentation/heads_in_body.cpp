@@ -165,7 +165,7 @@ bool HeadsInBody::solid(const FoundSphere& ball) const {
         ++seen;
         bone += anatomy_.bone.at(i, j, k);
       }
-  return bone > least * seen;
+  return hollow_ || bone > least * seen;
 }
 
 bool HeadsInBody::on_femur(const FoundSphere& ball, int side) const {

@@ -46,6 +46,9 @@ class HeadsInBody {
   /// Heads are bone through and through (but for what thin scans leave unfilled); of a ball that ribs or a
   /// sacrum's edges agree on half is not.
   bool solid(const FoundSphere& ball) const;
+  /// From now on every ball passes for solid: about a child's heads the balls of an adult's size hold more
+  /// than bone, and tell its size all the same.
+  void allow_hollow() { hollow_ = true; }
   /// From a femoral head bone leads straight outwards and down to the shaft, or to where the scan ends below
   /// or beside; from a tuber, a socket or an iliac wing it leads there by a detour or not at all. The head
   /// itself must be in view whole.
@@ -53,6 +56,7 @@ class HeadsInBody {
 
  private:
   const Anatomy& anatomy_;
+  bool hollow_ = false;
   std::vector<double> lung_;   // ml within each slice of the work grid
   double low_ = 0, high_ = 0;  // lowest and highest level with body in view
 

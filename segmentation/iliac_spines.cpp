@@ -89,6 +89,11 @@ void find_iliac_spines(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
     mark->deviation = std::max(mark->deviation, apart);
     mark->source += unlike_other_side;
   }
+  // or the hips are not: of children whose shoulders are not in view one was 30 mm off
+  if (!trunk.shoulder[0])
+    for (const char* hip : {"hip_left", "hip_right", "mid_hip"})
+      if (const auto it = marks.find(hip); it != marks.end())
+        it->second.deviation = std::max(it->second.deviation, apart);
 }
 
 // The spines are foremost of the wings, whose bone goes back above them and below: what is foremost at the

@@ -87,6 +87,8 @@ struct JointEnd {
   bool measured = false;  // on a cylinder that the bone's edges agree on
 };
 
+constexpr double child_size = 0.8;  // at most, in parts of an adult's
+
 // of an elbow or knee by outlines alone, mm: in phantoms on slices of 5 and 8 mm they come out 8 to 20 mm too
 // far up the limb (`landmark_trials`, tests/suite), on the ICRP male's bones, which are broadest farther
 // down, less
@@ -275,7 +277,8 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   // alone may pass for them
   constexpr double condyles_in_view = 30, thigh_in_view = 30, unlike_condyles = 60, half_wide = 40, cut = 12;
   if (a.near_edge(k.centre, half_wide * scale)) deviation = std::max(deviation, cut * scale);
-  if (way.cut && a.near_edge(k.centre + condyles_in_view * scale * down, a.step()))
+  const bool child = a.size < child_size;  // whose knees came out 17 mm too high 13 mm over the end
+  if (way.cut && a.near_edge(k.centre + (child ? 2 : 1) * condyles_in_view * scale * down, a.step()))
     deviation = std::max(deviation, condyles_in_view * scale);
   if (way.headless && a.near_edge(k.centre - thigh_in_view * scale * down, a.step()))
     deviation = std::max(deviation, unlike_condyles * scale);
@@ -334,6 +337,45 @@ LikelyWrist likely_wrist(std::vector<WristPlace> places, const Vector3d& by_sect
   return {kept ? by_sections : best->point, kept, std::sqrt(squares / sum)};
 }
 
+// Which of the elbow's sides is which is told by the way it bends, where it does (`down` and `along`: the
+// upper arm's direction and the forearm's): an arm over the head or turned inwards has them the other way
+// round.
+void turn_elbow(int side, const Vector3d& down, const Vector3d& along, Landmarks& marks) {
+  const std::string at = side_suffix(side);
+  const Vector3d bent = along - along.dot(down) * down;
+  constexpr double straight = 0.35;  // sine of 20 degrees
+  Landmark &medial = marks["elbow_medial" + at], &lateral = marks["elbow_lateral" + at];
+  const Vector3d outwards = side_sign(side) * bent.cross(down);
+  if (bent.norm() > straight) {
+    if (outwards.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
+    return;
+  }
+  // a straight one: as though the arm had swung there by the shortest way. How it turned about itself on the
+  // way up, nothing tells
+  const Vector3d swung = Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), down) *
+                         Vector3d(side_sign(side) * Vector3d::UnitX());
+  if (swung.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
+  constexpr double raised = 0.5;  // 120 degrees
+  if (down[2] > raised)
+    for (Landmark* place : {&medial, &lateral})
+      place->deviation = std::max(place->deviation, 0.5 * (lateral.point - medial.point).norm());
+}
+
+// A place on the way beyond a joint that tells the limb's direction there, where the next joint is not found:
+// the cut end, or as far as the shaft surely goes. Nothing where the way ends near the joint.
+constexpr double forearm_shaft = 200, shank_shaft = 300;  // mm
+std::optional<Vector3d> far_end_of(const LimbWay& way, const Vector3d& joint, double shaft) {
+  constexpr double enough = 60;  // mm
+  const auto off = [&](const Vector3d& p) { return (p - joint).norm(); };
+  auto end = std::prev(way.points.end());
+  if (!way.cut) {
+    end = std::min_element(way.points.begin(), way.points.end(),
+                           [&](const auto& p, const auto& q) { return off(p) < off(q); });
+    while (std::next(end) != way.points.end() && off(*end) < shaft) ++end;
+  }
+  return off(*end) > enough ? std::optional(*end) : std::nullopt;
+}
+
 void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
   const auto n = static_cast<std::size_t>(side);
   const LimbWay& way = limbs.arm(side);
@@ -361,17 +403,25 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   // where the scan ends above an elbow, the shaft that broadens towards it passes for its end
   constexpr double joint_in_view = 30;
   if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return;
-  // outlines of a child's epicondyles, on voxels as large beside it as ones of 6 mm beside an adult
+  // a child's outlines of epicondyles on voxels as large beside it as ones of 6 mm beside an adult, and its
+  // cylinders on ones of 4 (9 mm off in 2 of 6 children at 3 mm)
   const double edge = std::max(std::cbrt(a.source->grid.voxel_volume()), a.step());
-  const double deviation =
-      e.measured ? e.deviation : std::hypot(e.deviation, 24 * std::max(0.0, edge - 5 * scale));
+  const double coarse = a.size > child_size ? 0
+                        : e.measured        ? (edge > 4 ? 8 : 0)
+                                            : 24 * std::max(0.0, edge - 5 * scale);
+  const double deviation = std::hypot(e.deviation, coarse);
   marks["elbow" + at] = found(
       e.centre, deviation,
       e.measured ? "bone: cylinder on the trochlea and capitulum" : "bone: middle of the humeral epicondyles",
       e.radius);
   put_sides(a, marks, "elbow", at, e, deviation + 2, "bone: humeral epicondyle");
 
-  if (joints.end == 0) return;
+  const auto turn_sides = [&](const Vector3d& along) { turn_elbow(side, down, along, marks); };
+  if (joints.end == 0) {
+    if (const auto beyond = far_end_of(way, e.centre, forearm_shaft * scale))
+      turn_sides((*beyond - e.centre).normalized());
+    return;
+  }
   // the joint's line stands square to the forearm, between the styloids' sides just above it
   const Vector3d by_sections = way.points[way.index(joints.end)];
   const LikelyWrist likely = a.gap_may_fuse(scale)
@@ -402,53 +452,25 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
       std::hypot(5, a.gaps_unseen(scale), std::max(likely.deviation, may_be_beyond ? 0.5 * in_view : 0.0)),
       "bone: between radius and carpals");
 
-  // which of the elbow's sides is which is told by the way it bends, where it does: an arm over the head or
-  // turned inwards has them the other way round
-  const Vector3d bent = along - along.dot(down) * down;
-  constexpr double straight = 0.35;  // sine of 20 degrees
-  Landmark &medial = marks["elbow_medial" + at], &lateral = marks["elbow_lateral" + at];
-  const Vector3d outwards = side_sign(side) * bent.cross(down);
-  if (bent.norm() > straight) {
-    if (outwards.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
-    return;
-  }
-  // a straight one: as though the arm had swung there by the shortest way. How it turned about itself on the
-  // way up, nothing tells
-  const Vector3d swung = Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), down) *
-                         Vector3d(side_sign(side) * Vector3d::UnitX());
-  if (swung.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
-  constexpr double raised = 0.5;  // 120 degrees
-  if (down[2] > raised)
-    for (Landmark* place : {&medial, &lateral})
-      place->deviation = std::max(place->deviation, 0.5 * (lateral.point - medial.point).norm());
+  turn_sides(along);
 }
 
 // Where the scan cuts forearms and shanks whose far joint is not in view, or how far they go on where none is
 // found: that tells their direction.
 void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
-  // the way goes along one of two bones, half a wrist's breadth beside the axis
-  constexpr double enough = 60, beside = 12;
+  constexpr double beside = 12;  // mm: the way goes along one of two bones
   struct LowerLimb {
     const LimbWay* way;
     const char *joint, *beyond, *name;
-    double shaft;  // surely reaches as far
+    double shaft;
   };
   for (const int side : {left_side, right_side})
-    for (const LowerLimb& limb : {LowerLimb{&limbs.arm(side), "elbow", "wrist", "forearm_end", 200},
-                                  LowerLimb{&limbs.leg(side), "knee", "ankle", "shank_end", 300}}) {
+    for (const LowerLimb& limb : {LowerLimb{&limbs.arm(side), "elbow", "wrist", "forearm_end", forearm_shaft},
+                                  LowerLimb{&limbs.leg(side), "knee", "ankle", "shank_end", shank_shaft}}) {
       const std::string at = side_suffix(side);
       const auto from = marks.find(limb.joint + at);
       if (!limb.way->present || from == marks.end() || marks.contains(limb.beyond + at)) continue;
-      const auto& points = limb.way->points;
-      const auto off = [&](const Vector3d& p) { return (p - from->second.point).norm(); };
-      const Vector3d* end = &points.back();
-      if (!limb.way->cut) {
-        auto n = std::min_element(points.begin(), points.end(),
-                                  [&](const auto& p, const auto& q) { return off(p) < off(q); });
-        while (n + 1 != points.end() && off(*n) < limb.shaft * scale) ++n;
-        end = &*n;
-      }
-      if (off(*end) > enough)
+      if (const auto end = far_end_of(*limb.way, from->second.point, limb.shaft * scale))
         marks[limb.name + at] = found(
             *end, beside, limb.way->cut ? "bone: where the scan cuts it" : "bone: as far as it surely goes");
     }

@@ -32,6 +32,7 @@
 #include "segmentation/slabs.hpp"
 #include "segmentation/soft_tissue.hpp"
 #include "segmentation/trunk_landmarks.hpp"
+#include "segmentation/unparted_limbs.hpp"
 
 namespace borelli {
 namespace {
@@ -143,6 +144,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   out.labels = label_voxels(volume, a, owner, planes, classes, options.threads);
   judge_parts(a, owner, planes, out);
   if (limbs.arms_meet) doubt_hands_that_meet(out);
+  doubt_head_under_arms(a, limbs, out);
   put_given(options.given, out.landmarks);
   if (!classes && !by_hand && trunk.hip[0] && !trunk.shoulder[0])
     doubt_what_holds_arms(a, owner, planes, std::max(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]), out);

@@ -284,12 +284,17 @@ double Trunk::middle(double z) const {
 Trunk find_trunk(const Anatomy& a) {
   Trunk trunk;
   const auto balls = vote_balls(a.scan.hu, a.bone, 17, 29, 8, a.threads);
-  const HeadsInBody body(a);
+  HeadsInBody body(a);
   trunk.lungs = body.lungs();
   find_hips(a, body, balls, trunk);
   find_shoulders(a, body, balls, trunk);
   if (!trunk.shoulder[0] && trunk.hip[0]) find_one_shoulder(a, body, balls, trunk);
   if (!trunk.shoulder[0] && !trunk.hip[0]) find_one_side(a, body, balls, trunk);
+  if (!trunk.shoulder[0] && !trunk.hip[0]) {
+    body.allow_hollow();
+    find_hips(a, body, balls, trunk);
+    find_shoulders(a, body, balls, trunk);
+  }
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   if (!hips && !shoulders) return trunk;
   const auto& pair = hips ? trunk.hip : trunk.shoulder;

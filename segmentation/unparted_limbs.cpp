@@ -22,9 +22,23 @@ constexpr std::array<LimbPart, 4> limb_parts{{{"thigh", "hip", "knee", "shank an
                                               {"upper_arm", "shoulder", "elbow", "forearm and hand"},
                                               {"forearm", "elbow", "wrist", "the hand"}}};
 
+constexpr const LimbPart* upper_arm = &limb_parts[2];
+
 const Landmark* find(const Landmarks& marks, const std::string& name) {
   const auto it = marks.find(name);
   return it == marks.end() ? nullptr : &it->second;
+}
+
+// The longest upper arm of a body of this size, mm, by hips and shoulders or the shoulders' breadth (de
+// Leva's male: 282 at 515 from hips to shoulders and 364 from shoulder to shoulder); 0: nothing tells it.
+double usual_upper_arm(const Landmarks& marks) {
+  constexpr double length = 282, tall = 515, broad = 364, longest = 1.15;
+  const Landmark *left = find(marks, "shoulder_left"), *right = find(marks, "shoulder_right"),
+                 *hips = find(marks, "mid_hip");
+  if (!left || !right) return 0;
+  const double size = hips ? (0.5 * (left->point + right->point) - hips->point).norm() / tall
+                           : (left->point - right->point).norm() / broad;
+  return longest * length * size;
 }
 
 }  // namespace
@@ -71,12 +85,15 @@ void doubt_unparted_limbs(Segmentation& out) {
       const Landmark *from = find(out.landmarks, limb.from + own),
                      *far_from = find(out.landmarks, limb.from + other),
                      *far_to = find(out.landmarks, limb.to + other);
-      if (finding.volume == 0 || finding.coverage != Coverage::cut || !far_to || is_doubted(*far_to) ||
-          out.landmarks.contains(limb.to + own))
+      if (finding.volume == 0 || finding.coverage != Coverage::cut || out.landmarks.contains(limb.to + own))
         continue;
-      const bool by_length = from && far_from;
+      const double usual = &limb == upper_arm && from ? usual_upper_arm(out.landmarks) : 0;
+      const bool compares = far_to && !is_doubted(*far_to);
+      if (!compares && usual == 0) continue;
+      const bool by_length = !compares || (from && far_from);
       if (!by_length && &limb != &limb_parts[0]) continue;
-      const double reach = by_length ? longer * (far_to->point - far_from->point).norm() + thick : 0;
+      const double length = !compares ? usual : by_length ? (far_to->point - far_from->point).norm() : 0;
+      const double reach = longer * length + thick;
       double beyond = 0;
       for (std::int64_t k = 0; k < g.size[2]; ++k)
         for (std::int64_t j = 0; j < g.size[1]; ++j)
@@ -92,6 +109,27 @@ void doubt_unparted_limbs(Segmentation& out) {
       finding.note += (finding.note.empty() ? "" : "; ") + std::string("holds what is in view of ") +
                       limb.beyond + " too: no " + limb.to + " was found";
     }
+}
+
+void doubt_head_under_arms(const Anatomy& a, const Limbs& limbs, Segmentation& out) {
+  constexpr double below_end = 40, over_shoulder = 40, arm_long = 150;  // mm
+  PartFinding& head = out.part[static_cast<std::size_t>(part_label("head"))];
+  const double top = a.grid().point(Vector3d(0, 0, static_cast<double>(a.grid().size[2] - 1)))[2];
+  for (const int side : {left_side, right_side}) {
+    const std::string own = side_suffix(side);
+    const LimbWay& way = limbs.arm(side);
+    const Landmark* shoulder = find(out.landmarks, "shoulder" + own);
+    if (!way.present || !way.cut || !shoulder || out.landmarks.contains("wrist" + own) || head.volume == 0)
+      continue;
+    const double z = way.points.back()[2];
+    if (z > top - below_end || z < shoulder->point[2] + over_shoulder) continue;
+    head.confidence = std::min(head.confidence, 0.2);
+    head.note += (head.note.empty() ? "" : "; ") +
+                 std::string("may hold a hand: a raised arm leaves the scan at its side");
+    if (const auto vertex = out.landmarks.find("vertex"); vertex != out.landmarks.end())
+      vertex->second.deviation = std::max(vertex->second.deviation, arm_long);
+    return;
+  }
 }
 
 }  // namespace borelli

@@ -92,6 +92,27 @@ TEST(Skeleton, JointsAreAtTheirCentresAndHingesReadTheFlexion) {
   EXPECT_NEAR(flexion("forearm_left"), 0, 2);
 }
 
+// The elbow's axis goes with the arm: raised beyond the horizontal it bends forwards as below; with its
+// epicondyles interchanged, too, since no elbow bends backwards so far.
+TEST(Skeleton, ElbowsOfRaisedArmsBendForwards) {
+  for (const double abduction : {80.0, 100.0, 150.0}) {
+    Body made = body({{"shoulder_left_abduction", abduction},
+                      {"shoulder_right_abduction", abduction},
+                      {"elbow_left_flexion", 60},
+                      {"elbow_right_flexion", 60}});
+    for (const bool interchanged : {false, true}) {
+      if (interchanged)
+        std::swap(made.phantom.landmarks.at("elbow_medial_left"),
+                  made.phantom.landmarks.at("elbow_lateral_left"));
+      const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
+      ASSERT_TRUE(skeleton) << skeleton.error().message();
+      for (const char* part : {"forearm_left", "forearm_right"})
+        EXPECT_NEAR(solid(skeleton->scene, part).switches.back().q.at(0) / degree, 60, 3)
+            << part << ' ' << abduction << interchanged;
+    }
+  }
+}
+
 const Switch& ball(const Scene& scene, const std::string& part) {
   for (const Switch& one : solid(scene, part).switches)
     if (std::holds_alternative<Ball>(one.kind)) return one;

@@ -3,7 +3,9 @@
 // exact labels.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
+#include <utility>
 
 #include "tests/segmentation/dice.hpp"
 #include "tests/segmentation/scanned_body.hpp"
@@ -212,6 +214,66 @@ TEST(ScanEnds, JustBelowTheWrists) {
         EXPECT_LT(part(of, "forearm" + side).confidence, 0.5) << below << side;
       }
     }
+  }
+}
+
+// Raised arms: a drawn body in a pose, as far as the scan shows it.
+ScannedBody raised(std::uint64_t variation, std::map<std::string, double> pose, const Vector3d& low,
+                   const Vector3d& high) {
+  PhantomOptions options;
+  options.variation = variation;
+  options.pose_deg = std::move(pose);
+  auto body = build_phantom(options);
+  EXPECT_TRUE(body);
+  GridOptions grid;
+  grid.spacing.setConstant(3);
+  grid.crop_low = low, grid.crop_high = high;
+  ScanOptions as;
+  as.partial_volume = true, as.noise_hu = 12;
+  const Scan scan = voxelise(*body, phantom_grid(*body, grid), as);
+  auto found = segment(scan.grey);
+  EXPECT_TRUE(found);
+  return {*body, scan.labels, *found};
+}
+
+// Where the scan ends above the elbows of raised, bent arms, the forearms in view tell which side is medial.
+TEST(ScanEnds, AboveRaisedElbows) {
+  const ScannedBody of = raised(931,
+                                {{"shoulder_left_abduction", 150},
+                                 {"shoulder_right_abduction", 145},
+                                 {"elbow_left_flexion", 50},
+                                 {"elbow_right_flexion", 60}},
+                                {-500, -400, 880}, {500, 400, 1740});
+  for (const std::string side : {"_left", "_right"}) {
+    EXPECT_FALSE(of.found.landmarks.contains("wrist" + side));
+    const auto axis = [&](const auto& marks) -> Vector3d {
+      return (marks.at("elbow_lateral" + side).point - marks.at("elbow_medial" + side).point).normalized();
+    };
+    EXPECT_GT(axis(of.found.landmarks).dot(axis(of.body.landmarks)), std::cos(10 * M_PI / 180)) << side;
+  }
+}
+
+// Raised arms that leave the scan at its side at the elbow and come back: what they hold then is told.
+TEST(ScanEnds, BesideRaisedElbows) {
+  const ScannedBody arms = raised(911,
+                                  {{"shoulder_left_abduction", 110},
+                                   {"shoulder_right_abduction", 115},
+                                   {"elbow_left_flexion", 90},
+                                   {"elbow_right_flexion", 100}},
+                                  {-400, -400, 850}, {400, 400, 3000});
+  ASSERT_GT(volume(arms.exact, "forearm_right"), 0.4e6);
+  EXPECT_EQ(part(arms, "forearm_right").volume, 0);
+  EXPECT_LE(part(arms, "upper_arm_right").confidence, 0.2);
+  EXPECT_GT(part(arms, "upper_arm_left").confidence, 0.8);
+  const ScannedBody head = raised(
+      917, {{"shoulder_left_abduction", 120}, {"shoulder_left_rotation", -85}, {"elbow_left_flexion", 115}},
+      {-400, -400, 850}, {250, 400, 3000});
+  ASSERT_GT(volume(head.exact, "hand_left"), 0.2e6);
+  EXPECT_EQ(part(head, "hand_left").volume, 0);
+  EXPECT_LE(part(head, "head").confidence, 0.2);
+  if (const auto vertex = head.found.landmarks.find("vertex"); vertex != head.found.landmarks.end()) {
+    EXPECT_LT((vertex->second.point - head.body.landmarks.at("vertex").point).norm(),
+              2 * vertex->second.deviation);
   }
 }
 
