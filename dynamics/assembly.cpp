@@ -211,7 +211,7 @@ Result<Assembly> assemble(const System& system, const Parameters& parameters, St
                           Workspace& workspace) {
   for (const CoordinateInfo& info : system.coordinates)
     if (info.q_size == 4) state.q.segment<4>(info.q_index).normalize();
-  if (system.rows == 0) return Assembly{};
+  if (!workspace.has_rows()) return Assembly{};
   const State before = state;
   workspace.solver.forget();
   auto assembly = Assembler(system, parameters, state, workspace).run();

@@ -7,6 +7,7 @@
 // then has a `surface`, or a `restitution` alone where it cannot rub.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,11 @@ struct ContactMode {
                             ///< velocity is too small to say
   bool operator==(const ContactMode&) const = default;
 };
+
+inline bool any_closed(const std::vector<ContactMode>& modes) {
+  return std::any_of(modes.begin(), modes.end(),
+                     [](const ContactMode& mode) { return mode.touch != Touch::open; });
+}
 
 /// One point where two things can touch, as a System lists it.
 struct Contact {

@@ -56,8 +56,7 @@ double ContactEvents::size_of(int i) const {
 
 void ContactEvents::tell() {
   stepping_.rows.modes = probing_.rows.modes = w_.rows.modes = modes_;
-  any_closed_ = std::any_of(modes_.begin(), modes_.end(),
-                            [](const ContactMode& mode) { return mode.touch != Touch::open; });
+  any_closed_ = any_closed(modes_);
   any_slack_ = std::any_of(slack_.begin(), slack_.end(), [](double slack) { return slack > 0; });
 }
 
@@ -93,7 +92,9 @@ void ContactEvents::follow(const Workspace& workspace) {
       changed = true;
       modes_[i].slip[c] = workspace.rows.slip_along[i][c];
     }
+  every_.detail = ConstraintRows::Detail::values;
   scan_constraints(system_, system_.parameters, workspace.kinematics, every_);
+  every_.detail = ConstraintRows::Detail::rows;
   certifier_.observe_gaps(workspace.kinematics.t, every_.h);
   if (any_slack_) {
     for (std::size_t i = 0; i < slack_.size(); ++i)

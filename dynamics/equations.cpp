@@ -74,8 +74,21 @@ Fault find_terms(const System& system, const Parameters& parameters, Workspace& 
   return {finite ? Fault::Kind::singular_mass : Fault::Kind::not_finite, singular};
 }
 
+/// Rows, multipliers and friction where no row holds.
+void empty_rows(Workspace& w) {
+  if (w.rows_empty) return;
+  w.rows.empty();
+  w.multipliers.setZero();
+  w.friction.sliding.clear();
+  w.rows_empty = true;
+}
+
 Fault find_rows(const System& system, const Parameters& parameters, Workspace& w) {
-  if (!w.has_rows()) return {};
+  if (!w.has_rows()) {
+    empty_rows(w);
+    return {};
+  }
+  w.rows_empty = false;
   scan_constraints(system, parameters, w.kinematics, w.rows);
   if (w.rows.degenerate >= 0) return {Fault::Kind::degenerate_constraint, w.rows.degenerate};
   return {};
@@ -129,6 +142,7 @@ bool articulate(const System& system, const Parameters& parameters, double t, co
                 const double* v, Workspace& w, const double* applied) {
   if (w.kinematics.equations != Equations::recursive || w.has_rows() || !w.articulation.every_body_moves)
     return false;
+  empty_rows(w);
   const bool acted = !system.efforts.empty();
   move_links(system, parameters, parameters.inertials, t, q, v, acted, w.kinematics, w.articulation);
   if (acted) scan_efforts(system, parameters, w.kinematics, w.efforts);

@@ -54,7 +54,9 @@ struct Workspace {
   /// Contacts are left to the method (Integrator::handles_contacts): none holds in the equations, and their
   /// rows stay empty unlooked at.
   bool leaves_contacts = false;
-  bool has_rows() const { return bilateral_rows > 0 || (!rows.modes.empty() && !leaves_contacts); }
+  /// Whether any row holds: while all contacts of a scene without other rows are open, its equations are
+  /// those of a scene without them.
+  bool has_rows() const { return bilateral_rows > 0 || (!leaves_contacts && any_closed(rows.modes)); }
   int bilateral_rows = 0;  ///< rows that are no contact's
 
   Eigen::VectorXd a;              ///< nv, accelerations
@@ -66,6 +68,7 @@ struct Workspace {
 
   Eigen::VectorXd wanted, correction;  ///< scratch: rows, nv
   SlidingFriction friction;
+  bool rows_empty = true;  ///< rows, multipliers and friction are those of a state in which none holds
 
   /// What outlasts an evaluation.
   template <class Keeper>

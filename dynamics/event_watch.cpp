@@ -27,6 +27,9 @@ constexpr double finest = 1. / 4096;
 // tells
 constexpr long most_looks = 1 << 15;
 
+// so many of them are kept for other functions
+constexpr std::size_t kept_looks = 64;
+
 // speeds change between looks
 constexpr double allowance = 2;
 
@@ -90,6 +93,8 @@ EventWatch::EventWatch(const System& system, std::vector<EventSource*> sources)
   hits_.reserve(count);
   which_.reserve(count);
   ahead_.reserve(64);
+  kept_.resize(count > 1 ? kept_looks : 0);
+  for (Kept& kept : kept_) kept.values.resize(count);
 }
 
 void EventWatch::evaluate(const State& state, const Kinematics& kinematics) {
@@ -110,6 +115,7 @@ void EventWatch::start(const State& state, const Kinematics& kinematics) {
 void EventWatch::begin_step() {
   end_known_ = false;
   looks_ = 0;
+  kept_count_ = 0;
   for (Watched& w : watched_) {
     w.start = w.end;
     w.side = w.side_at_end;
@@ -154,6 +160,11 @@ class EventWatch::Search {
       : watch_(watch), i_(i), path_(path), h_(h), landing_(landing) {}
 
   bool look(double theta, EventValue& value) {
+    for (std::size_t k = 0; k < watch_.kept_count_; ++k)
+      if (watch_.kept_[k].theta == theta) {
+        value = watch_.kept_[k].values[i_];
+        return true;
+      }
     if (++watch_.looks_ > most_looks) {
       error_ = {
           watch_.system_.scene,
@@ -171,6 +182,11 @@ class EventWatch::Search {
                       watch_.kinematics_);
     watch_.evaluate(state, watch_.kinematics_);
     value = watch_.values_[i_];
+    if (watch_.kept_count_ < watch_.kept_.size()) {
+      Kept& kept = watch_.kept_[watch_.kept_count_++];
+      kept.theta = theta;
+      std::copy(watch_.values_.begin(), watch_.values_.end(), kept.values.begin());
+    }
     return true;
   }
 
@@ -325,6 +341,7 @@ Result<void> EventWatch::search(int i, StepPath& path, double h, Landing& landin
 Result<AfterEvent> EventWatch::handle(Landing& landing, Workspace& workspace, std::vector<LoggedEvent>& log) {
   evaluate(landing.state, workspace.kinematics);
   for (int i : hits_) watched_[i].start = values_[i];
+  kept_count_ = 0;
   AfterEvent after = AfterEvent::go_on;
   for (std::size_t s = 0; s < sources_.size(); ++s) {
     which_.clear();

@@ -47,6 +47,11 @@ class EventWatch {
     double theta = 0;
     EventValue value;
   };
+  /// Of all functions, kept for the others: their searches begin at the same places.
+  struct Kept {
+    double theta = 0;
+    std::vector<EventValue> values;
+  };
   class Search;
   Result<void> search(int i, StepPath& path, double h, Landing& landing);
 
@@ -58,6 +63,8 @@ class EventWatch {
   Kinematics kinematics_;
   std::vector<int> hits_, which_;
   std::vector<Look> ahead_;  ///< scratch
+  std::vector<Kept> kept_;   ///< of this step, the first kept_count_
+  std::size_t kept_count_ = 0;
   bool end_known_ = false;
   long looks_ = 0;         ///< in this step
   double theta_ = 0;       ///< of the event found

@@ -38,7 +38,7 @@ MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings,
 
 bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y, Eigen::VectorXd& dy) {
   // no solver of rows whose rank were to be decided, and nothing else solved in the workspace since
-  const bool known = system_.rows == 0 && solved_ && w_.evaluations == evaluations_ &&
+  const bool known = !w_.has_rows() && solved_ && w_.evaluations == evaluations_ &&
                      std::abs(last_time_ - state.t) <= 1e-15 * std::abs(state.t) && state.q == q_ &&
                      state.v == last_v_;
   q0_ = state.q;
@@ -83,7 +83,7 @@ bool MotionFlow::derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd&
   fault_ = accelerate(system_, system_.parameters, t, q_.data(), last_v_.data(), within_step_, w_);
   if (fault_) return false;
   fill(y, dy);
-  solved_ = true;
+  solved_ = !w_.has_rows();
   last_time_ = t;
   evaluations_ = w_.evaluations;
   return true;

@@ -151,6 +151,14 @@ ConstraintRowsOf<T>::ConstraintRowsOf(const System& system)
 }
 
 template <class T>
+void ConstraintRowsOf<T>::empty() {
+  L.setZero();
+  slip.setZero();
+  for (Eigen::VectorX<T>* each : {&E, &h, &rate, &partial_rate}) each->setZero();
+  degenerate = -1;
+}
+
+template <class T>
 void ConstraintScan<T>::along(int r, int site, const Vector3<T>& p_W, const Vector3<T>& f) {
   if (rows_.detail != Detail::rows) {
     if (rows_.detail == Detail::values) return;

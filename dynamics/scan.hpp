@@ -108,6 +108,8 @@ struct ConstraintRowsOf {
   /// Per contact that slides: its slip's direction as a row (contacts x size), and along its two rows.
   RowsOf<T> slip;
   std::vector<std::array<T, 2>> slip_along;
+  /// As where no row holds.
+  void empty();
   bool every_row = false;  ///< keep the rows of all contacts, whatever their mode
   /// How much a scan finds. Of `rates` and `values`: L and E stay as they are, poses and velocities of bodies
   /// are enough, and rows across contacts with planes are left out.

@@ -36,11 +36,11 @@ SingularWatch::Reason SingularWatch::observe(const State& state, const Workspace
                                              std::vector<LoggedEvent>& log) {
   if (system_.rows == 0) return {};
   const ConstraintSolver& solver = w.solver;
-  if (solver.nearness() < nearness_) {
+  if (w.has_rows() && solver.nearness() < nearness_) {
     nearness_ = solver.nearness();
     nearness_time_ = state.t;
   }
-  const bool inside = solver.rank() < solver.full_rank();
+  const bool inside = w.has_rows() && solver.rank() < solver.full_rank();
   Reason reason;
   if (inside) {
     if (!inside_) {

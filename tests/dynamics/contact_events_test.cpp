@@ -62,6 +62,19 @@ TEST(ContactRuns, RowsBetweenStepsKnowNothingOfTheImpactAfterThem) {
   }
 }
 
+TEST(ContactRuns, AnOpenContactTakesNoEvaluationsOfItsOwn) {
+  Scene scene = sample("bouncing_ball.toml");
+  scene.simulation.end_time = 0.2;  // it lands after 0.4515 s
+  for (const char* method : {"dopri5", "dop853", "rk4", "gbs"}) {
+    scene.simulation.method = method;
+    Scene alone = scene;
+    alone.constraints.clear();
+    const Trajectory with = run(scene), without = run(alone);
+    EXPECT_LE(with.certificate.evaluations, without.certificate.evaluations + 1) << method;  // at its start
+    EXPECT_EQ(with.q, without.q) << method;
+  }
+}
+
 TEST(ContactRuns, TheCradleHandsItsSpeedOn) {
   Scene scene = sample("cradle.toml");
   scene.simulation.end_time = 0.6;  // the first ball arrives after a quarter of 2.01 s
