@@ -33,6 +33,16 @@ constexpr double to_do = 0.003, loosest = 3e-6, pilot = 1e5, coarsest = 3e-3, ap
 // these, and where two runs farther apart than this do not do, the third is near the second
 constexpr double near_pilot = 1000;
 
+// The first run begins with velocities off by that part of its tolerance: what it differs by from the next
+// then holds what a motion makes of errors that are larger than itself (about an unstable position, where
+// steps too long for the motion pass for right by any tolerance). An implicit method keeps what is smaller
+// than its tolerance in such a position, so there it is more than that.
+constexpr double off_explicit = 0.03, off_implicit = 3;
+
+// after two runs with nothing in common errors are in no proportion to tolerances, either: they count by no
+// less than this part of these's square root
+constexpr double after_parting = 1. / 3;
+
 // a run by another sort of method may cost so many times what has been spent
 constexpr double worth_a_try = 5;
 
@@ -94,7 +104,8 @@ class Search {
         how.energy_threshold = std::max(std::min(settings_.accuracy, 1e-3), energy_threshold(chosen_, true));
       if (!before_ && !settings_.verify && chosen_.method != implicit_)
         how.output_interval = settings_.end_time - start_;  // it is no answer: its rows are not wanted
-      auto now = run(how, limits_, samples);
+      const double off = chosen_.method == implicit_ ? off_implicit : off_explicit;
+      auto now = run(how, limits_, before_ ? 0 : off * chosen_.tolerance, samples);
       if (!now && !before_ && chosen_.tolerance > first_ && !stopped()) {  // it may be too coarse
         next_tolerance(std::max(0.1, first_ / chosen_.tolerance));
         continue;
@@ -184,13 +195,17 @@ class Search {
     // where it is to be verified, it counts with no less than the coarser one's
     if (settings_.verify) return difference * std::max(1.0, share / (1 - share));
     if (difference > apart) return std::numeric_limits<double>::infinity();
-    return difference * (rough_ ? std::sqrt(share) : share) / (1 - share);
+    const double part = rough_    ? std::sqrt(share)
+                        : parted_ ? std::max(share, after_parting * std::sqrt(share))
+                                  : share;
+    return difference * part / (1 - share);
   }
 
   /// Whether the run is the answer; else chooses the next tolerance.
   bool judge(const Difference& found, Trajectory& now) {
     const double error = error_of(found.size);
     const bool reached = error <= settings_.accuracy;
+    parted_ = parted_ || !std::isfinite(error);
     if (!reached && chosen_.tolerance > worth_lowering * least_) {
       const bool far = rough_ && chosen_.tolerance * near_pilot < 0.99 * tolerance_before_;
       next_tolerance(far ? 0.1
@@ -232,6 +247,7 @@ class Search {
   double first_ = 0;  ///< tolerance that is to do, where a coarser run judges it
   double spent_ = 0;  ///< evaluations, so far
   int runs_ = 0;
+  bool parted_ = false;   ///< two runs had nothing in common
   bool rough_ = false;    ///< a run met stops or contacts
   bool doubted_ = false;  ///< a run was made again since its certificate was not trusted
   std::optional<Samples> before_;

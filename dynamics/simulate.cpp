@@ -8,6 +8,7 @@
 #include "dynamics/accuracy.hpp"
 #include "dynamics/certifier.hpp"
 #include "dynamics/contact_events.hpp"
+#include "dynamics/disturbance.hpp"
 #include "dynamics/evaluate.hpp"
 #include "dynamics/event_watch.hpp"
 #include "dynamics/fastest_change.hpp"
@@ -682,9 +683,11 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
   double spent = 0;
   return run_to_accuracy(
       system, state.t, settings,
-      [&](const SimulationSettings& chosen, RunLimits limits, Samples& samples) -> Result<Trajectory> {
+      [&](const SimulationSettings& chosen, RunLimits limits, double disturbance,
+          Samples& samples) -> Result<Trajectory> {
         limits.evaluations = std::min(limits.evaluations, most - spent);
-        auto made = simulate_once(system, state, chosen, watched, limits, &samples);
+        const State from = disturbance > 0 ? disturbed(system, state, disturbance) : state;
+        auto made = simulate_once(system, from, chosen, watched, limits, &samples);
         if (made) spent += double(made->certificate.evaluations);
         if (!(spent > most)) return made;
         stopped = true;

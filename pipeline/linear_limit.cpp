@@ -59,6 +59,13 @@ std::optional<SmallDeviations> deviations_from_start(const System& system) {
   return SmallDeviations{{values.begin(), values.end()}, by->acceleration_by_v.cwiseAbs().maxCoeff() > 0};
 }
 
+double growth_rate(const SmallDeviations& deviations) {
+  double most = 0;
+  for (const Complex& lambda : deviations.eigenvalues)
+    if (lambda.real() > std::max(no_change, 1e-3 * std::abs(lambda))) most = std::max(most, lambda.real());
+  return most;
+}
+
 std::optional<double> linear_limit(const std::string& method, const SmallDeviations& deviations) {
   for (const char* a_stable : {"implicit_midpoint", "gauss4", "gauss6", "generalized_alpha"})
     if (method == a_stable) return unbounded;

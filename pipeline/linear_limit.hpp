@@ -21,6 +21,10 @@ struct SmallDeviations {
 /// cannot be had (contacts, a singular start).
 std::optional<SmallDeviations> deviations_from_start(const System& system);
 
+/// The rate at which small deviations grow by themselves: the largest real part of the eigenvalues, 1/s,
+/// where rounding does not make it.
+double growth_rate(const SmallDeviations& deviations);
+
 /// The largest step h for which the method keeps exp(lambda t) from growing for all eigenvalues, those of
 /// motions that grow by themselves left out: |R(h lambda)| <= 1 with the method's stability polynomial
 /// (euler, rk2, rk4: Hairer and Wanner, Solving ODEs II, IV.2), or h |lambda| <= 2 where accelerations depend

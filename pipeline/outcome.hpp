@@ -43,7 +43,8 @@ struct RunLengths {
   long most = 10000;  ///< steps of any kind: the run of a shorter step ends before the scene's end
 };
 
-/// Runs the system from its start by `how` with step (fixed methods, made exactly) or tolerance `setting`.
+/// Runs the system from its start by `how` with step (fixed methods, made exactly) or tolerance `setting`. A
+/// run that goes beyond the scene's end and finds no solution there is made anew to the end alone.
 Tried try_run(const System& system, SimulationSettings how, double setting, const RunLengths& lengths = {});
 
 /// What a run that came to its end is, by its certificate's numbers (limits are the certificate's own) and

@@ -30,6 +30,10 @@ class Mapping {
     for (const Result<Scene>& scene : map_.sweep.scenes) {
       systems.push_back(scene ? compile(*scene) : tl::unexpected(scene.error()));
       deviations.push_back(systems.back() ? deviations_from_start(*systems.back()) : std::nullopt);
+      map_.own_growth.push_back(deviations.back()
+                                    ? growth_rate(*deviations.back()) *
+                                          (systems.back()->settings.end_time - systems.back()->initial.t)
+                                    : 0);
     }
     for (std::size_t m = 0; m < methods; ++m)
       for (std::size_t c = 0; c < columns; ++c) {

@@ -61,6 +61,10 @@ struct StabilityMap {
   RunLengths lengths;
   std::vector<StabilityCell> cells;    ///< by method, column, rising setting: the ladders' own, no others
   std::vector<StabilityLimit> limits;  ///< by method, column
+  /// By column, of the scene's time: how many times small deviations from the start grow by themselves, as
+  /// the natural logarithm (the largest real part of an eigenvalue times that time). 0: they do not, or it is
+  /// not known.
+  std::vector<double> own_growth = {};
   const Ladder& ladder_of(std::size_t method) const;
 };
 

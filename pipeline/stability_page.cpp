@@ -13,6 +13,9 @@
 namespace borelli {
 namespace {
 
+// as a natural logarithm
+constexpr double much_growth = 13.8;
+
 std::string setting_words(const StabilityMap& map, std::size_t method, double setting) {
   return method_is_adaptive(map.methods[method]) ? fmt::format("tolerance {:.4g}", setting)
                                                  : fmt::format("step {:.4g} s", setting);
@@ -67,6 +70,26 @@ Axis column_axis(const StabilityMap& map) {
           .whole_numbers = map.sweep.parameter.empty()};
 }
 
+}  // namespace
+
+std::string own_growth_words(const StabilityMap& map) {
+  double most = 0;
+  std::size_t column = 0, count = 0;
+  for (std::size_t i = 0; i < map.own_growth.size(); ++i) {
+    if (map.own_growth[i] < much_growth) continue;
+    ++count;
+    if (map.own_growth[i] > most) most = map.own_growth[column = i];
+  }
+  if (count == 0) return "";
+  return fmt::format(
+      "Small deviations from the start grow by themselves, {}by e^{:.3g} in the scene's time{}: what grows "
+      "there may be the motion, not the method.",
+      map.sweep.names.size() > 1 ? fmt::format("with {} ", map.sweep.names[column]) : "", most,
+      count > 1 ? fmt::format(", and with {} others", count - 1) : "");
+}
+
+namespace {
+
 std::vector<std::string> notes_of(const StabilityMap& map) {
   std::vector<std::string> notes;
   if (map.sweep.parameter.empty()) {
@@ -80,6 +103,7 @@ std::vector<std::string> notes_of(const StabilityMap& map) {
                   "more than {} "
                   "end there, and are unfinished.",
                   map.lengths.least, map.lengths.most));
+  if (const std::string growing = own_growth_words(map); !growing.empty()) notes.push_back(growing);
   if (std::any_of(map.limits.begin(), map.limits.end(), [](const auto& limit) { return limit.over > 0; }))
     notes.push_back("Empty dots: limits that were found in the first part of the scene's time alone.");
   return notes;
@@ -166,8 +190,10 @@ std::string limit_words(double limit) {
   return std::isnan(limit) ? "none" : std::isinf(limit) ? "all" : fmt::format("{:.4g}", limit);
 }
 
-std::string stable_words(const StabilityLimit& limit) {
+std::string stable_words(const StabilityMap& map, const StabilityLimit& limit) {
   if (!limit.known) return "not known";
+  if (std::isnan(limit.stable))
+    return fmt::format("none from {:.3g} on", map.ladder_of(limit.method).values.front());
   return limit.over > 0 ? fmt::format("{:.4g} in {:.3g} s", limit.stable, limit.over)
                         : limit_words(limit.stable);
 }
@@ -203,12 +229,14 @@ std::string stability_page(const StabilityMap& map) {
         map.methods[limit.method],
         html_text(map.sweep.parameter.empty() ? map.sweep.names[limit.column]
                                               : fmt::format("{:.4g}", map.sweep.values.values[limit.column])),
-        stable_words(limit), limit.linear ? limit_words(*limit.linear) : "", limit_words(limit.trusted),
+        stable_words(map, limit), limit.linear ? limit_words(*limit.linear) : "", limit_words(limit.trusted),
         first == map.cells.end() ? "" : html_text(first->tried.reason),
         first == map.cells.end() ? "" : name_of(first->tried.outcome));
   }
   body +=
-      "</table>\n<p>Steps in s, tolerances of adaptive methods. all: at all that were tried; none: at none; "
+      "</table>\n<p>Steps in s, tolerances of adaptive methods. all: at all that were tried; none from x on: "
+      "at "
+      "none, of which x is the smallest; "
       "in 0.5 s: in the scene's first 0.5 s, as runs below the limit were not let go on for longer; not "
       "known: those runs end before any that is unstable becomes so (--most-steps lets them go on). "
       "Linear: what theory says of small deviations from the start. What failed is said under the pointer, "

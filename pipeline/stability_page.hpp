@@ -27,8 +27,13 @@ std::string stability_limits_csv(const StabilityMap& map);
 /// "0.0141", "all" or "none".
 std::string limit_words(double limit);
 
-/// That of stability, with the time that it is of: "0.0141", "2.8e-05 in 0.57 s", or "not known".
-std::string stable_words(const StabilityLimit& limit);
+/// Where motions grow by themselves, by a million times and more in the scene's time: in words, for the scene
+/// of the most. Empty: none does.
+std::string own_growth_words(const StabilityMap& map);
+
+/// That of stability, with the time that it is of: "0.0141", "2.8e-05 in 0.57 s", "none from 1e-4 on" (the
+/// smallest setting tried), or "not known".
+std::string stable_words(const StabilityMap& map, const StabilityLimit& limit);
 
 /// Scenes that made a method fail, nearest to its limit: for each method and unstable outcome one, with the
 /// method and step that it fails by in its [simulation], and how in its first line:

@@ -112,8 +112,9 @@ void print(const StabilityMap& map) {
     fmt::print("  {:20} {:28} {:>18} {:>12} {:>12}\n", map.methods[limit.method],
                map.sweep.parameter.empty() ? map.sweep.names[limit.column]
                                            : fmt::format("{:.6g}", map.sweep.values.values[limit.column]),
-               stable_words(limit), limit.linear ? limit_words(*limit.linear) : "-",
+               stable_words(map, limit), limit.linear ? limit_words(*limit.linear) : "-",
                limit_words(limit.trusted));
+  if (const std::string growing = own_growth_words(map); !growing.empty()) fmt::print("  {}\n", growing);
 }
 
 // What a map that was broken off leaves, to be taken up by the same command.
