@@ -64,7 +64,7 @@ Result<Sweep> sweep_of(const Options& o, const Command& command) {
       if (!scene) return tl::unexpected(scene.error());
       scenes.push_back(std::move(*scene));
     }
-    return sweep_of_scenes(std::move(scenes));
+    return sweep_of_scenes(std::move(scenes), o.scenes);
   }
   if (o.scenes.size() > 1) return bad_use("--vary", "goes through one scene; name one, or leave --vary out");
   const auto vary = parse_vary(o.vary);

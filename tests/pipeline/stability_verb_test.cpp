@@ -105,6 +105,26 @@ TEST(StabilityVerb, ASpoiltFileOrAnOlderMapLeaveNothing) {
   EXPECT_TRUE(std::filesystem::exists(folder / "rk4.svg"));
 }
 
+TEST(StabilityVerb, ScenesOfOneNameAreToldByTheirFiles) {
+  const TestFolder folder;
+  const std::string scene = read_whole(samples + "pendulum.toml").value();
+  std::filesystem::create_directories(folder / "other");
+  std::string files;
+  for (const char* name : {"soft.toml", "stiff.toml", "other/stiff.toml"})
+    files += " " + folder.write(name, scene).string();
+  const ProgramRun run =
+      run_program("stability" + files + " " + samples +
+                  "shock.toml --end 0.1 --step 1e-2 --methods rk4 --json -o " + (folder / "out").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json limits = json::parse(run.out, nullptr, false)["limits"];
+  ASSERT_EQ(limits.size(), 4u);
+  const std::string own = read_scene(samples + "pendulum.toml").value().name;
+  EXPECT_EQ(limits[0]["name"], own + " (soft.toml)");
+  EXPECT_EQ(limits[1]["name"], own + " (" + (folder / "stiff.toml").string() + ")");
+  EXPECT_EQ(limits[2]["name"], own + " (" + (folder / "other/stiff.toml").string() + ")");
+  EXPECT_EQ(limits[3]["name"], read_scene(samples + "shock.toml").value().name);
+}
+
 TEST(StabilityVerb, RunsLong) {
   const TestFolder folder;
   const ProgramRun run = run_program("stability " + samples +
