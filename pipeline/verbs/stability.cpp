@@ -232,7 +232,7 @@ Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   if (!written) return tl::unexpected(written.error());
   bar.end(fmt::format("{} runs", map->cells.size()));
   std::vector<std::string> drawings = integrator_names();
-  drawings.insert(drawings.end(), {"limits", "limits_tolerance"});
+  drawings.insert(drawings.end(), {"limits", "limits_tolerance", "methods", "methods_tolerance"});
   if (auto done = write_plots(stability_plots(*map), folder, drawings); !done)
     return tl::unexpected(done.error());
   for (const auto& [name, text] :

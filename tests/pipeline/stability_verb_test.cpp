@@ -125,6 +125,23 @@ TEST(StabilityVerb, ScenesOfOneNameAreToldByTheirFiles) {
   EXPECT_EQ(limits[3]["name"], read_scene(samples + "shock.toml").value().name);
 }
 
+TEST(StabilityVerb, OneSceneAloneHasADrawingOfItsMethods) {
+  const TestFolder folder;
+  const std::string asked = "stability " + samples +
+                            "pendulum.toml --end 1 --step 1e-2,1e-1 --tolerance 1e-4 --json -o " +
+                            folder.path().string() + " --methods ";
+  ASSERT_EQ(run_program(asked + "rk4,verlet,dopri5").code, 0);
+  for (const char* file : {"methods.svg", "methods.png", "rk4.svg", "dopri5.svg"})
+    EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
+  for (const char* file : {"limits.svg", "limits_tolerance.svg", "methods_tolerance.svg"})  // of one dot
+    EXPECT_FALSE(std::filesystem::exists(folder / file)) << file;
+  const std::string drawing = read_whole(folder / "methods.svg").value();
+  EXPECT_NE(drawing.find("Methods: 1 rk4, 2 verlet."), std::string::npos);
+  std::size_t tiles = 0;
+  for (std::size_t at = 0; (at = drawing.find("class='tile'", at)) != std::string::npos; ++at) ++tiles;
+  EXPECT_EQ(tiles, 4u);
+}
+
 TEST(StabilityVerb, RunsLong) {
   const TestFolder folder;
   const ProgramRun run = run_program("stability " + samples +
