@@ -65,6 +65,9 @@ Result<VolumeEconomy> volume_economy(
 
 /// Error and time against the size of voxels and of the work grid: file name and drawing.
 std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEconomy& economy);
+inline std::vector<std::string> volume_economy_plot_names() {
+  return {"grid_error", "grid_time", "voxels_error", "voxels_time"};
+}
 std::string volume_economy_page(const VolumeEconomy& economy, const std::string& title);
 /// A line per trial and choice of parts.
 std::string volume_economy_csv(const VolumeEconomy& economy);
