@@ -137,7 +137,22 @@ double VolumeTrial::worst(std::size_t choice) const {
   return most;
 }
 
+const VolumeTrial* VolumeEconomy::next_to_reference() const {
+  const VolumeTrial* next = nullptr;
+  for (const VolumeTrial& trial : trials)
+    if (trial.of == VolumeTrial::Of::work_grid && trial.size > trials.front().size &&
+        (!next || trial.size < next->size))
+      next = &trial;
+  return next;
+}
+
+double VolumeEconomy::doubt(std::size_t choice) const {
+  const VolumeTrial* next = next_to_reference();
+  return next ? next->worst(choice) : 0;
+}
+
 const VolumeTrial* VolumeEconomy::pick(VolumeTrial::Of of, std::size_t choice) const {
+  if (doubt(choice) > tolerance) return nullptr;
   double fails = std::numeric_limits<double>::infinity();
   for (const VolumeTrial& trial : trials)
     if (trial.of == of && !(trial.worst(choice) <= tolerance)) fails = std::min(fails, trial.size);

@@ -128,7 +128,17 @@ Result<nlohmann::json> work_on_volume(const Options& o, const Command& command) 
     for (const std::string& sentence : in_words(*economy)) fmt::print("{}\n", sentence);
     fmt::print("{}: drawings on a page; beside it SVG, PNG and CSV\n", (folder / "economy.html").string());
   }
-  return nlohmann::json{{"volume", o.input}, {"tolerance", economy->tolerance}, {"trials", trials}};
+  nlohmann::json doubt = nlohmann::json::array();
+  for (std::size_t c = 0; c < std::size(parts_choices); ++c)
+    doubt.push_back({{"parts", parts_choices[c].count}, {"differs_by", economy->doubt(c)}});
+  const VolumeTrial* next = economy->next_to_reference();
+  return nlohmann::json{{"volume", o.input},
+                        {"tolerance", economy->tolerance},
+                        {"reference",
+                         {{"work_grid_mm", economy->trials.front().size},
+                          {"next_mm", next ? nlohmann::json(next->size) : nlohmann::json()},
+                          {"doubt", doubt}}},
+                        {"trials", trials}};
 }
 
 Result<nlohmann::json> work_on_scene(const Options& o, const Command& command) {
