@@ -152,10 +152,14 @@ double VolumeEconomy::doubt(std::size_t choice) const {
 }
 
 const VolumeTrial* VolumeEconomy::pick(VolumeTrial::Of of, std::size_t choice) const {
-  if (doubt(choice) > tolerance) return nullptr;
+  const bool known = doubt(choice) <= tolerance;
+  double finest = std::numeric_limits<double>::infinity();
+  for (const VolumeTrial& trial : trials)
+    if (trial.of == of) finest = std::min(finest, trial.size);
   double fails = std::numeric_limits<double>::infinity();
   for (const VolumeTrial& trial : trials)
-    if (trial.of == of && !(trial.worst(choice) <= tolerance)) fails = std::min(fails, trial.size);
+    if (trial.of == of && (!(trial.worst(choice) <= tolerance) || (!known && trial.size > finest)))
+      fails = std::min(fails, trial.size);
   const VolumeTrial* best = nullptr;
   for (const VolumeTrial& trial : trials)
     // (of what takes about as long the coarsest is the least; beyond one that fails it would be luck)

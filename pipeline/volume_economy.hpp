@@ -4,7 +4,7 @@
 // Errors are against the table of the scan's own voxels with parts found on the finest grid
 // (grids_to_try), by entry_errors; they say what is lost from there, not what the scan itself is off by. How
 // far that table is off is not known: by how much it and the next coarser grid's differ is the least that the
-// errors can be trusted to, and nothing is picked for a tolerance below.
+// errors can be trusted to, and nothing coarser is picked for a tolerance below.
 // Coarser voxels are means over blocks of the scan's own, as a scanner of thicker slices and larger pixels
 // gives.
 #pragma once
@@ -54,7 +54,7 @@ struct VolumeEconomy {
   /// By how much the reference and that differ; 0: there is none.
   double doubt(std::size_t choice) const;
   /// The coarsest of a kind (not curves) whose table of all such parts is within the tolerance, as are those
-  /// of all finer ones; null: none, or the tolerance is below the doubt.
+  /// of all finer ones; null: none. Nothing but the finest where the tolerance is below the doubt.
   const VolumeTrial* pick(VolumeTrial::Of of, std::size_t choice) const;
 };
 

@@ -103,13 +103,14 @@ std::vector<std::string> in_words(const VolumeEconomy& economy) {
   const VolumeTrial& whole = economy.trials.front();
   for (const Of of : {Of::work_grid, Of::voxels})
     for (std::size_t c = 0; c < std::size(parts_choices); ++c) {
-      if (economy.doubt(c) > economy.tolerance) {
-        out.push_back(fmt::format("{} parts within {}: no {} chosen, for the reference is not known to that",
-                                  parts_choices[c].count, percent(economy.tolerance),
-                                  of == Of::voxels ? "voxels are" : "grid is"));
+      const VolumeTrial* best = economy.pick(of, c);
+      if (best && economy.doubt(c) > economy.tolerance) {
+        out.push_back(fmt::format(
+            "{} parts within {}: nothing coarser than {} of {} is chosen, and whether that does is not known",
+            parts_choices[c].count, percent(economy.tolerance), of == Of::voxels ? "voxels" : "a work grid",
+            best->name));
         continue;
       }
-      const VolumeTrial* best = economy.pick(of, c);
       const bool finest =
           best && std::none_of(economy.trials.begin(), economy.trials.end(),
                                [&](const auto& t) { return t.of == of && t.size < best->size; });
