@@ -533,9 +533,9 @@ class Run {
       const double x = out_[i], v = landing_.state.v[i];
       if (std::abs(x) < largest_number && std::abs(v) < largest_number) continue;
       return diverged({fmt::format("coordinate '{}'", system_.velocity_name(i)),
-                       std::isfinite(v) && std::isfinite(x)
-                           ? fmt::format("its velocity has grown to {:.3g}", v)
-                           : "it is no longer a finite number"});
+                       !std::isfinite(v) || !std::isfinite(x) ? "it is no longer a finite number"
+                       : std::abs(v) < largest_number ? fmt::format("it has grown to {:.3g} within a step", x)
+                                                      : fmt::format("its velocity has grown to {:.3g}", v)});
     }
     return {};
   }

@@ -12,6 +12,7 @@ namespace borelli {
 
 /// Error, and processor time, against the number of coordinates left: file name and drawing.
 std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy);
+inline std::vector<std::string> economy_plot_names() { return {"error", "time"}; }
 
 std::string economy_page(const Economy& economy);
 

@@ -54,6 +54,9 @@ Result<LongRuns> long_runs(
 /// Energy over time of methods that add up errors and of those that do not, then momentum: file name and
 /// drawing.
 std::vector<std::pair<std::string, Plot>> long_run_plots(const LongRuns& runs);
+inline std::vector<std::string> long_run_plot_names() {
+  return {"energy_secular", "energy_bounded", "momentum"};
+}
 
 std::string long_runs_page(const LongRuns& runs);
 

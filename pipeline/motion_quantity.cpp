@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 
 #include "dynamics/rotation_vector.hpp"
 #include "dynamics/system.hpp"
@@ -64,15 +65,47 @@ Eigen::VectorXd position_in(const Trajectory& t, const std::string& name, std::s
   return {};
 }
 
+/// What a text says, whatever the scene is.
+struct Form {
+  MotionQuantity::Kind kind = MotionQuantity::Kind::centre;
+  std::string name = {};
+  std::optional<Eigen::Vector3d> point = {};
+};
+
+Result<Form> form_of(const std::string& text) {
+  if (text == "centre") return Form{};
+  const auto parts = parts_of(text, ':', 3);
+  const std::string& kind = parts[0];
+  if (parts.size() < 2 || (kind != "solid" && kind != "turn" && kind != "coordinate") ||
+      (kind != "solid" && parts.size() > 2))
+    return bad_use("quantity '" + text + "'",
+                   "expected centre, solid:NAME, solid:NAME:x,y,z, turn:NAME or coordinate:NAME");
+  Form out{.kind = kind == "coordinate" ? MotionQuantity::Kind::coordinate
+                   : kind == "turn"     ? MotionQuantity::Kind::turn
+                                        : MotionQuantity::Kind::point,
+           .name = parts[1]};
+  if (parts.size() < 3) return out;
+  out.point = point_of(parts[2]);
+  if (!out.point)
+    return bad_use("quantity '" + text + "'", "its point is not three numbers, m, with commas between");
+  return out;
+}
+
+tl::unexpected<Error> no_such(const Form& form, const std::string& text) {
+  return bad_use("quantity '" + text + "'", form.kind == MotionQuantity::Kind::coordinate
+                                                ? "the scene has no moving coordinate of that name"
+                                                : "the scene has no solid of that name");
+}
+
 }  // namespace
 
 Result<MotionQuantity> parse_motion_quantity(const std::string& text, const Scene& scene) {
-  const auto parts = parts_of(text, ':', 3);
-  const std::string& kind = parts[0];
-  MotionQuantity out{.text = text};
+  const auto form = form_of(text);
+  if (!form) return tl::unexpected(form.error());
+  MotionQuantity out{.text = text, .kind = form->kind};
   const auto system = compile(scene);
   if (!system) return tl::unexpected(system.error());
-  if (text == "centre") {
+  if (out.kind == MotionQuantity::Kind::centre) {
     out.centres = gravity_centres(scene);
     double all = 0;
     for (std::size_t s = 0; s < scene.solids.size(); ++s) {
@@ -82,32 +115,29 @@ Result<MotionQuantity> parse_motion_quantity(const std::string& text, const Scen
     if (!(all > 0)) return bad_use("quantity 'centre'", "nothing that has mass moves in the scene");
     return out;
   }
-  if (parts.size() < 2 || (kind != "solid" && kind != "turn" && kind != "coordinate") ||
-      (kind != "solid" && parts.size() > 2))
-    return bad_use("quantity '" + text + "'",
-                   "expected centre, solid:NAME, solid:NAME:x,y,z, turn:NAME or coordinate:NAME");
-  if (kind == "coordinate") {
-    out.kind = MotionQuantity::Kind::coordinate;
-    out.coordinate = parts[1];
-    const CoordinateInfo* info = info_of(*system, parts[1]);
-    if (!info) return bad_use("quantity '" + text + "'", "the scene has no moving coordinate of that name");
+  if (out.kind == MotionQuantity::Kind::coordinate) {
+    out.coordinate = form->name;
+    const CoordinateInfo* info = info_of(*system, form->name);
+    if (!info) return no_such(*form, text);
     out.angle = info->angle;
     return out;
   }
-  out.kind = kind == "turn" ? MotionQuantity::Kind::turn : MotionQuantity::Kind::point;
   const auto found = std::find_if(scene.solids.begin(), scene.solids.end(),
-                                  [&](const Solid& solid) { return solid.name == parts[1]; });
-  if (found == scene.solids.end())
-    return bad_use("quantity '" + text + "'", "the scene has no solid of that name");
+                                  [&](const Solid& solid) { return solid.name == form->name; });
+  if (found == scene.solids.end()) return no_such(*form, text);
   out.solid = std::size_t(found - scene.solids.begin());
-  out.point = gravity_centres(scene)[out.solid];
-  if (parts.size() == 3) {
-    const auto point = point_of(parts[2]);
-    if (!point)
-      return bad_use("quantity '" + text + "'", "its point is not three numbers, m, with commas between");
-    out.point = *point;
-  }
+  out.point = form->point.value_or(gravity_centres(scene)[out.solid]);
   return out;
+}
+
+Result<void> check_motion_quantity(const std::string& text, const std::vector<std::string>& solids,
+                                   const std::vector<std::string>& coordinates) {
+  const auto form = form_of(text);
+  if (!form) return tl::unexpected(form.error());
+  if (form->kind == MotionQuantity::Kind::centre) return {};
+  const auto& names = form->kind == MotionQuantity::Kind::coordinate ? coordinates : solids;
+  if (std::find(names.begin(), names.end(), form->name) == names.end()) return no_such(*form, text);
+  return {};
 }
 
 std::vector<MotionQuantity> all_gravity_centres(const Scene& scene) {

@@ -32,6 +32,11 @@ struct MotionQuantity {
 /// not have, the centre where nothing that has mass moves.
 Result<MotionQuantity> parse_motion_quantity(const std::string& text, const Scene& scene);
 
+/// The same before there is a scene: whether a text has the form, and its name is one of those that the
+/// scene's solids and coordinates may have.
+Result<void> check_motion_quantity(const std::string& text, const std::vector<std::string>& solids,
+                                   const std::vector<std::string>& coordinates);
+
 /// The gravity centre of every solid that has mass: what counts where nothing is said.
 std::vector<MotionQuantity> all_gravity_centres(const Scene& scene);
 

@@ -37,13 +37,20 @@ Result<void> write_png(std::string_view svg, const std::filesystem::path& path) 
   });
 }
 
+std::vector<std::string> plot_files(const std::vector<std::string>& names) {
+  std::vector<std::string> out;
+  for (const std::string& name : names)
+    for (const char* ending : {".svg", ".png"}) out.push_back(name + ending);
+  return out;
+}
+
 Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
                          const std::filesystem::path& folder, const std::vector<std::string>& all) {
   for (const std::string& name : all)
     if (std::none_of(plots.begin(), plots.end(), [&](const auto& plot) { return plot.first == name; }))
-      for (const char* ending : {".svg", ".png"}) {
+      for (const std::string& file : plot_files({name})) {
         std::error_code ignored;  // (what cannot be removed does no harm)
-        std::filesystem::remove(folder / (name + ending), ignored);
+        std::filesystem::remove(folder / file, ignored);
       }
   for (const auto& [name, plot] : plots) {
     const std::string drawing = svg(plot);

@@ -20,4 +20,7 @@ Result<void> write_png(std::string_view svg, const std::filesystem::path& path);
 Result<void> write_plots(const std::vector<std::pair<std::string, Plot>>& plots,
                          const std::filesystem::path& folder, const std::vector<std::string>& all = {});
 
+/// The files that write_plots makes of plots of these names.
+std::vector<std::string> plot_files(const std::vector<std::string>& names);
+
 }  // namespace borelli

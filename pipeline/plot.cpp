@@ -205,31 +205,60 @@ void draw_curve(std::string& out, const Curve& curve, std::size_t number, const 
   out += "</g>\n";
 }
 
-// The numbers of faint curves, each beside its last point that has room for it.
+// A box around a point: half its width and height.
+struct Box {
+  Point at;
+  double wide, high;
+};
+
+bool overlap(const Box& a, const Box& b) {
+  return std::abs(a.at.x - b.at.x) < a.wide + b.wide && std::abs(a.at.y - b.at.y) < a.high + b.high;
+}
+
+// The numbers of faint curves, each beside its last point that has room for it: clear of all dots, of the
+// crosses at the edge and of other numbers.
 void draw_numbers(std::string& out, const Plot& plot, const PlotScale& x, const PlotScale& y, double top) {
-  std::vector<Point> taken;
+  constexpr double dot = 4.5, high = 4.5;  // with a pixel of white around
+  // where a number may stand beside its point, best first
+  constexpr std::array<Point, 8> beside{
+      {{1, -1}, {1, 1}, {-1, -1}, {-1, 1}, {0, -1}, {0, 1}, {1, 0}, {-1, 0}}};
+  std::vector<Box> taken;
   const auto place = [&](const Curve& curve, std::size_t i) {
     return Point{left + x.at(curve.x[i]) * (width - left - right),
                  top + (1 - y.at(curve.y[i])) * plot_height};
   };
   for (const Curve& curve : plot.curves)
-    for (std::size_t i = 0; !curve.faint && i < curve.x.size(); ++i) taken.push_back(place(curve, i));
-  for (const Curve& curve : plot.curves)
-    for (std::size_t i = curve.number > 0 ? curve.x.size() : 0; i-- > 0;) {
-      const Point p = place(curve, i), at{p.x + 8, p.y - 6};
-      const bool room = std::isfinite(at.x) && std::isfinite(at.y) && at.x < width - right - 8 &&
-                        at.x > left + 4 && at.y > top + 6 && at.y < top + plot_height - 4 &&
-                        std::none_of(taken.begin(), taken.end(), [&](const Point& other) {
-                          return std::abs(other.x - at.x) < 14 && std::abs(other.y - at.y) < 10;
-                        });
-      if (!room) continue;
-      taken.push_back(at);
-      out += fmt::format(
-          "<g data-curve='{}'><text class='number' x='{:.2f}' y='{:.2f}' "
-          "text-anchor='middle'>{}</text></g>\n",
-          escaped(curve.name), at.x, at.y + 3, curve.number);
-      break;
+    for (std::size_t i = 0; curve.marks && i < std::min(curve.x.size(), curve.y.size()); ++i)
+      if (const Point p = place(curve, i); std::isfinite(p.x) && std::isfinite(p.y))
+        taken.push_back({p, dot, dot});
+  for (const EdgeMark& m : plot.edge)
+    if (const double u = x.at(m.x); std::isfinite(u))
+      taken.push_back({{left + std::clamp(u, 0., 1.) * (width - left - right), top + 8}, dot, dot});
+  const auto room_for = [&](const Box& box) {
+    return box.at.x - box.wide > left && box.at.x + box.wide < width - right && box.at.y - box.high > top &&
+           box.at.y + box.high < top + plot_height &&
+           std::none_of(taken.begin(), taken.end(), [&](const Box& other) { return overlap(box, other); });
+  };
+  const auto draw = [&](const Curve& curve) {
+    const double wide = 2.6 * double(std::to_string(curve.number).size()) + 1;
+    for (std::size_t i = curve.x.size(); i-- > 0;) {
+      const Point p = place(curve, i);
+      if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
+      for (const Point& side : beside) {
+        const double up = side.x == 0 ? high + dot + 0.1 : 4;
+        const Box box{{p.x + side.x * (wide + dot + 0.1), p.y + side.y * up}, wide, high};
+        if (!room_for(box)) continue;
+        taken.push_back(box);
+        out += fmt::format(
+            "<g data-curve='{}'><text class='number' x='{:.2f}' y='{:.2f}' "
+            "text-anchor='middle'>{}</text></g>\n",
+            escaped(curve.name), box.at.x, box.at.y + 3, curve.number);
+        return;
+      }
     }
+  };
+  for (const Curve& curve : plot.curves)
+    if (curve.number > 0) draw(curve);
 }
 
 void draw_edge(std::string& out, const std::vector<EdgeMark>& edge, const PlotScale& x, double top) {
@@ -394,7 +423,8 @@ std::string svg(const Plot& plot) {
              ".cross{{fill:none;stroke:#000;stroke-width:1.2}} "
              ".hatch{{stroke:#333;stroke-width:.8;fill:none}} "
              ".tile{{shape-rendering:crispEdges}} .sample{{stroke:#888;stroke-width:.6}} "
-             ".note{{font-size:11px;fill:#333}} .number{{font-size:9px;fill:#666}}</style>\n"
+             ".note{{font-size:11px;fill:#333}} "
+             ".number{{font-size:9px;fill:#666;paint-order:stroke;stroke:#fff;stroke-width:2px}}</style>\n"
              "<rect width='{0}' height='{1}' fill='#fff'/>\n"
              "<text x='{2}' y='22' font-size='15' font-weight='bold'>{3}</text>\n",
              width, height, left, escaped(plot.title)) +

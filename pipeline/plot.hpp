@@ -15,6 +15,7 @@ struct Axis {
   std::optional<double> low = {},
                         high = {};  ///< the range drawn; where absent, the data's, widened to round numbers
   bool whole_numbers = false;       ///< ticks at whole numbers only (counts)
+  std::vector<double> ticks = {};   ///< where they stand; empty: at round numbers
 };
 
 struct Curve {

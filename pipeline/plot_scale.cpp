@@ -81,6 +81,7 @@ PlotScale scale_of(const Axis& axis, const std::vector<Curve>& curves, std::vect
     set_logarithmic(scale, axis);
   else
     set_linear(scale, axis, pieces);
+  if (!axis.ticks.empty()) scale.ticks = axis.ticks;
   return scale;
 }
 

@@ -1,12 +1,16 @@
 #include "pipeline/run.hpp"
 
+#include <span>
+
 #include "inertia/density.hpp"
 #include "pipeline/folder_lock.hpp"
+#include "pipeline/motion_quantity.hpp"
 #include "pipeline/run_body.hpp"
 #include "pipeline/run_data.hpp"
 #include "pipeline/run_inputs.hpp"
 #include "pipeline/run_scan.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/segments.hpp"
 
 namespace borelli {
 namespace {
@@ -112,12 +116,32 @@ std::vector<Stage> stages_of(RunData& data) {
   return stages;
 }
 
+/// Whether quantities can be of the scene that comes of the run. One that lies there already is a user's to
+/// change: it is asked when its turn comes.
+Result<void> check_quantities(const RunSettings& s) {
+  std::error_code ignored;
+  if (std::filesystem::exists(s.folder / "model/scene.toml", ignored)) return {};
+  std::vector<std::string> segments;
+  if (const auto choice = choose_segments(s.segments))
+    for (const Segment& segment : *choice) segments.push_back(segment.name);
+  if (segments.empty()) {
+    for (const Part& part : std::span(parts).subspan(1)) segments.emplace_back(part.name);
+    if (!s.labels.empty())  // which may hold groups
+      for (const SegmentGroup& group : segment_groups) segments.emplace_back(group.name);
+  }
+  const SkeletonNames names = skeleton_names(segments);
+  for (const std::string& quantity : s.motion_quantities)
+    if (auto fine = check_motion_quantity(quantity, names.solids, names.coordinates); !fine) return fine;
+  return {};
+}
+
 }  // namespace
 
 Result<json> run(const RunSettings& settings, bool force, const StageObserver& observer) {
   if (!settings.density_curve.empty())
     if (const auto curve = density_curve(settings.density_curve); !curve)
       return tl::unexpected(curve.error());
+  if (auto fine = check_quantities(settings); !fine) return tl::unexpected(fine.error());
   const auto inputs = inputs_of(settings);
   if (!inputs) return tl::unexpected(inputs.error());
   const auto lock = FolderLock::take(settings.folder);

@@ -4,9 +4,11 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <span>
 
 #include "pipeline/joint_axes.hpp"
 #include "pipeline/joint_ranges.hpp"
@@ -49,6 +51,12 @@ double tuck_angle(const std::string& joint) {
   for (const auto& angle : tuck_angles)
     if (angle.joint == joint) return angle.about_left_deg * degree;
   return 0;
+}
+
+// Of a part that is free in space: three places and its turn.
+std::array<std::string, 4> free_coordinates(std::string_view part) {
+  const std::string name(part);
+  return {name + "_x", name + "_y", name + "_z", name + "_turn"};
 }
 
 std::optional<Vector3d> point_in_world(const Landmarks& landmarks, const std::string& name) {
@@ -122,14 +130,12 @@ std::vector<Switch> Builder::free_in_space(const Part& part) {
   const Vector3d omega = options_.leap.somersault_rate_deg * degree * axes_.col(0);
   const double rise = -result_.scene.gravity.z() * options_.leap.flight_time / 2;
   const Vector3d velocity = Vector3d(0, 0, rise) + omega.cross(at - whole_.centre);
-  const std::string name(part.name);
+  const auto names = free_coordinates(part.name);
   std::vector<Switch> switches;
   for (int i = 0; i < 3; ++i)
-    switches.push_back({.kind = Translation{Vector3d::Unit(i)},
-                        .coordinate = name + "_" + "xyz"[i],
-                        .q = {at[i]},
-                        .v = {velocity[i]}});
-  switches.push_back({.kind = Ball{}, .coordinate = name + "_turn", .v = {omega.x(), omega.y(), omega.z()}});
+    switches.push_back(
+        {.kind = Translation{Vector3d::Unit(i)}, .coordinate = names[i], .q = {at[i]}, .v = {velocity[i]}});
+  switches.push_back({.kind = Ball{}, .coordinate = names[3], .v = {omega.x(), omega.y(), omega.z()}});
   return switches;
 }
 
@@ -341,6 +347,17 @@ PartInertials movable_parts(const InertiaTable& table, std::vector<std::string>&
     present[row.part] = row.inertial;
   }
   return present;
+}
+
+SkeletonNames skeleton_names(const std::vector<std::string>& segments) {
+  SkeletonNames out;
+  for (const std::string& name : segments)
+    for (const Part& part : segment_tree(std::span(&name, 1))) {
+      out.solids.push_back(name);
+      if (!part.joint.empty()) out.coordinates.emplace_back(part.joint);
+      for (const std::string& free : free_coordinates(name)) out.coordinates.push_back(free);
+    }
+  return out;
 }
 
 std::map<std::string, Pose, std::less<>> scan_poses(const PartInertials& present,

@@ -64,6 +64,12 @@ struct Skeleton {
 Result<Skeleton> build_skeleton(const PartInertials& parts, const Landmarks& landmarks,
                                 const SkeletonOptions& options = {});
 
+struct SkeletonNames {
+  std::vector<std::string> solids, coordinates;
+};
+/// All names that a skeleton of some of these segments can have, whatever the scan holds of them.
+SkeletonNames skeleton_names(const std::vector<std::string>& segments);
+
 /// The table's rows that a skeleton can be made of; `warnings` is told what is left out, and what is there in
 /// piece.
 PartInertials movable_parts(const InertiaTable& table, std::vector<std::string>& warnings);

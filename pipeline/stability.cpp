@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
 #include "dynamics/integrator.hpp"
@@ -184,12 +185,25 @@ Result<Sweep> sweep_of_number(const std::string& text, const std::string& file,
   return sweep;
 }
 
-Sweep sweep_of_scenes(std::vector<Scene> scenes) {
+Sweep sweep_of_scenes(std::vector<Scene> scenes, const std::vector<std::string>& files) {
   Sweep sweep{.scene = scenes.size() == 1 ? scenes[0].name : fmt::format("{} scenes", scenes.size())};
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     sweep.values.values.push_back(double(i + 1));
     sweep.names.push_back(scenes[i].name);
     sweep.scenes.push_back(std::move(scenes[i]));
+  }
+  const std::vector<std::string> own = sweep.names;
+  const auto last_part = [](const std::string& file) {
+    return std::filesystem::path(file).filename().string();
+  };
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    bool same = false, same_file = false;
+    for (std::size_t k = 0; k < files.size(); ++k) {
+      if (k == i || own[k] != own[i]) continue;
+      same = true;
+      same_file = same_file || last_part(files[k]) == last_part(files[i]);
+    }
+    if (same) sweep.names[i] += fmt::format(" ({})", same_file ? files[i] : last_part(files[i]));
   }
   return sweep;
 }

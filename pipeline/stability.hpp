@@ -85,7 +85,8 @@ Result<StabilityMap> stability_map(Sweep sweep, const StabilitySettings& setting
 Result<Sweep> sweep_of_number(const std::string& text, const std::string& file,
                               const std::vector<std::string>& paths, const Ladder& values);
 
-/// A column for each scene.
-Sweep sweep_of_scenes(std::vector<Scene> scenes);
+/// A column for each scene. Those that have one name are told apart by their files' (`files`: of all scenes;
+/// empty: not known).
+Sweep sweep_of_scenes(std::vector<Scene> scenes, const std::vector<std::string>& files = {});
 
 }  // namespace borelli

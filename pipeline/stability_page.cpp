@@ -92,7 +92,7 @@ namespace {
 
 std::vector<std::string> notes_of(const StabilityMap& map) {
   std::vector<std::string> notes;
-  if (map.sweep.parameter.empty()) {
+  if (map.sweep.parameter.empty() && map.sweep.names.size() > 1) {
     std::string names = "Scenes: ";
     for (std::size_t i = 0; i < map.sweep.names.size(); ++i)
       names += fmt::format("{}{} {}", i > 0 ? ", " : "", i + 1, map.sweep.names[i]);
@@ -164,6 +164,41 @@ Plot map_of(const StabilityMap& map, std::size_t method) {
   return plot;
 }
 
+/// Of one column alone, where limits would be a dot a method: what came of every method at every setting.
+Plot methods_plot(const StabilityMap& map, bool adaptive) {
+  const Ladder& ladder = adaptive ? map.tolerances : map.steps;
+  const std::vector<double> y = tile_bounds(ladder);
+  Plot plot{.title = map.sweep.scene + ": what becomes of each method's runs",
+            .x = {.label = "method", .whole_numbers = true},
+            .y = {.label = adaptive ? "tolerance" : "step (s)",
+                  .logarithmic = ladder.logarithmic,
+                  .low = y.front(),
+                  .high = y.back()},
+            .curves = {},
+            .kinds = outcome_names()};
+  std::vector<std::size_t> methods;
+  std::string names;
+  for (std::size_t m = 0; m < map.methods.size(); ++m) {
+    if (method_is_adaptive(map.methods[m]) != adaptive) continue;
+    methods.push_back(m);
+    plot.x.ticks.push_back(double(methods.size()));
+    names += fmt::format("{}{} {}", names.empty() ? "" : ", ", methods.size(), map.methods[m]);
+  }
+  plot.x.low = 0.5, plot.x.high = double(methods.size()) + 0.5;
+  for (std::size_t n = 0; n < methods.size(); ++n) {
+    std::size_t i = 0;
+    for (const StabilityCell& cell : map.cells) {
+      if (cell.method != methods[n]) continue;
+      plot.tiles.push_back({double(n) + 0.5, double(n) + 1.5, y[i], y[i + 1], std::size_t(cell.tried.outcome),
+                            map.methods[methods[n]] + "\n" + tip(map, cell)});
+      ++i;
+    }
+  }
+  plot.notes = notes_of(map);
+  plot.notes.insert(plot.notes.begin(), "Methods: " + names + ".");
+  return plot;
+}
+
 Plot limits_plot(const StabilityMap& map, bool adaptive) {
   Plot plot;
   plot.title = fmt::format("{}: limits of stability", map.sweep.scene);
@@ -201,8 +236,12 @@ std::string stable_words(const StabilityMap& map, const StabilityLimit& limit) {
 std::vector<std::pair<std::string, Plot>> stability_plots(const StabilityMap& map) {
   std::vector<std::pair<std::string, Plot>> out;
   for (const bool adaptive : {false, true})
-    if (Plot plot = limits_plot(map, adaptive); !plot.curves.empty())
+    if (map.sweep.scenes.size() == 1) {
+      if (Plot plot = methods_plot(map, adaptive); plot.x.ticks.size() > 1)
+        out.emplace_back(adaptive ? "methods_tolerance" : "methods", std::move(plot));
+    } else if (Plot plot = limits_plot(map, adaptive); !plot.curves.empty()) {
       out.emplace_back(adaptive ? "limits_tolerance" : "limits", std::move(plot));
+    }
   for (std::size_t m = 0; m < map.methods.size(); ++m) out.emplace_back(map.methods[m], map_of(map, m));
   return out;
 }
@@ -211,7 +250,10 @@ std::string stability_page(const StabilityMap& map) {
   PageButtons which{"map", {}};
   std::string body;
   for (const auto& [name, plot] : stability_plots(map)) {
-    which.values.emplace_back(name, name == "limits_tolerance" ? "limits (tolerance)" : name);
+    which.values.emplace_back(name, name == "limits_tolerance"    ? "limits (tolerance)"
+                                    : name == "methods"           ? "all methods"
+                                    : name == "methods_tolerance" ? "all methods (tolerance)"
+                                                                  : name);
     body += fmt::format("<div class='plot' data-map='{}'>{}</div>\n", name, svg(plot));
   }
   body += fmt::format(

@@ -11,7 +11,8 @@
 namespace borelli {
 
 /// File name (without ending) and drawing: `limits` of all methods of fixed steps where any has one, likewise
-/// `limits_tolerance` of adaptive ones, then a map a method.
+/// `limits_tolerance` of adaptive ones, then a map a method. Where there is one column alone, `methods` and
+/// `methods_tolerance` stand for the limits: a column a method.
 std::vector<std::pair<std::string, Plot>> stability_plots(const StabilityMap& map);
 
 /// All of it on one page that needs no network: drawings with tips, the table of limits, and how each method

@@ -137,10 +137,29 @@ double VolumeTrial::worst(std::size_t choice) const {
   return most;
 }
 
+const VolumeTrial* VolumeEconomy::next_to_reference() const {
+  const VolumeTrial* next = nullptr;
+  for (const VolumeTrial& trial : trials)
+    if (trial.of == VolumeTrial::Of::work_grid && trial.size > trials.front().size &&
+        (!next || trial.size < next->size))
+      next = &trial;
+  return next;
+}
+
+double VolumeEconomy::doubt(std::size_t choice) const {
+  const VolumeTrial* next = next_to_reference();
+  return next ? next->worst(choice) : 0;
+}
+
 const VolumeTrial* VolumeEconomy::pick(VolumeTrial::Of of, std::size_t choice) const {
+  const bool known = doubt(choice) <= tolerance;
+  double finest = std::numeric_limits<double>::infinity();
+  for (const VolumeTrial& trial : trials)
+    if (trial.of == of) finest = std::min(finest, trial.size);
   double fails = std::numeric_limits<double>::infinity();
   for (const VolumeTrial& trial : trials)
-    if (trial.of == of && !(trial.worst(choice) <= tolerance)) fails = std::min(fails, trial.size);
+    if (trial.of == of && (!(trial.worst(choice) <= tolerance) || (!known && trial.size > finest)))
+      fails = std::min(fails, trial.size);
   const VolumeTrial* best = nullptr;
   for (const VolumeTrial& trial : trials)
     // (of what takes about as long the coarsest is the least; beyond one that fails it would be luck)

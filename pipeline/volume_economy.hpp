@@ -2,7 +2,9 @@
 // against the error of the inertia table and the time.
 //
 // Errors are against the table of the scan's own voxels with parts found on the finest grid
-// (grids_to_try), by entry_errors; they say what is lost from there, not what the scan itself is off by.
+// (grids_to_try), by entry_errors; they say what is lost from there, not what the scan itself is off by. How
+// far that table is off is not known: by how much it and the next coarser grid's differ is the least that the
+// errors can be trusted to, and nothing coarser is picked for a tolerance below.
 // Coarser voxels are means over blocks of the scan's own, as a scanner of thicker slices and larger pixels
 // gives.
 #pragma once
@@ -47,8 +49,12 @@ struct VolumeEconomy {
   double tolerance = 0;
   std::string curve = {};  ///< by which the scan's densities are told; empty: its voxels are densities
   std::vector<VolumeTrial> trials = {};  ///< the first: the scan as it is, on the finest grid
+  /// Of the grid next to the finest; null: there is none.
+  const VolumeTrial* next_to_reference() const;
+  /// By how much the reference and that differ; 0: there is none.
+  double doubt(std::size_t choice) const;
   /// The coarsest of a kind (not curves) whose table of all such parts is within the tolerance, as are those
-  /// of all finer ones; null: none.
+  /// of all finer ones; null: none. Nothing but the finest where the tolerance is below the doubt.
   const VolumeTrial* pick(VolumeTrial::Of of, std::size_t choice) const;
 };
 
@@ -65,6 +71,9 @@ Result<VolumeEconomy> volume_economy(
 
 /// Error and time against the size of voxels and of the work grid: file name and drawing.
 std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEconomy& economy);
+inline std::vector<std::string> volume_economy_plot_names() {
+  return {"grid_error", "grid_time", "voxels_error", "voxels_time"};
+}
 std::string volume_economy_page(const VolumeEconomy& economy, const std::string& title);
 /// A line per trial and choice of parts.
 std::string volume_economy_csv(const VolumeEconomy& economy);

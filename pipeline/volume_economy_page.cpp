@@ -15,6 +15,28 @@ const char* word_for(Of of) {
   return of == Of::work_grid ? "work grid" : of == Of::voxels ? "voxels" : "density curve";
 }
 
+std::string percent(double share) {
+  if (!std::isfinite(share)) return "none";
+  return share < 0.995 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
+}
+
+/// Which table errors are against, and how far it can be trusted.
+std::string reference_words(const VolumeEconomy& economy) {
+  std::string out = fmt::format(
+      "errors are against the scan as it is with parts found on a grid of {}, the finest that is tried, "
+      "whose "
+      "own error is not known",
+      economy.trials.front().name);
+  const VolumeTrial* next = economy.next_to_reference();
+  if (!next) return out + ", for no other grid is tried";
+  if (!next->reason.empty()) return out + fmt::format(": that of {} gives no table", next->name);
+  out += fmt::format(": it and that of {} differ by", next->name);
+  for (std::size_t c = 0; c < std::size(parts_choices); ++c)
+    out +=
+        fmt::format("{} {} ({} parts)", c > 0 ? "," : "", percent(economy.doubt(c)), parts_choices[c].count);
+  return out + ", and to less than that no figure can be trusted";
+}
+
 /// The entry that is off most.
 std::string worst_words(const VolumeTrial& trial, std::size_t choice) {
   if (!trial.reason.empty()) return trial.reason;
@@ -26,11 +48,6 @@ std::string worst_words(const VolumeTrial& trial, std::size_t choice) {
                       : worst->largest() == worst->centre ? "gravity centre"
                                                           : "principal moments";
   return fmt::format("{}, {}", worst->part, entry);
-}
-
-std::string percent(double share) {
-  if (!std::isfinite(share)) return "none";
-  return share < 0.995 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
 
 // %: stands for nothing on a logarithmic axis
@@ -66,10 +83,8 @@ std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEcono
                    [&](const VolumeTrial& t) { return std::max(least_drawn, 100 * t.worst(c)); }));
     }
     error.notes = {
-        "Relative errors of masses, gravity centres (of the part's length) and principal moments, against "
-        "the "
-        "scan as it is with parts found on the finest grid, which itself has none here and stands at 0.01 %. "
-        "100 %: a part is lost."};
+        "Relative errors of masses, gravity centres (of the part's length) and principal moments; " +
+        reference_words(economy) + ". It stands at 0.01 %. 100 %: a part is lost."};
     if (of == Of::voxels)
       error.notes.push_back("Voxels are averaged in whole blocks: twice, three times the edges.");
     Plot time{
@@ -84,11 +99,18 @@ std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEcono
 }
 
 std::vector<std::string> in_words(const VolumeEconomy& economy) {
-  std::vector<std::string> out;
+  std::vector<std::string> out{reference_words(economy)};
   const VolumeTrial& whole = economy.trials.front();
   for (const Of of : {Of::work_grid, Of::voxels})
     for (std::size_t c = 0; c < std::size(parts_choices); ++c) {
       const VolumeTrial* best = economy.pick(of, c);
+      if (best && economy.doubt(c) > economy.tolerance) {
+        out.push_back(fmt::format(
+            "{} parts within {}: nothing coarser than {} of {} is chosen, and whether that does is not known",
+            parts_choices[c].count, percent(economy.tolerance), of == Of::voxels ? "voxels" : "a work grid",
+            best->name));
+        continue;
+      }
       const bool finest =
           best && std::none_of(economy.trials.begin(), economy.trials.end(),
                                [&](const auto& t) { return t.of == of && t.size < best->size; });

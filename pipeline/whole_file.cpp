@@ -88,6 +88,13 @@ std::string obstacle(const fs::path& folder) {
   return found;
 }
 
+Result<void> check_no_folder(const fs::path& path) {
+  std::error_code problem;
+  if (fs::is_directory(path, problem))
+    return bad_use(path.string(), "is a folder, expected the name of a file to write");
+  return {};
+}
+
 }  // namespace
 
 void remove_partial_files() noexcept {
@@ -96,24 +103,23 @@ void remove_partial_files() noexcept {
 }
 
 Result<void> check_writable(const fs::path& path) {
-  std::error_code problem;
-  if (fs::is_directory(path, problem))
-    return bad_use(path.string(), "is a folder, expected the name of a file to write");
+  if (auto fine = check_no_folder(path); !fine) return fine;
   if (const std::string found = obstacle(folder_of(path)); !found.empty())
     return failure(path.string(), "cannot be written: " + found);
   return {};
 }
 
-Result<void> check_folder_writable(const fs::path& folder) {
+Result<void> check_folder_writable(const fs::path& folder, const std::vector<std::string>& names) {
   if (const std::string found = obstacle(folder); !found.empty())
     return failure(folder.string(), "cannot be written to: " + found);
+  for (const std::string& name : names)
+    if (auto fine = check_no_folder(folder / name); !fine) return fine;
   return {};
 }
 
 Result<void> write_whole(const fs::path& path, const std::function<Result<void>(const fs::path&)>& write) {
+  if (auto fine = check_no_folder(path); !fine) return fine;
   std::error_code problem;
-  if (fs::is_directory(path, problem))
-    return bad_use(path.string(), "is a folder, expected the name of a file to write");
   const fs::path folder = folder_of(path);
   fs::create_directories(folder, problem);
   if (problem) return failure(folder.string(), "cannot make this folder: " + problem.message());

@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "error/error.hpp"
 
@@ -27,8 +29,9 @@ Result<void> check_writable(const std::filesystem::path& path);
 
 /// Whether a file can be made in `folder`: makes one, and the folders on the way that are missing, and
 /// removes them again, since only the system knows all that may stand against it (permissions, a file in the
-/// way, a disk that is full or read-only).
-Result<void> check_folder_writable(const std::filesystem::path& folder);
+/// way, a disk that is full or read-only). Then whether none of the `names` to be written in it is a folder.
+Result<void> check_folder_writable(const std::filesystem::path& folder,
+                                   const std::vector<std::string>& names = {});
 
 /// Removes the temporary files that write_whole is filling now. A signal's handler may call it.
 void remove_partial_files() noexcept;

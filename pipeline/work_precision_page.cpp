@@ -364,6 +364,15 @@ std::string work_precision_page(const WorkPrecision& chart) {
                     buttons, out);
 }
 
+std::vector<std::string> work_precision_files() {
+  std::vector<std::string> names;
+  for (const Quantity& quantity : quantities)
+    for (const Cost& cost : costs) names.push_back(fmt::format("{}_{}", quantity.file, cost.file));
+  std::vector<std::string> out = plot_files(names);
+  out.insert(out.end(), {"chart.csv", "chart.html"});
+  return out;
+}
+
 Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder) {
   if (auto done = write_whole(folder / "chart.csv", work_precision_csv(chart)); !done) return done;
   if (auto done = write_plots(work_precision_plots(chart), folder); !done) return done;

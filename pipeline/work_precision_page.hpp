@@ -48,6 +48,9 @@ std::string work_precision_page(const WorkPrecision& chart);
 /// A line per run; numbers with 17 significant digits.
 std::string work_precision_csv(const WorkPrecision& chart);
 
+/// Every file that write_work_precision may make.
+std::vector<std::string> work_precision_files();
+
 /// All of these in a folder: chart.html, chart.csv, and each drawing as SVG and PNG.
 Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder);
 

@@ -20,6 +20,8 @@
 namespace borelli {
 namespace {
 
+constexpr const char* partial = "chart.partial.json";
+
 struct Options {
   std::string scene, folder = "chart", reference;
   std::optional<double> reference_error;
@@ -101,7 +103,9 @@ nlohmann::json json_of(const WorkPrecision& chart) {
 
 Result<nlohmann::json> work(const Options& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
-  if (auto fine = check_folder_writable(folder); !fine) return tl::unexpected(fine.error());
+  std::vector<std::string> files = work_precision_files();
+  files.emplace_back(partial);
+  if (auto fine = check_folder_writable(folder, files); !fine) return tl::unexpected(fine.error());
   auto model = read_model(o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
@@ -136,7 +140,7 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
   } else if (o.reference_error) {
     return bad_use("--reference-error", "is of a file that --reference gives: give both, or neither");
   }
-  const KeptPoints kept(folder / "chart.partial.json", asked);
+  const KeptPoints kept(folder / partial, asked);
 
   ProgressBar bar(command.json);
   bar.begin("chart");

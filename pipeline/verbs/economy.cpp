@@ -31,6 +31,15 @@ struct Options {
   bool of_scene = false;  ///< an option that a volume has no use for was given
 };
 
+/// All that is written of an input.
+std::vector<std::string> files_of(const std::string& input) {
+  const bool volume = may_be_volume(input);
+  std::vector<std::string> out = plot_files(volume ? volume_economy_plot_names() : economy_plot_names());
+  out.insert(out.end(), {"economy.csv", "economy.html"});
+  if (!volume) out.emplace_back("scene.toml");
+  return out;
+}
+
 nlohmann::json json_of(const Economy& economy) {
   nlohmann::json models = nlohmann::json::array(), stays = nlohmann::json::array();
   for (const EconomyModel& m : economy.models)
@@ -119,7 +128,17 @@ Result<nlohmann::json> work_on_volume(const Options& o, const Command& command) 
     for (const std::string& sentence : in_words(*economy)) fmt::print("{}\n", sentence);
     fmt::print("{}: drawings on a page; beside it SVG, PNG and CSV\n", (folder / "economy.html").string());
   }
-  return nlohmann::json{{"volume", o.input}, {"tolerance", economy->tolerance}, {"trials", trials}};
+  nlohmann::json doubt = nlohmann::json::array();
+  for (std::size_t c = 0; c < std::size(parts_choices); ++c)
+    doubt.push_back({{"parts", parts_choices[c].count}, {"differs_by", economy->doubt(c)}});
+  const VolumeTrial* next = economy->next_to_reference();
+  return nlohmann::json{{"volume", o.input},
+                        {"tolerance", economy->tolerance},
+                        {"reference",
+                         {{"work_grid_mm", economy->trials.front().size},
+                          {"next_mm", next ? nlohmann::json(next->size) : nlohmann::json()},
+                          {"doubt", doubt}}},
+                        {"trials", trials}};
 }
 
 Result<nlohmann::json> work_on_scene(const Options& o, const Command& command) {
@@ -178,8 +197,9 @@ void add_economy(CLI::App& program, Command& command) {
         if (!tolerance) return tl::unexpected(tolerance.error());
         o->settings.tolerance = *tolerance;
       }
+      if (auto fine = check_folder_writable(o->folder, files_of(o->input)); !fine)
+        return tl::unexpected(fine.error());
       if (!std::filesystem::exists(o->input)) return bad_use(o->input, "no such file or folder");
-      if (auto fine = check_folder_writable(o->folder); !fine) return tl::unexpected(fine.error());
       return may_be_volume(o->input) ? work_on_volume(*o, c) : work_on_scene(*o, c);
     };
   });

@@ -15,7 +15,10 @@ std::atomic<const char*> when_stopped = nullptr;
 
 }  // namespace
 
-ProgressBar::ProgressBar(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) != 0) {}
+ProgressBar::ProgressBar(bool quiet, std::chrono::milliseconds between_lines)
+    : quiet_(quiet),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      between_(terminal_ ? std::chrono::milliseconds(50) : between_lines) {}
 
 ProgressBar::~ProgressBar() {
   if (!quiet_ && terminal_ && !what_.empty()) fmt::print(stderr, "\n");  // left in the middle by an error
@@ -24,6 +27,7 @@ ProgressBar::~ProgressBar() {
 void ProgressBar::begin(const std::string& what) {
   what_ = what;
   if (quiet_) return;
+  drawn_ = std::chrono::steady_clock::now();
   if (terminal_)
     draw(0);
   else
@@ -31,11 +35,14 @@ void ProgressBar::begin(const std::string& what) {
 }
 
 void ProgressBar::update(double fraction) {
-  if (quiet_ || !terminal_ || what_.empty()) return;
+  if (quiet_ || what_.empty()) return;
   const auto now = std::chrono::steady_clock::now();
-  if (now - drawn_ < std::chrono::milliseconds(50)) return;
+  if (now - drawn_ < between_) return;
   drawn_ = now;
-  draw(fraction);
+  if (terminal_)
+    draw(fraction);
+  else
+    fmt::print(stderr, "{} ... {:.0f} %\n", what_, 100 * std::clamp(fraction, 0.0, 1.0));
 }
 
 void ProgressBar::draw(double fraction) {

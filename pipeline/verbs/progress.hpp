@@ -8,19 +8,22 @@ namespace borelli {
 
 class ProgressBar {
  public:
-  /// `quiet`: show nothing (--json leaves standard error to errors).
-  explicit ProgressBar(bool quiet);
+  /// `quiet`: show nothing (--json leaves standard error to errors). `between_lines`: where it is no
+  /// terminal.
+  explicit ProgressBar(bool quiet, std::chrono::milliseconds between_lines = std::chrono::seconds(30));
   ~ProgressBar();
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
   void begin(const std::string& what);
-  void update(double fraction);          ///< 0 to 1; drawn at most twenty times a second
+  /// 0 to 1; drawn at most twenty times a second on a terminal, else a line every half minute
+  void update(double fraction);
   void end(const std::string& outcome);  ///< e.g. "1.3 s"; the line stays
 
  private:
   void draw(double fraction);
   bool quiet_, terminal_;
+  std::chrono::milliseconds between_;
   std::string what_;
   std::chrono::steady_clock::time_point drawn_;
 };

@@ -22,6 +22,8 @@
 namespace borelli {
 namespace {
 
+constexpr const char* partial = "stability.partial.json";
+
 struct Options {
   std::vector<std::string> scenes, methods;
   std::string folder = "stability", vary, step, tolerance, equations = "recursive";
@@ -64,7 +66,7 @@ Result<Sweep> sweep_of(const Options& o, const Command& command) {
       if (!scene) return tl::unexpected(scene.error());
       scenes.push_back(std::move(*scene));
     }
-    return sweep_of_scenes(std::move(scenes));
+    return sweep_of_scenes(std::move(scenes), o.scenes);
   }
   if (o.scenes.size() > 1) return bad_use("--vary", "goes through one scene; name one, or leave --vary out");
   const auto vary = parse_vary(o.vary);
@@ -196,6 +198,29 @@ std::string asked_for(const Options& o, const Sweep& sweep) {
   return out;
 }
 
+/// Every drawing that a map may have.
+std::vector<std::string> map_drawings() {
+  std::vector<std::string> out = integrator_names();
+  out.insert(out.end(), {"limits", "limits_tolerance", "methods", "methods_tolerance"});
+  return out;
+}
+
+/// Whether all that will be written can be.
+Result<void> check_outputs(const Options& o) {
+  std::vector<std::string> files;
+  if (o.long_steps) {
+    files = plot_files(long_run_plot_names());
+    for (const std::string& name : long_run_plot_names()) files.push_back(name + ".csv");
+    files.insert(files.end(), {"long.csv", "long.html"});
+  } else {
+    files = plot_files(map_drawings());
+    files.insert(files.end(), {"stability.csv", "limits.csv", "stability.html", partial});
+  }
+  const std::filesystem::path folder = o.folder;
+  auto fine = check_folder_writable(folder, files);
+  return fine && o.failing ? check_folder_writable(folder / "failing") : fine;
+}
+
 Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   StabilitySettings settings;
@@ -216,7 +241,7 @@ Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   if (!sweep) return tl::unexpected(sweep.error());
   ProgressBar bar(command.json);
   bar.begin("stability");
-  const KeptColumns kept(folder / "stability.partial.json", asked_for(o, *sweep));
+  const KeptColumns kept(folder / partial, asked_for(o, *sweep));
   StabilityObserver observer;
   Result<void> written;
   constexpr const char* stopped =
@@ -232,9 +257,7 @@ Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   if (!map) return tl::unexpected(map.error());
   if (!written) return tl::unexpected(written.error());
   bar.end(fmt::format("{} runs", map->cells.size()));
-  std::vector<std::string> drawings = integrator_names();
-  drawings.insert(drawings.end(), {"limits", "limits_tolerance"});
-  if (auto done = write_plots(stability_plots(*map), folder, drawings); !done)
+  if (auto done = write_plots(stability_plots(*map), folder, map_drawings()); !done)
     return tl::unexpected(done.error());
   for (const auto& [name, text] :
        {std::pair("stability.csv", stability_csv(*map)), std::pair("limits.csv", stability_limits_csv(*map)),
@@ -351,7 +374,7 @@ void add_stability(CLI::App& program, Command& command) {
       ->excludes("--failing");
   verb->callback([&command, o] {
     command.work = [o](const Command& c) -> Result<nlohmann::json> {
-      if (auto fine = check_folder_writable(o->folder); !fine) return tl::unexpected(fine.error());
+      if (auto fine = check_outputs(*o); !fine) return tl::unexpected(fine.error());
       return o->long_steps ? work_on_long_runs(*o, c) : work_on_map(*o, c);
     };
   });

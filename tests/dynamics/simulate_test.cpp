@@ -323,6 +323,20 @@ TEST(Failure, AStiffSpringBlowsUpAFixedStepAndSaysWhen) {
   expect_failure(scene, settings("rk4", 10, 0.01), "coordinate 'h0'", "; the run ends at t = 0.");
 }
 
+TEST(Failure, ALeapSaysWhetherTheCoordinateOrItsVelocityGrew) {
+  // a point on a circle, thrown so far by a step of a second that its direction is all that is left of it: on
+  // the circle it stands still again
+  Scene scene = read_scene(source_folder() + "/samples/a01.toml").value();
+  const System system = compiled(scene);
+  const Result<Trajectory> leap = simulate(system, system.initial, settings("rk4", 10, 1));
+  ASSERT_FALSE(leap);
+  EXPECT_NE(leap.error().what.find("it has grown to "), std::string::npos) << leap.error().what;
+  EXPECT_EQ(leap.error().what.find("velocity"), std::string::npos) << leap.error().what;
+  const Result<Trajectory> fast = simulate(system, system.initial, settings("rk4", 10, 2));
+  ASSERT_FALSE(fast);
+  EXPECT_NE(fast.error().what.find("its velocity has grown to -"), std::string::npos) << fast.error().what;
+}
+
 TEST(Failure, AnUnderflowingStepNamesTheCoordinate) {
   // a force that turns infinite at t = 1 s: c / (1 - t) by its series would be finite; by a polynomial of the
   // distance to a point that the motion runs into it is not

@@ -25,6 +25,9 @@ const Writer writers[]{{"segment", "segment /none.nii --quantity hu -o %s", "/se
                        {"simulate", "simulate /none.toml -o %s/m.h5", "/m.h5"},
                        {"export", "export /none.nii -o %s", ""},
                        {"phantom", "phantom --spacing 0.2 -o %s/p.nrrd", "/p_labels.tsv"},
+                       {"chart", "chart /none.toml -o %s", "/chart.csv"},
+                       {"economy", "economy /none.toml -o %s", "/scene.toml"},
+                       {"stability", "stability /none.toml -o %s", "/stability.html"},
                        {"figures", "figures -o %s", ""}};
 
 std::string filled(std::string text, const fs::path& place) {
@@ -54,6 +57,30 @@ TEST(Outputs, AFileInTheWayIsToldBeforeTheWork) {
     fs::create_directories(folder.path() / (std::string("out") + writer.file));
     expect_refused(filled(writer.arguments, folder / "out"), "is a folder, expected the name of a file",
                    folder);
+  }
+}
+
+// Of verbs that write many files: each that a run leaves, in turn, is a folder before the next.
+TEST(Outputs, AFolderInPlaceOfAnyFileIsToldBeforeTheWork) {
+  const std::string samples = test::source_folder() + "/samples/";
+  const std::string quick = " --methods rk4,euler";
+  for (const std::string& of :
+       {"chart " + samples + "a01.toml --end 0.1 --budget 1e-4 --equations recursive" + quick,
+        "economy " + samples + "double_pendulum.toml --end 0.01",
+        "stability " + samples + "pendulum.toml --end 0.1 --step 1e-2" + quick,
+        "stability " + samples + "pendulum.toml --long 100" + quick}) {
+    const TestFolder folder;
+    const fs::path out = folder / "out";
+    ASSERT_EQ(run_program(of + " -o " + out.string()).code, 0) << of;
+    std::vector<fs::path> made;
+    for (const auto& entry : fs::directory_iterator(out)) made.push_back(entry.path());
+    EXPECT_GT(made.size(), 4u);
+    for (const fs::path& file : made) {
+      fs::remove_all(out);
+      fs::create_directories(file);
+      expect_refused(of + " -o " + out.string(), file.string() + ": is a folder, expected the name of a file",
+                     folder);
+    }
   }
 }
 

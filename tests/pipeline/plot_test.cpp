@@ -131,6 +131,48 @@ TEST(Plot, CsvOfCurvesWithUnlikeTimesIsLong) {
   EXPECT_EQ(csv(plot), "# t\ncurve,x,y\na,0,2\na,1,3\nb,0,4\n");
 }
 
+// every number of a grey curve that is drawn, as the middle of its digits, and every dot
+void gather_marks(const tinyxml2::XMLElement* element,
+                  std::map<std::string, std::pair<double, double>>& numbers,
+                  std::vector<std::pair<double, double>>& dots) {
+  for (; element; element = element->NextSiblingElement()) {
+    const std::string name = element->Name();
+    if (name == "text" && element->Attribute("class", "number"))
+      numbers[element->GetText()] = {element->DoubleAttribute("x"), element->DoubleAttribute("y") - 3};
+    if (name == "circle") dots.emplace_back(element->DoubleAttribute("cx"), element->DoubleAttribute("cy"));
+    gather_marks(element->FirstChildElement(), numbers, dots);
+  }
+}
+
+TEST(Plot, NumbersOfGreyCurvesStandClearOfDotsAndOfEachOther) {
+  // curves that all end near the right edge, close to each other and to a named one
+  Plot plot{"t", {.label = "x"}, {.label = "y"}, {}};
+  const auto add = [&](std::size_t number, double shift) {
+    Curve curve{.name = "c" + std::to_string(number), .marks = true, .faint = number > 0, .number = number};
+    for (int i = 0; i <= 10; ++i) curve.x.push_back(i), curve.y.push_back(i + shift);
+    plot.curves.push_back(curve);
+  };
+  for (std::size_t n = 0; n <= 12; ++n) add(n, 0.15 * double(n));
+  tinyxml2::XMLDocument document;
+  ASSERT_EQ(document.Parse(svg(plot).c_str()), tinyxml2::XML_SUCCESS);
+  std::map<std::string, std::pair<double, double>> numbers;
+  std::vector<std::pair<double, double>> dots;
+  gather_marks(document.RootElement(), numbers, dots);
+  EXPECT_EQ(numbers.size(), 12u);  // there is room for all
+  EXPECT_GE(dots.size(), 13u * 11);
+  // digits of 9 px are 5 wide and 6.6 high, dots have a radius of 3.2
+  for (const auto& [number, at] : numbers) {
+    const double half = 2.5 * double(number.size());
+    for (const auto& dot : dots)
+      EXPECT_TRUE(std::abs(dot.first - at.first) > half + 3.2 || std::abs(dot.second - at.second) > 6.5)
+          << number << " stands on a dot";
+    for (const auto& [other, there] : numbers)
+      EXPECT_TRUE(other == number || std::abs(there.first - at.first) > half + 2.5 * double(other.size()) ||
+                  std::abs(there.second - at.second) > 6.6)
+          << number << " and " << other;
+  }
+}
+
 TEST(Plot, TilesFillTheirRangeInTheColourOfTheirKind) {
   Plot plot{.title = "map",
             .x = {.label = "k", .logarithmic = true, .low = 1, .high = 100},

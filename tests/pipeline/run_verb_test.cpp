@@ -378,6 +378,14 @@ TEST_F(RunVerb, RefusesBeforeAnythingIsMade) {
   expect_refused("run " + path("scan.mhd") + words() + " --density-curve mine", 2, "schneider2000");
   expect_refused("run " + path("scan.mhd") + words() + " --method rk4 --integrator-tolerance 1e-6", 2,
                  "--integrator-tolerance: has no effect with rk4");
+  const std::string keep = "run " + path("scan.mhd") + words() + " --tolerance 5% --keep ";
+  expect_refused(keep + "turn:nosuch", 2, "quantity 'turn:nosuch': the scene has no solid of that name");
+  expect_refused(keep + "coordinate:spine", 2, "no moving coordinate of that name");
+  expect_refused(keep + "solid:head:1,2", 2, "its point is not three numbers");
+  expect_refused("run " + path("scan.mhd") +
+                     " --quantity hu --segments trunk,leg_left --tolerance 5% --keep solid:head -o " +
+                     path("out"),
+                 2, "quantity 'solid:head': the scene has no solid of that name");
   EXPECT_FALSE(fs::exists(folder / "out"));
   fs::create_directories(result("report.html"));  // in the way of what comes last
   expect_refused("run " + path("scan.mhd") + words(), 2, "report.html: is a folder");

@@ -333,6 +333,32 @@ TEST(Skeleton, GroupsOfPartsAreOneSolidEach) {
   }
 }
 
+TEST(Skeleton, AllItsNamesAreKnownBefore) {
+  const Body made = body();
+  std::vector<std::string> all;
+  for (const auto& [name, inertial] : made.parts) all.push_back(name);
+  const SkeletonNames names = skeleton_names(all);
+  EXPECT_EQ(names.solids.size(), 16u);
+  const auto known = [](const std::vector<std::string>& list, const std::string& name) {
+    return std::ranges::find(list, name) != list.end();
+  };
+  for (const std::string& missing : all) {
+    PartInertials present = made.parts;
+    present.erase(missing);
+    const auto skeleton = build_skeleton(present, made.phantom.landmarks);
+    ASSERT_TRUE(skeleton) << skeleton.error().message();
+    for (const Solid& s : skeleton->scene.solids) {
+      EXPECT_TRUE(known(names.solids, s.name)) << s.name;
+      for (const Switch& step : s.switches)
+        EXPECT_TRUE(step.coordinate.empty() || known(names.coordinates, step.coordinate)) << step.coordinate;
+    }
+  }
+  const SkeletonNames groups = skeleton_names({"trunk", "leg_left"});
+  EXPECT_TRUE(known(groups.coordinates, "trunk_turn"));
+  EXPECT_TRUE(known(groups.coordinates, "hip_left"));
+  EXPECT_FALSE(known(groups.coordinates, "knee_left"));
+}
+
 TEST(Skeleton, CutPartsAreTakenWithTheReasonThatTheirRowGives) {
   InertiaTable table;
   InertiaRow row;

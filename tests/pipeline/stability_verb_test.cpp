@@ -105,6 +105,43 @@ TEST(StabilityVerb, ASpoiltFileOrAnOlderMapLeaveNothing) {
   EXPECT_TRUE(std::filesystem::exists(folder / "rk4.svg"));
 }
 
+TEST(StabilityVerb, ScenesOfOneNameAreToldByTheirFiles) {
+  const TestFolder folder;
+  const std::string scene = read_whole(samples + "pendulum.toml").value();
+  std::filesystem::create_directories(folder / "other");
+  std::string files;
+  for (const char* name : {"soft.toml", "stiff.toml", "other/stiff.toml"})
+    files += " " + folder.write(name, scene).string();
+  const ProgramRun run =
+      run_program("stability" + files + " " + samples +
+                  "shock.toml --end 0.1 --step 1e-2 --methods rk4 --json -o " + (folder / "out").string());
+  ASSERT_EQ(run.code, 0) << run.err;
+  const json limits = json::parse(run.out, nullptr, false)["limits"];
+  ASSERT_EQ(limits.size(), 4u);
+  const std::string own = read_scene(samples + "pendulum.toml").value().name;
+  EXPECT_EQ(limits[0]["name"], own + " (soft.toml)");
+  EXPECT_EQ(limits[1]["name"], own + " (" + (folder / "stiff.toml").string() + ")");
+  EXPECT_EQ(limits[2]["name"], own + " (" + (folder / "other/stiff.toml").string() + ")");
+  EXPECT_EQ(limits[3]["name"], read_scene(samples + "shock.toml").value().name);
+}
+
+TEST(StabilityVerb, OneSceneAloneHasADrawingOfItsMethods) {
+  const TestFolder folder;
+  const std::string asked = "stability " + samples +
+                            "pendulum.toml --end 1 --step 1e-2,1e-1 --tolerance 1e-4 --json -o " +
+                            folder.path().string() + " --methods ";
+  ASSERT_EQ(run_program(asked + "rk4,verlet,dopri5").code, 0);
+  for (const char* file : {"methods.svg", "methods.png", "rk4.svg", "dopri5.svg"})
+    EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
+  for (const char* file : {"limits.svg", "limits_tolerance.svg", "methods_tolerance.svg"})  // of one dot
+    EXPECT_FALSE(std::filesystem::exists(folder / file)) << file;
+  const std::string drawing = read_whole(folder / "methods.svg").value();
+  EXPECT_NE(drawing.find("Methods: 1 rk4, 2 verlet."), std::string::npos);
+  std::size_t tiles = 0;
+  for (std::size_t at = 0; (at = drawing.find("class='tile'", at)) != std::string::npos; ++at) ++tiles;
+  EXPECT_EQ(tiles, 4u);
+}
+
 TEST(StabilityVerb, RunsLong) {
   const TestFolder folder;
   const ProgramRun run = run_program("stability " + samples +

@@ -2,6 +2,7 @@
 // means.
 #include "pipeline/volume_economy.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -127,6 +128,38 @@ TEST(VolumeEconomy, WhatIsCoarserThanOneThatFailsIsNoPick) {
                   .trials = {trial(2, 0), trial(4.5, 0.003), trial(3.5, 0.07), trial(3, 0.02)}};
   ASSERT_NE(e.pick(VolumeTrial::Of::work_grid, 0), nullptr);
   EXPECT_EQ(e.pick(VolumeTrial::Of::work_grid, 0)->size, 3);
+}
+
+TEST(VolumeEconomy, NothingCoarserIsPickedBelowWhatTheReferenceIsKnownTo) {
+  const auto trial = [](VolumeTrial::Of of, double size, double error) {
+    VolumeTrial made{.of = of, .size = size, .name = fmt::format("{:g} mm", size)};
+    made.errors.assign(std::size(parts_choices), {{.part = "head", .mass = error}});
+    return made;
+  };
+  using Of = VolumeTrial::Of;
+  VolumeEconomy e{
+      .tolerance = 0.01,
+      .trials = {trial(Of::work_grid, 3, 0), trial(Of::voxels, 4, 0), trial(Of::work_grid, 4.5, 0.001),
+                 trial(Of::work_grid, 3.5, 0.02), trial(Of::voxels, 8, 0.002)}};
+  EXPECT_EQ(e.doubt(0), 0.02);  // of 3 and 3.5 mm, not of the luckier 4.5
+  for (const auto& [of, finest] : {std::pair(Of::voxels, 4.), std::pair(Of::work_grid, 3.)}) {
+    ASSERT_NE(e.pick(of, 0), nullptr);
+    EXPECT_EQ(e.pick(of, 0)->size, finest);
+  }
+  const auto words = in_words(e);
+  EXPECT_NE(words[0].find("a grid of 3 mm, the finest that is tried"), std::string::npos) << words[0];
+  EXPECT_NE(words[0].find("that of 3.5 mm differ by 2 % (16 parts)"), std::string::npos) << words[0];
+  EXPECT_EQ(
+      words[1],
+      "16 parts within 1 %: nothing coarser than a work grid of 3 mm is chosen, and whether that does is not "
+      "known");
+  e.tolerance = 0.03;
+  ASSERT_NE(e.pick(Of::voxels, 0), nullptr);
+  EXPECT_EQ(e.pick(Of::voxels, 0)->size, 8);
+  for (const auto& [name, plot] : volume_economy_plots(e))
+    if (name.ends_with("error")) {
+      EXPECT_NE(plot.notes.at(0).find("grid of 3 mm"), std::string::npos);
+    }
 }
 
 TEST(VolumeEconomy, ATrialWithoutATableIsNoPick) {

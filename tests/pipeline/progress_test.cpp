@@ -1,0 +1,46 @@
+// What long work says on standard error where that is no terminal.
+#include "pipeline/verbs/progress.hpp"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+namespace borelli {
+namespace {
+
+using std::chrono::milliseconds;
+
+TEST(Progress, WithoutATerminalALineIsSaidNowAndThen) {
+  testing::internal::CaptureStderr();
+  {
+    ProgressBar bar(false, milliseconds(20));
+    bar.begin("economy");
+    bar.update(0.1);  // too soon
+    std::this_thread::sleep_for(milliseconds(25));
+    bar.update(0.25);
+    bar.update(0.3);  // too soon
+    bar.end("3 models");
+    std::this_thread::sleep_for(milliseconds(25));
+    bar.update(0.9);  // of nothing
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "economy ...\neconomy ... 25 %\neconomy        3 models\n");
+}
+
+TEST(Progress, QuickWorkSaysThatItBeginsAndEnds) {
+  testing::internal::CaptureStderr();
+  {
+    ProgressBar bar(false);
+    bar.begin("chart");
+    for (int i = 0; i < 100; ++i) bar.update(0.01 * i);
+    bar.end("7 runs");
+    ProgressBar quiet(true, milliseconds(0));
+    quiet.begin("chart");
+    quiet.update(0.5);
+    quiet.end("7 runs");
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(), "chart ...\nchart          7 runs\n");
+}
+
+}  // namespace
+}  // namespace borelli
