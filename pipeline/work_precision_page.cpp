@@ -355,9 +355,10 @@ std::string work_precision_page(const WorkPrecision& chart) {
            failed + "</table>\n";
   std::vector<std::string> sentences{
       chart.reference.words,
-      fmt::format("Errors of position are in parts of the scene's length, {:.4g} m: the longest that it names "
-                  "(placements, gravity centres with radii of gyration, springs, distances).",
-                  chart.length)};
+      fmt::format(
+          "Errors of position are in parts of the scene's length, {:.4g} m: the longest that it names "
+          "(placements, gravity centres with radii of gyration, springs, distances).",
+          chart.length)};
   std::vector<PageButtons> buttons{errors, spent};
   if (const std::string why = why_no_drawing(chart); !why.empty()) sentences.push_back(why), buttons.clear();
   return chart_page(chart.scene + ": work and precision", chart.scene + ": what accuracy costs", sentences,
