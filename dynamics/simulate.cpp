@@ -508,7 +508,7 @@ class Run {
     const double until = landing_.state.t;
     for (double at = next_sample(); at <= until; at = next_sample()) {
       if (at < until) {
-        if (auto done = path_.land((at - state_.t) / h, row_); !done) return diverged(done.error());
+        if (auto done = path_.glance((at - state_.t) / h, row_); !done) return diverged(done.error());
         row_.state.t = at;
       }
       take_sample(at < until ? row_.state : landing_.state);

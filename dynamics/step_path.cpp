@@ -49,7 +49,7 @@ bool StepPath::doubtful() {
   return integrator_.dense_suffices() && (!ready() || integrator_.dense_departure(motion_) > most_departure);
 }
 
-Result<void> StepPath::land(double theta, Landing& landing) {
+Result<void> StepPath::find_between(double theta) {
   const double t = t_ + theta * h_;
   if (integrator_.dense_suffices()) {
     if (!ready()) return tl::unexpected(motion_.failure(t));
@@ -59,17 +59,32 @@ Result<void> StepPath::land(double theta, Landing& landing) {
   } else if (!integrator_.shortened(motion_, t_, theta * h_, *y_, *dy_, between_)) {
     return tl::unexpected(motion_.failure(t));
   }
-  return settle(between_, t, landing);
+  return {};
+}
+
+Result<void> StepPath::land(double theta, Landing& landing) {
+  if (auto done = find_between(theta); !done) return done;
+  return settle(between_, t_ + theta * h_, landing);
+}
+
+Result<void> StepPath::glance(double theta, Landing& landing) {
+  if (auto done = find_between(theta); !done) return done;
+  take(between_, t_ + theta * h_, landing);
+  return {};
 }
 
 Result<void> StepPath::land_at_end(double end, Landing& landing) { return settle(*out_, end, landing); }
 
-Result<void> StepPath::settle(const Eigen::VectorXd& y, double t, Landing& landing) {
+void StepPath::take(const Eigen::VectorXd& y, double t, Landing& landing) {
   landing.work = *work_;
   landing.state.q.resize(system_.nq);
   motion_.take(y, landing.state, landing.work);
   landing.state.t = t;
   landing.projected = false;
+}
+
+Result<void> StepPath::settle(const Eigen::VectorXd& y, double t, Landing& landing) {
+  take(y, t, landing);
   if (!projecting_ || !probe_.has_rows() || !landing.state.q.allFinite() || !landing.state.v.allFinite())
     return {};
   const Projection& projection = landing.projection;

@@ -32,6 +32,8 @@ class StepPath {
   /// The state at t + theta h, theta from 0 to 1: of dense output where that is as good as the steps, else of
   /// a step so much shorter. Fails where the equations cannot be solved or the constraints not be met.
   Result<void> land(double theta, Landing& landing);
+  /// The same as it comes, not put on the constraints: off them by about what the step is off.
+  Result<void> glance(double theta, Landing& landing);
   /// Whether dense output has met something that the step itself has not, as a stop between its stages:
   /// neither is to be relied upon then.
   bool doubtful();
@@ -40,6 +42,8 @@ class StepPath {
 
  private:
   bool ready();
+  Result<void> find_between(double theta);
+  void take(const Eigen::VectorXd& y, double t, Landing& landing);
   Result<void> settle(const Eigen::VectorXd& y, double t, Landing& landing);
 
   const System& system_;
