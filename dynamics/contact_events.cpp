@@ -216,7 +216,8 @@ Result<void> ContactEvents::settle(State& state, std::vector<LoggedEvent>& log) 
       return failure(
           fmt::format("contact '{}'", system_.contacts[closed[0]].name),
           fmt::format("it and those closed with it meet anew whenever one comes to rest, without end, at "
-                      "t = {:.9g} s; a higher rest_speed lets them rest",
+                      "t = {:.9g} s; a higher rest_speed lets them rest, and the method moreau steps over "
+                      "such moments",
                       state.t));
     if (round > 0) {
       if (auto done = look(state); !done) return done;
