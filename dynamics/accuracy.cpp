@@ -121,6 +121,11 @@ class Search {
       limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through
       rough_ = rough_ || (!settings_.verify && is_rough(now->certificate));
       if (before_ && judge(largest_difference(system_, *before_, samples), *now)) return now;
+      if (afresh_) {
+        afresh_ = false;
+        before_.reset();
+        continue;
+      }
       if (!before_) next_tolerance(std::min(0.1, first_ / chosen_.tolerance));
       before_ = std::move(samples);
     }
@@ -212,6 +217,8 @@ class Search {
                      : std::isfinite(error)
                          ? std::clamp(0.3 * settings_.accuracy / error, 1e-3, rough_ ? 0.1 : 0.03)
                          : after_apart);
+      // two runs of an implicit method that begin alike may both keep what is too small for them
+      afresh_ = chosen_.method == implicit_ && chosen_.tolerance > 10 * worth_lowering * least_;
       return false;
     }
     Certificate& c = now.certificate;
@@ -247,6 +254,7 @@ class Search {
   double first_ = 0;  ///< tolerance that is to do, where a coarser run judges it
   double spent_ = 0;  ///< evaluations, so far
   int runs_ = 0;
+  bool afresh_ = false;   ///< the next run is the first of two again
   bool parted_ = false;   ///< two runs had nothing in common
   bool rough_ = false;    ///< a run met stops or contacts
   bool doubted_ = false;  ///< a run was made again since its certificate was not trusted

@@ -11,8 +11,8 @@ namespace borelli {
 
 namespace {
 
-// gaps below these parts of the length of what touches: closed, and what rounding may make of one let go
-constexpr double closed_gap = 1e-9, rounding_gap = 1e-10;
+// a gap below this part of the length of what touches is what rounding may make of one let go
+constexpr double rounding_gap = 1e-10;
 
 // approaching: faster than this part of the largest velocity
 constexpr double approaching = 1e-11;

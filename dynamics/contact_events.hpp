@@ -13,6 +13,9 @@
 
 namespace borelli {
 
+// a gap below this part of the length of what touches (System::row_scale) is closed
+constexpr double closed_gap = 1e-9;
+
 /// Fails where things overlap at a run's start, with their name and how far; `every`: rows of all contacts.
 Result<void> check_apart(const System& system, const ConstraintRows& every);
 

@@ -1,13 +1,11 @@
 #include "dynamics/disturbance.hpp"
 
+#include "dynamics/contact_events.hpp"
 #include "dynamics/equations.hpp"
 
 namespace borelli {
 
 namespace {
-
-// gaps below this part of the length of what touches are closed
-constexpr double closed_gap = 1e-9;
 
 /// The rows that hold at the state, contacts' included.
 Eigen::MatrixXd rows_at(const System& system, const State& state) {

@@ -59,10 +59,15 @@ std::optional<SmallDeviations> deviations_from_start(const System& system) {
   return SmallDeviations{{values.begin(), values.end()}, by->acceleration_by_v.cwiseAbs().maxCoeff() > 0};
 }
 
+// a real part below this part of an eigenvalue's size may be rounding's: where several are one, it leaves
+// much
+constexpr double no_growth = 1e-3;
+
 double growth_rate(const SmallDeviations& deviations) {
   double most = 0;
   for (const Complex& lambda : deviations.eigenvalues)
-    if (lambda.real() > std::max(no_change, 1e-3 * std::abs(lambda))) most = std::max(most, lambda.real());
+    if (lambda.real() > std::max(no_change, no_growth * std::abs(lambda)))
+      most = std::max(most, lambda.real());
   return most;
 }
 

@@ -117,7 +117,7 @@ Tried try_run(const System& system, SimulationSettings how, double setting, cons
   const auto trajectory = simulate(system, system.initial, how, observer);
   if (!trajectory) {
     out.outcome = of_error(trajectory.error());
-    // what cannot be solved after the scene's end is none of this scene's
+    // what cannot be solved after the scene's end is none of this scene's (two steps: a run of whole ones)
     if (out.outcome == Outcome::not_solved && !adaptive && lengths.least > 1 &&
         how.end_time > wanted + 2 * how.step) {
       how.end_time = wanted;

@@ -13,7 +13,7 @@
 namespace borelli {
 namespace {
 
-// as a natural logarithm
+// a million times, as a natural logarithm
 constexpr double much_growth = 13.8;
 
 std::string setting_words(const StabilityMap& map, std::size_t method, double setting) {
@@ -276,9 +276,8 @@ std::string stability_page(const StabilityMap& map) {
         first == map.cells.end() ? "" : name_of(first->tried.outcome));
   }
   body +=
-      "</table>\n<p>Steps in s, tolerances of adaptive methods. all: at all that were tried; none from x on: "
-      "at "
-      "none, of which x is the smallest; "
+      "</table>\n<p>Steps in s, tolerances of adaptive methods. all: at all that were tried; none from x "
+      "on: at none of those, of which x is the smallest; "
       "in 0.5 s: in the scene's first 0.5 s, as runs below the limit were not let go on for longer; not "
       "known: those runs end before any that is unstable becomes so (--most-steps lets them go on). "
       "Linear: what theory says of small deviations from the start. What failed is said under the pointer, "
