@@ -178,7 +178,8 @@ class Search {
       least_ = least_implicit;
       choose_tolerance();
     }
-    limits_ = {.leave_if_stiff = false, .evaluations = worth_a_try * spent_};
+    limits_.leave_if_stiff = false;
+    limits_.evaluations = worth_a_try * spent_;
   }
 
   void next_tolerance(double factor) {
@@ -215,7 +216,7 @@ class Search {
       const bool far = rough_ && chosen_.tolerance * near_pilot < 0.99 * tolerance_before_;
       next_tolerance(far ? 0.1
                      : std::isfinite(error)
-                         ? std::clamp(0.3 * settings_.accuracy / error, 1e-3, rough_ ? 0.1 : 0.03)
+                         ? std::clamp(0.3 * settings_.accuracy / error, 1e-3, parted_ && !rough_ ? 0.03 : 0.1)
                          : after_apart);
       // two runs of an implicit method that begin alike may both keep what is too small for them
       afresh_ = chosen_.method == implicit_ && chosen_.tolerance > 10 * worth_lowering * least_;
@@ -248,7 +249,7 @@ class Search {
   const SimulationSettings& settings_;
   SimulationSettings chosen_;
   const char* implicit_;
-  RunLimits limits_{.leave_if_stiff = true};
+  RunLimits limits_{.leave_if_stiff = true, .own_first_step = true};
   std::string why_, found_;
   double least_ = 0, tolerance_before_ = 0;
   double first_ = 0;  ///< tolerance that is to do, where a coarser run judges it

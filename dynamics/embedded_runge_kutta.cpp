@@ -75,6 +75,25 @@ Attempt EmbeddedRungeKutta::attempt(Flow& flow, double t, double h, const Eigen:
   return attempt;
 }
 
+/// From the slope's size and how fast it changes: of what moves by `speed` and turns at `rate` the p-th
+/// derivative is about speed rate^(p-1), a hundred times what an error grows by (after Hairer, Norsett,
+/// Wanner, Solving ODEs I, section II.4, whose guess is no longer in other units of time); and no farther
+/// than the scale of what moves.
+double EmbeddedRungeKutta::first_step(Flow& flow, double t, const Eigen::VectorXd& y,
+                                      const Eigen::VectorXd& dy) {
+  const auto largest = [&](const Eigen::VectorXd& of) {
+    return of.cwiseQuotient(flow.error_scale()).lpNorm<Eigen::Infinity>();
+  };
+  const double speed = largest(dy);
+  if (!(speed > 0)) return 0;
+  const double whole = 1 / speed, little = 0.01 * whole;
+  stage_ = y + little * dy;
+  if (!flow.derivative(t + little, stage_, k_[0])) return 0;
+  const double rate = largest(k_[0] - dy) / (little * speed);
+  const double h = std::pow(0.01 * tolerance_ * rate / speed, 1. / error_power(tableau_)) / rate;
+  return std::isfinite(h) ? std::min(h, whole) : whole;
+}
+
 /// The last stage of a step and its result are two states at one time. How their slopes differ estimates the
 /// largest eigenvalue; fifteen steps of which stability allows no longer ones tell stiffness, six others
 /// before them take it back (Hairer and Wanner, Solving ODEs II, section IV.2). Where y holds positions, it

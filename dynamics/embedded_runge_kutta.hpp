@@ -36,6 +36,7 @@ class EmbeddedRungeKutta : public Integrator {
   bool adaptive() const override { return true; }
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
+  double first_step(Flow& flow, double t, const Eigen::VectorXd& y, const Eigen::VectorXd& dy) override;
   int dense_order() const override { return tableau_.dense_order; }
   bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                      const Eigen::VectorXd& out) override;

@@ -56,6 +56,13 @@ class Integrator {
   virtual Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                           Eigen::VectorXd& out) = 0;
 
+  /// A step to try first, from f and how it changes, where only the method's tolerance says how long it may
+  /// be; 0: the method has no such thing, or nothing moves. Evaluates f once.
+  virtual double first_step(Flow& /*flow*/, double /*t*/, const Eigen::VectorXd& /*y*/,
+                            const Eigen::VectorXd& /*dy*/) {
+    return 0;
+  }
+
   /// Dense output's order: its error over a step goes as h^(dense_order() + 1). Unless a method has its own,
   /// it is the cubic through the values and slopes at both ends (Hermite's), of order 3.
   virtual int dense_order() const { return 3; }

@@ -45,7 +45,7 @@ constexpr int most_events_at_once = 1000;
 
 // a scene that turns out stiff is left to other methods where what is left of it takes so many times the
 // steps that were tried so far: they have all of it to do, and twice
-constexpr double worth_leaving = 3;
+constexpr double worth_leaving = 1.5;
 
 class Run {
  public:
@@ -226,6 +226,8 @@ class Run {
   Result<void> advance_adaptively(double target) {
     const double resolution = 16 * std::numeric_limits<double>::epsilon() *
                               std::max(std::abs(settings_.end_time), std::abs(state_.t));
+    if (limits_.own_first_step && attempts_ == 0)
+      if (const double h = integrator_.first_step(motion_, state_.t, y_, dy_); h > 0) step_ = h;
     while (state_.t < target && !stopped_) {
       if (step_ > longest_step_) {
         step_ = longest_step_;

@@ -9,12 +9,14 @@
 
 namespace borelli {
 
-/// Where a run may end before its time.
+/// Where a run may end before its time, and how it may begin.
 struct RunLimits {
-  /// it turns out stiff (Certificate::stiff_from tells), and at its present steps what is left takes three
-  /// times as many as were tried so far
+  /// it turns out stiff (Certificate::stiff_from tells), and at its present steps what is left takes half as
+  /// many again as were tried so far
   bool leave_if_stiff = false;
   double evaluations = std::numeric_limits<double>::infinity();  ///< it takes more than so many
+  /// where the method has a first step of its own (Integrator::first_step), it is that, not settings.step
+  bool own_first_step = false;
 };
 
 struct Observer {

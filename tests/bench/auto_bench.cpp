@@ -1,9 +1,9 @@
-// How well --accuracy chooses: auto_bench [SCENE ...] runs scenes by every method and by the program's own
-// choice (without the run that verifies), and prints, per scene and accuracy asked for, how far the choice is
-// off in parts of what was asked, and what it costs, in evaluations, in parts of the cheapest method's at
-// that error. Without scenes: the samples, every other family of which (pendulum and pendulum_3 to pendulum_7
-// are one) the choice was tuned on, and 40 random trees. The other half and 40 other trees judge it.
-// Scenes that are chaotic count up to where a reference ends.
+// How well --accuracy chooses: auto_bench [SCENE | SEED ...] runs scenes by every method and by the program's
+// own choice (without the run that verifies), and prints, per scene and accuracy asked for, how far the
+// choice is off in parts of what was asked, and what it costs, in evaluations, in parts of the cheapest
+// method's at that error. Without scenes: the samples, every other family of which (pendulum and pendulum_3
+// to pendulum_7 are one) the choice was tuned on, and 40 random trees. The other half and 40 other trees
+// judge it. A number is the seed of such a tree. Scenes that are chaotic count up to where a reference ends.
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -139,7 +139,13 @@ int main(int argc, char** argv) {
   };
   if (argc > 1) {
     Judged asked;
-    for (int i = 1; i < argc; ++i) of_file(argv[i], asked);
+    for (int i = 1; i < argc; ++i) {
+      const std::string what = argv[i];
+      if (what.find_first_not_of("0123456789") == std::string::npos)
+        judge(random_tree(unsigned(std::stoul(what))), asked);
+      else
+        of_file(what, asked);
+    }
     asked.print("asked for");
     return 0;
   }

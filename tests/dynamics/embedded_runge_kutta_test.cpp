@@ -2,6 +2,8 @@
 // on problems with closed solutions.
 #include "dynamics/embedded_runge_kutta.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "functions.hpp"
@@ -143,6 +145,34 @@ TEST(EmbeddedRungeKutta, TheErrorEstimateLeadsTheStep) {
     EXPECT_LT((out - integrate(flow, fine, y, h, 40)).norm(), 1e-9) << pair.name;
     EXPECT_LE(attempt.next_step, h) << pair.name;  // not more right after a rejection
   }
+}
+
+TEST(EmbeddedRungeKutta, FirstStepIsOneThatTheToleranceBears) {
+  for (const Pair& pair : pairs)
+    for (const double rate : {0.1, 1., 30.})
+      for (double tolerance = 1e-3; tolerance > 1e-11; tolerance /= 10) {
+        SCOPED_TRACE(fmt::format("{} at {:g}, rate {:g}", pair.name, tolerance, rate));
+        FunctionFlow turning(2, [&](double, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+          dy << rate * y[1], -rate * y[0];
+        });
+        EmbeddedRungeKutta method(pair.tableau, tolerance);
+        const Eigen::Vector2d start(0.6, 0.8);
+        Eigen::VectorXd dy(2), out(2);
+        turning.derivative(0, start, dy);
+        turning.evaluations = 0;
+        const double h = method.first_step(turning, 0, start, dy);
+        EXPECT_EQ(turning.evaluations, 1);
+        ASSERT_GT(h, 0);
+        EXPECT_TRUE(method.attempt(turning, 0, h, start, dy, out).accepted);
+        const double c = std::cos(rate * h), s = std::sin(rate * h);
+        const Eigen::Vector2d exact(c * start[0] + s * start[1], c * start[1] - s * start[0]);
+        EXPECT_LE((out - exact).lpNorm<Eigen::Infinity>(), tolerance);
+        EXPECT_FALSE(method.attempt(turning, 0, 20 * h, start, dy, out).accepted);
+      }
+  FunctionFlow resting(1, [](double, const Eigen::VectorXd&, Eigen::VectorXd&) {});
+  EmbeddedRungeKutta method(dormand_prince_853(), 1e-6);
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(1);
+  EXPECT_EQ(method.first_step(resting, 0, zero, zero), 0);
 }
 
 TEST(EmbeddedRungeKutta, CountsItsEvaluations) {
