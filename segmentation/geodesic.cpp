@@ -57,9 +57,16 @@ Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, 
     buckets[0].push_back(static_cast<std::uint32_t>(o));
   }
 
+  // places whose neighbours' rows are fetched while those before them are looked at
+  constexpr std::size_t ahead = 4;
+  std::array<std::ptrdiff_t, 9> rows;
+  for (std::ptrdiff_t r = 0; r < 9; ++r) rows[r] = ((r / 3 - 1) * g.size[1] + r % 3 - 1) * g.size[0];
+
   const auto nx = static_cast<std::uint32_t>(g.size[0]), ny = static_cast<std::uint32_t>(g.size[1]);
   for (std::size_t b = 0; b < buckets.size(); ++b) {
     for (std::size_t n = 0; n < buckets[b].size(); ++n) {
+      if (n + ahead < buckets[b].size())
+        for (const std::ptrdiff_t row : rows) __builtin_prefetch(places.data() + buckets[b][n + ahead] + row);
       const std::uint32_t o = buckets[b][n];
       const auto [c, here] = places[o];
       if (c == no_way) continue;

@@ -169,6 +169,12 @@ bool HeadsInBody::solid(const FoundSphere& ball) const {
 }
 
 bool HeadsInBody::on_femur(const FoundSphere& ball, int side) const {
+  for (const Asked& asked : asked_)
+    if (asked.side == side && asked.radius == ball.radius && asked.centre == ball.centre) return asked.leads;
+  return asked_.emplace_back(Asked{ball.centre, ball.radius, side, femur_leads_on(ball, side)}).leads;
+}
+
+bool HeadsInBody::femur_leads_on(const FoundSphere& ball, int side) const {
   const Anatomy& a = anatomy_;
   constexpr double far = 120, detour = 1.3;  // mm
   const double outwards = side_sign(side);

@@ -60,6 +60,16 @@ class HeadsInBody {
   std::vector<double> lung_;   // ml within each slice of the work grid
   double low_ = 0, high_ = 0;  // lowest and highest level with body in view
 
+  /// What on_femur was asked, many pairs having a ball in common, and its answer.
+  struct Asked {
+    Eigen::Vector3d centre;
+    double radius;
+    int side;
+    bool leads;
+  };
+  mutable std::vector<Asked> asked_;
+
+  bool femur_leads_on(const FoundSphere& ball, int side) const;
   bool vertebra_between(const FoundSphere& left, const FoundSphere& right) const;
   double below(const FoundSphere& ball) const;  // mm in view below a centre
   double lung_between(double low, double high) const;

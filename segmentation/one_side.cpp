@@ -17,8 +17,8 @@ constexpr double hips_half = 88, hip_to_shoulder = 515, middle_by_hip = 7;
 
 // The likeliest head about the best voted places that fit.
 template <class Fits>
-std::optional<FoundSphere> find_head(const Anatomy& a, const HeadsInBody& body,
-                                     const std::vector<FoundSphere>& votes, const Fits& fits) {
+std::optional<FoundSphere> find_head(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates,
+                                     const Fits& fits) {
   constexpr std::size_t most_places = 8;
   constexpr double same = 15, again = 1;  // mm, between places; see find_heads in trunk.cpp
   const double scatter = 0.4 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
@@ -30,7 +30,7 @@ std::optional<FoundSphere> find_head(const Anatomy& a, const HeadsInBody& body,
                     [&](const Vector3d& other) { return (other - place).norm() < reach; }))
       return false;
     places.push_back(place);
-    for (const FoundSphere& ball : fit_balls(*a.source, place, 14, 36, a.threads)) {
+    for (const FoundSphere& ball : candidates.about(place)) {
       // as of a pair that are alike
       const double score = std::pow(ball.score * std::exp(-std::pow(ball.deviation / scatter, 2)), 2) *
                            std::exp(-std::pow((ball.radius - 25) / 7, 2));
@@ -38,18 +38,17 @@ std::optional<FoundSphere> find_head(const Anatomy& a, const HeadsInBody& body,
     }
     return true;
   };
-  for (const FoundSphere& vote : votes)
+  for (const FoundSphere& vote : candidates.votes())
     if (places.size() < most_places && fits(vote)) look_about(vote.centre, same);
   for (int round = 0; round < 3 && best && look_about(best->centre, again);) ++round;
   return best;
 }
 
 std::optional<FoundSphere> find_shoulder_over(const FoundSphere& hip, int side, const Anatomy& a,
-                                              const HeadsInBody& body,
-                                              const std::vector<FoundSphere>& balls) {
+                                              const HeadsInBody& body, RoundHeads& candidates) {
   constexpr double lowest = 330, highest = 650, aside = 150, deep = 120;  // mm
   const double outwards = side_sign(side);
-  return find_head(a, body, balls, [&](const FoundSphere& ball) {
+  return find_head(a, body, candidates, [&](const FoundSphere& ball) {
     const Vector3d d = ball.centre - hip.centre;
     return d[2] > lowest && d[2] < highest && std::abs(d[1]) < deep && d[0] * outwards > 0 &&
            d[0] * outwards < aside && body.at_shoulder(ball.centre);
@@ -65,17 +64,16 @@ double middle_of(const Trunk& trunk) { return 0.5 * (trunk.hip[0]->centre[0] + t
 
 }  // namespace
 
-void find_one_side(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
-                   Trunk& trunk) {
+void find_one_side(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side), other = 1 - n;
     const double outwards = side_sign(side);
-    const auto hip = find_head(a, body, balls, [&](const FoundSphere& ball) {
+    const auto hip = find_head(a, body, candidates, [&](const FoundSphere& ball) {
       return body.cut_beside(ball.centre[0] - outwards * hips_half, side) &&
              body.below_lungs(ball.centre[2]) && body.below_flank(ball.centre) && body.on_femur(ball, side);
     });
     if (!hip) continue;
-    const auto shoulder = find_shoulder_over(*hip, side, a, body, balls);
+    const auto shoulder = find_shoulder_over(*hip, side, a, body, candidates);
     if (!shoulder) continue;
     const double size = (shoulder->centre[2] - hip->centre[2]) / hip_to_shoulder;
     const double middle = hip->centre[0] - outwards * hips_half * size;
@@ -87,12 +85,11 @@ void find_one_side(const Anatomy& a, const HeadsInBody& body, const std::vector<
   }
 }
 
-void find_one_shoulder(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
-                       Trunk& trunk) {
+void find_one_shoulder(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
   const double middle = middle_of(trunk);
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side), other = 1 - n;
-    const auto shoulder = find_shoulder_over(*trunk.hip[n], side, a, body, balls);
+    const auto shoulder = find_shoulder_over(*trunk.hip[n], side, a, body, candidates);
     if (!shoulder) continue;
     FoundSphere image = mirrored(*shoulder, middle);
     image.cut = true;

@@ -2,11 +2,10 @@
 // and what the trunk needs of the other side is their mirror image.
 #pragma once
 
-#include <vector>
-
 #include "segmentation/heads_in_body.hpp"
 #include "segmentation/landmarks.hpp"
 #include "segmentation/limbs.hpp"
+#include "segmentation/round_heads.hpp"
 #include "segmentation/segment.hpp"
 #include "segmentation/trunk.hpp"
 
@@ -15,14 +14,12 @@ namespace borelli {
 /// Sets hips, shoulders, `only_side` and `middle_off` of a trunk of which neither pair is in view, where the
 /// scan's side cuts the trunk near its middle, and a hip over its femur and a shoulder over the lung, as far
 /// above as a body's, are in view. The middle lies as far inwards of the hip as an adult's of this height
-/// (88 mm of 515 from hip to shoulder). `balls`: see vote_balls.
-void find_one_side(const Anatomy& anatomy, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
-                   Trunk& trunk);
+/// (88 mm of 515 from hip to shoulder).
+void find_one_side(const Anatomy& anatomy, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk);
 
 /// The one shoulder in view over two hips, where the scan's side cuts off the other: that is its mirror image
 /// then, out of view.
-void find_one_shoulder(const Anatomy& anatomy, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
-                       Trunk& trunk);
+void find_one_shoulder(const Anatomy& anatomy, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk);
 
 /// Of a trunk with one side the middle by its column, where all of that is in view; else its column in that
 /// middle.

@@ -53,33 +53,39 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
   const auto at = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
     return static_cast<double>(level.at(i, j, k));
   };
-  std::vector<float> rough(static_cast<std::size_t>(g.size[0]));  // a row's squared slopes, to rounding
+  // a thread counts the votes that fall into its own slices, in the order of those who vote
+  const auto reach = static_cast<std::int64_t>(most / h) + 1;
   const std::int64_t sy = g.size[0], sz = g.size[0] * g.size[1];
-  for (std::int64_t k = 1; k + 1 < g.size[2]; ++k)
-    for (std::int64_t j = 1; j + 1 < g.size[1]; ++j) {
-      const float* const row = level.voxels.data() + g.offset(0, j, k);
-      for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
-        const float a = row[i + 1] - row[i - 1], b = row[i + sy] - row[i - sy], c = row[i + sz] - row[i - sz];
-        rough[static_cast<std::size_t>(i)] = (a * a + b * b + c * c) / 4;
-      }
-      for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
-        if (rough[static_cast<std::size_t>(i)] < 0.999F * static_cast<float>(least_slope * least_slope))
-          continue;
-        const Vector3d slope =
-            0.5 * Vector3d(at(i + 1, j, k) - at(i - 1, j, k), at(i, j + 1, k) - at(i, j - 1, k),
-                           at(i, j, k + 1) - at(i, j, k - 1));
-        const double steep = slope.norm();
-        if (steep < least_slope) continue;
-        for (double r = least; r <= most; r += h) {
-          const Vector3d p =
-              Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)) +
-              slope / steep * (r / h);
-          const auto a = std::lround(p[0]), b = std::lround(p[1]), c = std::lround(p[2]);
-          if (g.holds(a, b, c))
-            votes.at(a, b, c) += static_cast<float>(h * h / (4 * std::numbers::pi * r * r));
+  in_slabs(g.size[2], threads, [&](std::int64_t first, std::int64_t last) {
+    std::vector<float> rough(static_cast<std::size_t>(g.size[0]));  // a row's squared slopes, to rounding
+    for (std::int64_t k = std::max<std::int64_t>(1, first - reach); k < std::min(g.size[2] - 1, last + reach);
+         ++k)
+      for (std::int64_t j = 1; j + 1 < g.size[1]; ++j) {
+        const float* const row = level.voxels.data() + g.offset(0, j, k);
+        for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
+          const float a = row[i + 1] - row[i - 1], b = row[i + sy] - row[i - sy],
+                      c = row[i + sz] - row[i - sz];
+          rough[static_cast<std::size_t>(i)] = (a * a + b * b + c * c) / 4;
+        }
+        for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
+          if (rough[static_cast<std::size_t>(i)] < 0.999F * static_cast<float>(least_slope * least_slope))
+            continue;
+          const Vector3d slope =
+              0.5 * Vector3d(at(i + 1, j, k) - at(i - 1, j, k), at(i, j + 1, k) - at(i, j - 1, k),
+                             at(i, j, k + 1) - at(i, j, k - 1));
+          const double steep = slope.norm();
+          if (steep < least_slope) continue;
+          for (double r = least; r <= most; r += h) {
+            const Vector3d p =
+                Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)) +
+                slope / steep * (r / h);
+            const auto a = std::lround(p[0]), b = std::lround(p[1]), c = std::lround(p[2]);
+            if (c >= first && c < last && g.holds(a, b, c))
+              votes.at(a, b, c) += static_cast<float>(h * h / (4 * std::numbers::pi * r * r));
+          }
         }
       }
-    }
+  });
   votes = box_blurred(votes, threads);
 
   std::vector<FoundSphere> found;

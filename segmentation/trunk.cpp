@@ -5,6 +5,7 @@
 
 #include "segmentation/heads_in_body.hpp"
 #include "segmentation/one_side.hpp"
+#include "segmentation/round_heads.hpp"
 
 namespace borelli {
 namespace {
@@ -75,8 +76,8 @@ Pair likeliest(const Anatomy& a, const Balls& left, const Balls& right, Spacing 
 // heads again where those stand farther than `again` mm from all of them, since about a place some
 // millimetres off not all of what edges agree on is found.
 template <class Fits, class Holds>
-std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>& votes, Spacing apart,
-                               double level, double again, const Fits& fits, const Holds& holds) {
+std::optional<Pair> find_heads(const Anatomy& a, RoundHeads& candidates, Spacing apart, double level,
+                               double again, const Fits& fits, const Holds& holds) {
   constexpr double same = 15;  // mm; balls are looked for within 30 mm of a place
   constexpr std::size_t most_places = 5;
   struct Side {
@@ -89,11 +90,11 @@ std::optional<Pair> find_heads(const Anatomy& a, const std::vector<FoundSphere>&
                     [&](const Vector3d& other) { return (other - place).norm() < reach; }))
       return false;
     side.places.push_back(place);
-    const Balls more = fit_balls(*a.source, place, 14, 36, a.threads);
+    const Balls& more = candidates.about(place);
     side.balls.insert(side.balls.end(), more.begin(), more.end());
     return true;
   };
-  const auto voted = pairs(votes, apart, level, fits);
+  const auto voted = pairs(candidates.votes(), apart, level, fits);
   if (voted.empty()) return std::nullopt;
   for (const Pair& pair : voted) {
     if (sides[0].places.size() < most_places) look_about(sides[0], pair.left.centre, same);
@@ -122,16 +123,15 @@ constexpr double above_end = 12;
 // it; without the ilium's top, whose spines stand some 80 mm above the hips, a hip was 20 mm off
 constexpr double below_end = 55, below_ilium = 85;
 
-void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
-               Trunk& trunk) {
+void find_hips(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
   const auto fits = [&](const Vector3d& l, const Vector3d& r) { return body.near_hips(l, r); };
   const auto holds = [&](const FoundSphere& l, const FoundSphere& r) { return body.are_hips(l, r); };
-  auto heads = find_heads(a, balls, hips_apart, 25, hips_again, fits, holds);
+  auto heads = find_heads(a, candidates, hips_apart, 25, hips_again, fits, holds);
   // just above the scan's end sockets pass for heads where it cuts the heads: what fits better is they
   constexpr double apart = 30;  // mm, of balls about one hip
   if (!heads || body.cuts(heads->left, apart) || body.cuts(heads->right, apart)) {
     const auto may_be = [&](const FoundSphere& l, const FoundSphere& r) { return body.may_be_hips(l, r); };
-    const auto other = find_heads(a, balls, hips_apart, 25, hips_again, fits, may_be);
+    const auto other = find_heads(a, candidates, hips_apart, 25, hips_again, fits, may_be);
     // alone they must be sure: the lower two thirds of heads score .037 to .13 (four bodies), less of them,
     // ilia and edges of sockets .021 at most
     constexpr double sure = 0.03;
@@ -148,8 +148,7 @@ void find_hips(const Anatomy& a, const HeadsInBody& body, const std::vector<Foun
   trunk.hip[right_side] = heads->right;
 }
 
-void find_shoulders(const Anatomy& a, const HeadsInBody& body, const std::vector<FoundSphere>& balls,
-                    Trunk& trunk) {
+void find_shoulders(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
   const bool hips = trunk.hip[0] && trunk.hip[1];
   const double above = hips ? std::min(trunk.hip[0]->centre[2], trunk.hip[1]->centre[2]) + 250 : -1e9;
   const auto fits = [&](const Vector3d& l, const Vector3d& r) {
@@ -161,14 +160,14 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, const std::vector
   const auto holds = [&](const FoundSphere& l, const FoundSphere& r) {
     return body.solid(l) && body.solid(r);
   };
-  auto heads = find_heads(a, balls, shoulders_apart, 50, shoulders_again, fits, holds);
+  auto heads = find_heads(a, candidates, shoulders_apart, 50, shoulders_again, fits, holds);
   if (!heads) return;
   // a head that the scan's side cuts would lead the other astray, as would a rib's end for one out of view:
   // true pairs score .2 to .3, those .005 at most
   constexpr double unsure = 0.03;
   if (hips && (heads->score < unsure || a.near_edge(heads->left.centre, heads->left.radius) !=
                                             a.near_edge(heads->right.centre, heads->right.radius))) {
-    find_one_shoulder(a, body, balls, trunk);
+    find_one_shoulder(a, body, candidates, trunk);
     if (trunk.shoulder[0]) return;
   }
   for (FoundSphere* head : {&heads->left, &heads->right})
@@ -283,17 +282,17 @@ double Trunk::middle(double z) const {
 
 Trunk find_trunk(const Anatomy& a) {
   Trunk trunk;
-  const auto balls = vote_balls(a.scan.hu, a.bone, 17, 29, 8, a.threads);
+  RoundHeads candidates(a);
   HeadsInBody body(a);
   trunk.lungs = body.lungs();
-  find_hips(a, body, balls, trunk);
-  find_shoulders(a, body, balls, trunk);
-  if (!trunk.shoulder[0] && trunk.hip[0]) find_one_shoulder(a, body, balls, trunk);
-  if (!trunk.shoulder[0] && !trunk.hip[0]) find_one_side(a, body, balls, trunk);
+  find_hips(a, body, candidates, trunk);
+  find_shoulders(a, body, candidates, trunk);
+  if (!trunk.shoulder[0] && trunk.hip[0]) find_one_shoulder(a, body, candidates, trunk);
+  if (!trunk.shoulder[0] && !trunk.hip[0]) find_one_side(a, body, candidates, trunk);
   if (!trunk.shoulder[0] && !trunk.hip[0]) {
     body.allow_hollow();
-    find_hips(a, body, balls, trunk);
-    find_shoulders(a, body, balls, trunk);
+    find_hips(a, body, candidates, trunk);
+    find_shoulders(a, body, candidates, trunk);
   }
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   if (!hips && !shoulders) return trunk;

@@ -1,0 +1,33 @@
+// What is round among a body's bones and may be the head of a femur or humerus.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "segmentation/anatomy.hpp"
+#include "segmentation/spheres.hpp"
+
+namespace borelli {
+
+class RoundHeads {
+ public:
+  explicit RoundHeads(const Anatomy& anatomy)
+      : anatomy_(anatomy), votes_(vote_balls(anatomy.scan.hu, anatomy.bone, 17, 29, 8, anatomy.threads)) {}
+
+  /// See vote_balls.
+  const std::vector<FoundSphere>& votes() const { return votes_; }
+
+  /// See fit_balls; of 14 to 36 mm, measured once about each place. Valid until the next place.
+  const std::vector<FoundSphere>& about(const Eigen::Vector3d& place) {
+    for (const auto& [known, balls] : measured_)
+      if (known == place) return balls;
+    return measured_.emplace_back(place, fit_balls(*anatomy_.source, place, 14, 36, anatomy_.threads)).second;
+  }
+
+ private:
+  const Anatomy& anatomy_;
+  std::vector<FoundSphere> votes_;
+  std::vector<std::pair<Eigen::Vector3d, std::vector<FoundSphere>>> measured_;
+};
+
+}  // namespace borelli
