@@ -45,7 +45,6 @@ struct Collapse {
   double cost = 0;
   std::uint32_t a = 0, b = 0;
   std::uint32_t stamp = 0;  // of both ends when it was computed: later changes make it stale
-  Vector3d place;
 
   bool operator<(const Collapse& other) const { return cost > other.cost; }  // least cost first
 };
@@ -87,7 +86,8 @@ class Decimation {
       const Collapse next = queue_.top();
       queue_.pop();
       if (gone(next.a) || gone(next.b) || stamps_[next.a] + stamps_[next.b] != next.stamp) continue;
-      if (keeps_topology(next) && keeps_facing(next)) apply(next);
+      const Vector3d place = joined(next.a, next.b).best(middle(next.a, next.b));
+      if (keeps_topology(next) && keeps_facing(next, place)) apply(next, place);
     }
     return result();
   }
@@ -103,42 +103,47 @@ class Decimation {
 
   void consider(std::uint32_t a, std::uint32_t b) {
     if (locked_[a] || locked_[b]) return;
-    Quadric sum = quadrics_[a];
-    sum += quadrics_[b];
+    const Quadric sum = joined(a, b);
     if (!(sum.weight > 0)) return;
-    const Vector3d place = sum.best((points_[a] + points_[b]) / 2);
-    const double cost = sum.error(place);
+    const double cost = sum.error(sum.best(middle(a, b)));
     if (cost > reach_ * reach_ * sum.weight) return;  // the planes' mean squared distance
-    queue_.push({cost, a, b, stamps_[a] + stamps_[b], place});
+    queue_.push({cost, a, b, stamps_[a] + stamps_[b]});
   }
 
-  std::vector<std::uint32_t> neighbours(std::uint32_t v) const {
-    std::vector<std::uint32_t> ring;
+  Quadric joined(std::uint32_t a, std::uint32_t b) const {
+    Quadric sum = quadrics_[a];
+    sum += quadrics_[b];
+    return sum;
+  }
+  Vector3d middle(std::uint32_t a, std::uint32_t b) const { return (points_[a] + points_[b]) / 2; }
+
+  void find_neighbours(std::uint32_t v, std::vector<std::uint32_t>& ring) const {
+    ring.clear();
     for (const std::uint32_t t : triangles_of_[v])
       for (const std::uint32_t w : triangles_[t])
         if (w != v) ring.push_back(w);
     std::ranges::sort(ring);
     ring.erase(std::ranges::unique(ring).begin(), ring.end());
-    return ring;
   }
 
   // The ends' common neighbours are just the two across the edge, and what is left is more than a
   // tetrahedron.
-  bool keeps_topology(const Collapse& c) const {
-    const auto around_a = neighbours(c.a), around_b = neighbours(c.b);
-    std::vector<std::uint32_t> common;
-    std::ranges::set_intersection(around_a, around_b, std::back_inserter(common));
-    return common.size() == 2 && around_a.size() + around_b.size() > 6;
+  bool keeps_topology(const Collapse& c) {
+    find_neighbours(c.a, ring_);
+    find_neighbours(c.b, other_ring_);
+    common_.clear();
+    std::ranges::set_intersection(ring_, other_ring_, std::back_inserter(common_));
+    return common_.size() == 2 && ring_.size() + other_ring_.size() > 6;
   }
 
   // no triangle that stays turns by more than about 75 degrees, or becomes a needle
-  bool keeps_facing(const Collapse& c) const {
+  bool keeps_facing(const Collapse& c, const Vector3d& place) const {
     for (const auto& [moved, other] : {std::pair(c.a, c.b), std::pair(c.b, c.a)}) {
       for (const std::uint32_t t : triangles_of_[moved]) {
         const Triangle& corners = triangles_[t];
         if (std::ranges::find(corners, other) != corners.end()) continue;
         std::array<Vector3d, 3> p;
-        for (std::size_t i = 0; i < 3; ++i) p[i] = corners[i] == moved ? c.place : points_[corners[i]];
+        for (std::size_t i = 0; i < 3; ++i) p[i] = corners[i] == moved ? place : points_[corners[i]];
         const Vector3d twice = (p[1] - p[0]).cross(p[2] - p[0]);
         const double longest =
             std::max({(p[1] - p[0]).squaredNorm(), (p[2] - p[1]).squaredNorm(), (p[0] - p[2]).squaredNorm()});
@@ -150,7 +155,7 @@ class Decimation {
     return true;
   }
 
-  void apply(const Collapse& c) {
+  void apply(const Collapse& c, const Vector3d& place) {
     for (const std::uint32_t t : triangles_of_[c.b]) {
       Triangle& corners = triangles_[t];
       if (std::ranges::find(corners, c.a) != corners.end()) {  // one of the two beside the edge: it goes
@@ -164,10 +169,11 @@ class Decimation {
     }
     triangles_of_[c.b].clear();
     into_[c.b] = c.a;
-    points_[c.a] = c.place;
+    points_[c.a] = place;
     quadrics_[c.a] += quadrics_[c.b];
     ++stamps_[c.a];
-    for (const std::uint32_t v : neighbours(c.a)) consider(c.a, v);
+    find_neighbours(c.a, ring_);
+    for (const std::uint32_t v : ring_) consider(c.a, v);
   }
 
   Fewer result() const {
@@ -198,6 +204,7 @@ class Decimation {
   std::vector<std::uint32_t> stamps_;
   std::vector<std::uint32_t> into_;  // the point that a point was collapsed into; itself where it stays
   std::priority_queue<Collapse> queue_;
+  std::vector<std::uint32_t> ring_, other_ring_, common_;  // scratch
 };
 
 // Ericson (2005) "Real-Time Collision Detection", 5.1.5: by the region of the triangle's plane that holds p's
