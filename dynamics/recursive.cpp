@@ -97,31 +97,22 @@ RecursionOf<T>::RecursionOf(const System& system)
       before(system.steps.size()),
       first_columns{0} {
   std::vector<int> last(system.bodies.size(), -1);
-  std::vector<std::vector<Columns>> chains(system.steps.size());  // as few as can be, of any count
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
     last[b] = last[body.parent];
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
       before[s] = last[b];
-      std::vector<Columns>& chain = chains[s];
-      if (before[s] >= 0) chain = chains[before[s]];
+      const int begin = first_columns.back(), carried_by = before[s];
+      if (carried_by >= 0)
+        for (int c = first_columns[carried_by]; c < first_columns[carried_by + 1]; ++c)
+          columns.push_back(Columns(columns[c]));
       const Step& step = system.steps[s];
-      if (chain.empty() || chain.back().first + chain.back().count != step.u) chain.push_back({step.u, 0});
-      chain.back().count += step.nv;
-      for (const Columns& run : chain) cut(run);
+      if (int(columns.size()) == begin || columns.back().first + columns.back().count != step.u)
+        columns.push_back({step.u, 0});
+      columns.back().count += step.nv;
       first_columns.push_back(int(columns.size()));
       last[b] = s;
     }
-  }
-}
-
-/// Into as many as are computed at once, the last of which may overlap.
-template <class T>
-void RecursionOf<T>::cut(const Columns& run) {
-  constexpr int most = EntriesOf<T>::count;
-  for (int begin = 0; begin < run.count; begin += most) {
-    const int first = std::max(0, std::min(begin, run.count - most));
-    columns.push_back({run.first + first, std::min(most, run.count)});
   }
 }
 
@@ -244,31 +235,35 @@ void find_rows(const KinematicsOf<T>& k, int u, const Asked<Kind, T>& asked,
   const T* const twists = k.twists.data();
   T* const rows = A.data() + u * A.cols();
   const Eigen::Index height = k.twists.rows(), width = A.cols();
-  for (const auto [first, count] : chain) {
-    const auto twist = [&, from = twists + first](int c) { return Entries::load(from + c * height); };
-    const Vector3<Pack> w(twist(0), twist(1), twist(2));
-    const Vector3<Pack> r(origin[0] - twist(6), origin[1] - twist(7), origin[2] - twist(8));
-    const Vector3<Pack> v((twist(3) + w[1] * r[2]) - w[2] * r[1], (twist(4) + w[2] * r[0]) - w[0] * r[2],
-                          (twist(5) + w[0] * r[1]) - w[1] * r[0]);
-    Pack entries[Kind::nv];
-    for (int i = 0; i < Kind::nv; ++i) {
-      entries[i] = w[0] * asked.moment[0][i];
-      entries[i] += w[1] * asked.moment[1][i];
-      entries[i] += w[2] * asked.moment[2][i];
-      entries[i] += v[0] * asked.force[0][i];
-      entries[i] += v[1] * asked.force[1][i];
-      entries[i] += v[2] * asked.force[2][i];
+  for (const auto& columns : chain)
+    for (int begin = 0; begin < columns.count; begin += Entries::count) {
+      // the last ones of many overlap those before them
+      const int first = columns.first + std::max(0, std::min(begin, columns.count - Entries::count));
+      const int count = std::min(Entries::count, columns.count);
+      const auto twist = [&, from = twists + first](int c) { return Entries::load(from + c * height); };
+      const Vector3<Pack> w(twist(0), twist(1), twist(2));
+      const Vector3<Pack> r(origin[0] - twist(6), origin[1] - twist(7), origin[2] - twist(8));
+      const Vector3<Pack> v((twist(3) + w[1] * r[2]) - w[2] * r[1], (twist(4) + w[2] * r[0]) - w[0] * r[2],
+                            (twist(5) + w[0] * r[1]) - w[1] * r[0]);
+      Pack entries[Kind::nv];
+      for (int i = 0; i < Kind::nv; ++i) {
+        entries[i] = w[0] * asked.moment[0][i];
+        entries[i] += w[1] * asked.moment[1][i];
+        entries[i] += w[2] * asked.moment[2][i];
+        entries[i] += v[0] * asked.force[0][i];
+        entries[i] += v[1] * asked.force[1][i];
+        entries[i] += v[2] * asked.force[2][i];
+      }
+      if (first >= u + Kind::nv) [[unlikely]] {  // drives that carry it
+        for (int i = 0; i < Kind::nv; ++i)
+          for (int e = 0; e < count; ++e) A(first + e, u + i) = Entries::get(entries[i], e);
+      } else if (count == Entries::count) {
+        for (int i = 0; i < Kind::nv; ++i) Entries::store(entries[i], rows + i * width + first);
+      } else {
+        for (int i = 0; i < Kind::nv; ++i)
+          for (int e = 0; e < count; ++e) rows[i * width + first + e] = Entries::get(entries[i], e);
+      }
     }
-    if (first >= u + Kind::nv) [[unlikely]] {  // drives that carry it
-      for (int i = 0; i < Kind::nv; ++i)
-        for (int e = 0; e < count; ++e) A(first + e, u + i) = Entries::get(entries[i], e);
-    } else if (count == Entries::count) {
-      for (int i = 0; i < Kind::nv; ++i) Entries::store(entries[i], rows + i * width + first);
-    } else {
-      for (int i = 0; i < Kind::nv; ++i)
-        for (int e = 0; e < count; ++e) rows[i * width + first + e] = Entries::get(entries[i], e);
-    }
-  }
 }
 
 /// A body by itself, about its frame's origin.

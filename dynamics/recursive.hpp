@@ -33,16 +33,13 @@ struct RecursionOf {
   std::vector<Wrench<T>> carried, acted;     ///< the same of all that it carries
   std::vector<int> before;                   ///< per step: the step that carries it; -1: the world
 
-  /// Columns of A that are computed at once: extended coordinates with consecutive numbers. Per step, those
-  /// of its chain up to its own; and where each step's begin (one more than there are steps).
+  /// Columns of A with consecutive numbers. Per step, those of its chain up to its own, as few as can be;
+  /// and where each step's begin (one more than there are steps).
   struct Columns {
     int first = 0, count = 0;
   };
   std::vector<Columns> columns;
   std::vector<int> first_columns;
-
- private:
-  void cut(const Columns& run);
 };
 using Recursion = RecursionOf<double>;
 

@@ -192,6 +192,24 @@ TEST(Recursive, AlikeLimbsEqualLagrange) {
   for (int lanes = 2; lanes <= Quad::count; ++lanes) EXPECT_GT(lanes_used[lanes], 10) << lanes;
 }
 
+// The mass matrix asks for poses only; over drives that carry free coordinates, over balls and over many
+// branches.
+TEST(Recursive, PosesAloneGiveTheSameMassMatrix) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const System system = compiled(random_tree(seed, {.balls = true, .drives = true}));
+    const Parameters& p = system.parameters;
+    const State state = Random(seed).state(system);
+    Workspace moving(system, Equations::recursive), posed(system, Equations::recursive);
+    ASSERT_FALSE(update_terms(system, p, 0.2, state.q.data(), state.v.data(), moving));
+    update_kinematics<double>(system, p, p.inertials, 0.2, state.q.data(), nullptr, nullptr,
+                              posed.kinematics);
+    find_mass_matrix(system, p, p.inertials, posed.kinematics, posed.recursion, posed.terms);
+    const Rows same = moving.terms.A.triangularView<Eigen::Lower>(),
+               A = posed.terms.A.triangularView<Eigen::Lower>();
+    EXPECT_LT(relative(A, same), 1e-14) << seed;
+  }
+}
+
 // Mass ratios of a million, and all of it a kilometre from the world's origin: what rounding does then must
 // not differ by more than the distance (in lengths of the scene, 1e3) times what it does near by.
 TEST(Recursive, EqualsLagrangeFarFromTheOrigin) {
