@@ -19,17 +19,15 @@ namespace {
 
 /// The link that the first step of a body begins from, or the step before; null: the world.
 template <class T>
-LinkOf<T>* link_before(const System& system, const Body& body, int s, ArticulationOf<T>& articulation) {
-  if (s > body.first_step) return &articulation.links[s - 1];
-  if (body.parent == 0) return nullptr;
-  const Body& parent = system.bodies[body.parent];
-  return &articulation.links[parent.first_step + parent.step_count - 1];
+LinkOf<T>* link_before(const Body& body, int s, ArticulationOf<T>& articulation) {
+  return s > body.first_step ? &articulation.links[s - 1] : articulation.link(body.parent);
 }
 
 }  // namespace
 
 template <class T>
-ArticulationOf<T>::ArticulationOf(const System& system) : links(system.steps.size()), pivots(system.size()) {
+ArticulationOf<T>::ArticulationOf(const System& system)
+    : links(system.steps.size()), pivots(system.size()), frames(system.bodies.size(), -1) {
   std::vector<char> beside(system.bodies.size(), false);
   if constexpr (std::is_same_v<T, double>)
     for (AlikeTrees& found : find_alike_trees(system)) {
@@ -38,7 +36,9 @@ ArticulationOf<T>::ArticulationOf(const System& system) : links(system.steps.siz
       trees.emplace_back(system, std::move(found));
     }
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
-    if (system.bodies[b].step_count == 0) every_body_moves = false;
+    const Body& body = system.bodies[b];
+    frames[b] = body.step_count == 0 ? frames[body.parent] : body.first_step + body.step_count - 1;
+    if (body.step_count == 0) every_body_moves = false;
     if (!beside[b]) alone.push_back(int(b));
   }
 }
@@ -72,28 +72,29 @@ namespace {
 // The passes over alike trees are functions of their own, so that the others keep their registers.
 BORELLI_INLINED_FOR_PROCESSOR
 void move_trees(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
-                Kinematics& k, Articulation& articulation) {
+                bool given, bool keep_bodies, Kinematics& k, Articulation& articulation) {
   for (SideBySide& side : articulation.trees)
-    move_side(system, parameters, inertials, articulation.links, k, side);
+    move_side(system, parameters, inertials, given, keep_bodies, articulation, k, side);
 }
 
 BORELLI_INLINED_FOR_PROCESSOR
 bool free_trees(const System& system, const Parameters& parameters, const EffortSums* efforts,
                 const double* given, Articulation& articulation, LagrangeTerms& terms) {
   for (SideBySide& side : articulation.trees)
-    if (!free_side(system, parameters, efforts, given, articulation.links, side, terms)) return false;
+    if (!free_side(system, parameters, efforts, given, articulation, side, terms)) return false;
   return true;
 }
 
 BORELLI_INLINED_FOR_PROCESSOR
 void follow_trees(const System& system, const Parameters& parameters, Articulation& articulation, double* a) {
-  for (SideBySide& side : articulation.trees) follow_side(system, parameters, articulation.links, side, a);
+  for (SideBySide& side : articulation.trees) follow_side(system, parameters, articulation, side, a);
 }
 
 template <class T>
 void move_all(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
-              const T* q, const T* v, bool keep_bodies, KinematicsOf<T>& k, ArticulationOf<T>& articulation) {
-  set_coordinates<T>(system, parameters, t, q, v, nullptr, k);
+              const T* q, const T* v, const T* a, bool keep_bodies, KinematicsOf<T>& k,
+              ArticulationOf<T>& articulation) {
+  set_coordinates<T>(system, parameters, t, q, v, a, k);
   for (int b : articulation.alone) {
     const Body& body = system.bodies[b];
     const int end = body.first_step + body.step_count;
@@ -101,18 +102,19 @@ void move_all(const System& system, const Parameters& parameters, const Inertial
       const Step& step = system.steps[s];
       LinkOf<T>& link = articulation.links[s];
       link.carries = false;
-      const LinkOf<T>* before = link_before(system, body, s, articulation);
+      const LinkOf<T>* before = link_before(body, s, articulation);
       std::visit(
           [&]<class Kind>(const Kind& kind) {
-            link.motion = move(kind, parameters.placements[s], is_loose<Kind>(parameters, step, s),
+            link.motion = move(kind, parameters.placements[s], !a && is_loose<Kind>(parameters, step, s),
                                before ? &before->motion : nullptr, k.q.data() + step.q, k.u.data() + step.u,
-                               step.drive < 0 ? nullptr : k.acceleration.data() + step.u,
+                               a || step.drive >= 0 ? k.acceleration.data() + step.u : nullptr,
                                articulation.pivots.data() + step.u, link.turning);
           },
           parameters.kinds[s]);
     }
-    if (!keep_bodies) continue;
-    const LinkMotion<T>& motion = articulation.links[end - 1].motion;
+    const LinkOf<T>* frame = keep_bodies ? articulation.link(b) : nullptr;
+    if (!frame) continue;
+    const LinkMotion<T>& motion = frame->motion;
     BodyMotionOf<T>& m = k.bodies[b];
     m.X = motion.X;
     m.w = motion.w;
@@ -187,7 +189,7 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
     for (int s = last; s >= body.first_step; --s) {
       const Step& step = system.steps[s];
       LinkOf<T>& link = articulation.links[s];
-      LinkOf<T>* before = link_before(system, body, s, articulation);
+      LinkOf<T>* before = link_before(body, s, articulation);
       const bool followed = std::visit(
           [&]<class Kind>(const Kind& kind) {
             if (!free_step<Kind, T>(parameters.armatures[s], is_loose<Kind>(parameters, step, s),
@@ -213,7 +215,7 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
     const Body& body = system.bodies[b];
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
       const Step& step = system.steps[s];
-      const LinkOf<T>* before = link_before(system, body, s, articulation);
+      const LinkOf<T>* before = link_before(body, s, articulation);
       std::visit(
           [&]<class Kind>(const Kind& kind) {
             follow<Kind, T>(stays(kind, s), is_loose<Kind>(parameters, step, s), before,
@@ -229,16 +231,16 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
 // Over numbers themselves everything is inlined, and compiled for several processors.
 BORELLI_INLINED_FOR_PROCESSOR
 void move_numbers(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
-                  double t, const double* q, const double* v, bool /*for_efforts*/, Kinematics& kinematics,
-                  Articulation& articulation) {
-  move_all(system, parameters, inertials, t, q, v, true, kinematics, articulation);
+                  double t, const double* q, const double* v, const double* a, bool keep_bodies,
+                  Kinematics& kinematics, Articulation& articulation) {
+  move_all(system, parameters, inertials, t, q, v, a, keep_bodies, kinematics, articulation);
 }
 
 BORELLI_LANES_FOR_PROCESSOR
 void move_numbers(const System& system, const Parameters& parameters, const InertialsOf<Lanes>& inertials,
-                  double t, const Lanes* q, const Lanes* v, bool for_efforts, KinematicsOf<Lanes>& kinematics,
-                  ArticulationOf<Lanes>& articulation) {
-  move_all(system, parameters, inertials, t, q, v, for_efforts, kinematics, articulation);
+                  double t, const Lanes* q, const Lanes* v, const Lanes* a, bool keep_bodies,
+                  KinematicsOf<Lanes>& kinematics, ArticulationOf<Lanes>& articulation) {
+  move_all(system, parameters, inertials, t, q, v, a, keep_bodies, kinematics, articulation);
 }
 
 BORELLI_INLINED_FOR_PROCESSOR
@@ -264,14 +266,15 @@ bool accelerate_numbers(const System& system, const Parameters& parameters,
 
 template <class T>
 void move_links(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
-                const T* q, const T* v, bool for_efforts, KinematicsOf<T>& kinematics,
+                const T* q, const T* v, const T* a, bool keep_bodies, KinematicsOf<T>& kinematics,
                 ArticulationOf<T>& articulation) {
   if constexpr (std::is_same_v<T, DualNumber>)
-    move_all(system, parameters, inertials, t, q, v, for_efforts, kinematics, articulation);
+    move_all(system, parameters, inertials, t, q, v, a, keep_bodies, kinematics, articulation);
   else
-    move_numbers(system, parameters, inertials, t, q, v, for_efforts, kinematics, articulation);
+    move_numbers(system, parameters, inertials, t, q, v, a, keep_bodies, kinematics, articulation);
   if constexpr (std::is_same_v<T, double>)
-    if (!articulation.trees.empty()) move_trees(system, parameters, inertials, kinematics, articulation);
+    if (!articulation.trees.empty())
+      move_trees(system, parameters, inertials, a != nullptr, keep_bodies, kinematics, articulation);
 }
 
 template <class T>
@@ -299,7 +302,7 @@ bool find_accelerations(const System& system, const Parameters& parameters, cons
 #define BORELLI_ARTICULATED_OVER(T)                                                                   \
   template struct ArticulationOf<T>;                                                                  \
   template void move_links(const System&, const Parameters&, const InertialsOf<T>&, double, const T*, \
-                           const T*, bool, KinematicsOf<T>&, ArticulationOf<T>&);                     \
+                           const T*, const T*, bool, KinematicsOf<T>&, ArticulationOf<T>&);           \
   template bool find_accelerations(const System&, const Parameters&, const InertialsOf<T>&,           \
                                    const KinematicsOf<T>&, const EffortSumsOf<T>*, const T*,          \
                                    ArticulationOf<T>&, LagrangeTermsOf<T>&, T*, T*);

@@ -71,18 +71,13 @@ struct alignas(link_alignment<T>) PivotOf {
   T rest;  ///< the effort that is left to accelerate it (of a drive: what the rest needs)
 };
 
-/// The inertials of bodies side by side.
-struct SideInertial : VariedInertial<Quad> {
-  bool principal = false;  ///< the bodies' axes are principal ones, and only the tensor's diagonal is kept
-};
-
 /// Alike trees, with what the passes keep of them; a lane is a tree.
 struct SideBySide {
   SideBySide(const System& system, AlikeTrees trees);
 
   struct BodyOf {
     int first_step = 0;  ///< in `steps`
-    SideInertial inertial;
+    VariedInertial<Quad> inertial;
     Eigen::Vector3<Quad> arm;  ///< from the frame's origin to the gravity centre; world axes
   };
   struct StepOf {
@@ -109,21 +104,26 @@ struct ArticulationOf {
   std::vector<PivotOf<T>> pivots;  ///< per extended coordinate
   std::vector<SideBySide> trees;   ///< over doubles: what is computed side by side
   std::vector<int> alone;          ///< the other bodies but the world, in order
-  bool every_body_moves = true;    ///< else (welds are kept) the functions below do not apply
+  std::vector<int> frames;         ///< per body: the step after which its frame is; -1: the world
+  bool every_body_moves = true;    ///< else (welds are kept) find_accelerations does not apply
+
+  /// Of body b; null: the world's.
+  LinkOf<T>* link(int b) { return frames[b] < 0 ? nullptr : &links[frames[b]]; }
 };
 using Articulation = ArticulationOf<double>;
 
-/// The pass outwards: the poses and velocities of `kinematics` (not its accelerations, nor what it keeps per
-/// coordinate). Those of bodies only `for_efforts` or over doubles: nobody else asks for them.
+/// The pass outwards, in the reference motion or (for inverse_dynamics) with given accelerations a (nv, else
+/// null). `keep_bodies`: whether the poses and velocities of `kinematics` are asked for (not its
+/// accelerations, nor what it keeps per coordinate).
 template <class T>
 void move_links(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
-                const T* q, const T* v, bool for_efforts, KinematicsOf<T>& kinematics,
+                const T* q, const T* v, const T* a, bool keep_bodies, KinematicsOf<T>& kinematics,
                 ArticulationOf<T>& articulation);
 
-/// After move_links: the free accelerations a (nv) without constraints, what the drives exert (driven_nv),
-/// and the energies of `terms`. `efforts` may be null for none; `given` (nv, or null) is added to the
-/// generalized efforts. False where a coordinate meets so little inertia beside what it carries that rounding
-/// may have made it: then A must decide (factor_mass_matrix).
+/// After move_links without them: the free accelerations a (nv) without constraints, what the drives exert
+/// (driven_nv), and the energies of `terms`. `efforts` may be null for none; `given` (nv, or null) is added
+/// to the generalized efforts. False where a coordinate meets so little inertia beside what it carries that
+/// rounding may have made it: then A must decide (factor_mass_matrix).
 template <class T>
 bool find_accelerations(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                         const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts, const T* given,

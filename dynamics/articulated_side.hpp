@@ -1,5 +1,6 @@
 // The three passes of articulated.hpp over alike trees, a lane each: what articulated_step.hpp does, on
-// numbers gathered from the lanes' bodies. Only articulated.cpp includes this.
+// numbers gathered from the lanes' bodies; and what inverse_dynamics.cpp shares of it. Only these two include
+// this.
 #pragma once
 
 #include <variant>
@@ -112,19 +113,12 @@ inline SidePlacement side_placement(const Parameters& parameters, const Each& st
   return out;
 }
 
-inline void gather_inertial(const InertialsOf<double>& inertials, const Each& bodies, SideInertial& to) {
-  const auto of = [&](int lane) -> auto& { return inertials[bodies[lane]]; };
-  to.mass = gather([&](int lane) { return of(lane).mass; });
-  gather(
-      [&](int lane) -> auto& { return of(lane).centre; }, to.centre);
-  to.principal = true;
-  for (int lane = 0; lane < Quad::count; ++lane)
-    to.principal = to.principal && has_principal_axes(of(lane).tensor);
-  if (to.principal)
-    for (int i = 0; i < 3; ++i) to.tensor(i, i) = gather([&](int lane) { return of(lane).tensor(i, i); });
-  else
-    gather(
-        [&](int lane) -> auto& { return of(lane).tensor; }, to.tensor);
+/// Of tensors.
+template <class F>
+void gather_symmetric(F&& of_lane, Matrix3<Quad>& to) {
+  const auto &a = of_lane(0), &b = of_lane(1), &c = of_lane(2), &d = of_lane(3);
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j) to(i, j) = to(j, i) = Quad(Quad::Vector{a(i, j), b(i, j), c(i, j), d(i, j)});
 }
 
 inline Quad side_armature(const Parameters& parameters, const Each& steps) {
@@ -138,18 +132,18 @@ inline LinkOf<Quad>* before_in(SideBySide& side, const SideBySide::StepOf& step)
 }
 
 /// Of what carries each of the trees; not if that is the world.
-template <class Links>
-auto& carrying_link(const System& system, const SideBySide& side, int lane, Links& links) {
-  const Body& carrier = system.bodies[system.bodies[side.trees.bodies[0][lane]].parent];
-  return links[carrier.first_step + carrier.step_count - 1];
+inline LinkOf<double>& carrying_link(const System& system, const SideBySide& side, int lane,
+                                     Articulation& articulation) {
+  return *articulation.link(system.bodies[side.trees.bodies[0][lane]].parent);
 }
 
+/// `given`: whether the accelerations of k are.
 inline void move_side(const System& system, const Parameters& parameters,
-                      const InertialsOf<double>& inertials, const std::vector<LinkOf<double>>& links,
-                      Kinematics& k, SideBySide& side) {
+                      const InertialsOf<double>& inertials, bool given, bool keep_bodies,
+                      Articulation& articulation, Kinematics& k, SideBySide& side) {
   if (side.steps[0].before == SideBySide::by_carrier) {
     LinkMotion<Quad>& to = side.carrier.motion;
-    const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, links).motion; };
+    const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, articulation).motion; };
     gather(
         [&](int lane) -> auto& { return of(lane).X.R; }, to.X.R);
     gather(
@@ -173,34 +167,36 @@ inline void move_side(const System& system, const Parameters& parameters,
       const SidePlacement placement = side_placement(parameters, step.steps);
       std::visit(
           [&]<class Kind>(const Kind&) {
-            Quad q[Kind::nq + 1], u[Kind::nv + 1];
+            Quad q[Kind::nq + 1], u[Kind::nv + 1], acceleration[Kind::nv + 1];
             for (int i = 0; i < Kind::nq; ++i) q[i] = gather([&](int lane) { return k.q[step.q[lane] + i]; });
             for (int i = 0; i < Kind::nv; ++i) u[i] = gather([&](int lane) { return k.u[step.u[lane] + i]; });
+            for (int i = 0; i < Kind::nv && given; ++i)
+              acceleration[i] = gather([&](int lane) { return k.acceleration[step.u[lane] + i]; });
             step.stays = !Kind::slides && placement.form == Placement::Form::identity;
-            step.loose = turns_freely<Kind> && everywhere(side_armature(parameters, step.steps) == 0);
+            step.loose =
+                turns_freely<Kind> && !given && everywhere(side_armature(parameters, step.steps) == 0);
             step.link.motion = move<decltype(side_kind<Kind>(parameters, step.steps)), SidePlacement, Quad>(
                 side_kind<Kind>(parameters, step.steps), placement, step.loose,
-                before ? &before->motion : nullptr, q, u, nullptr, side.pivots.data() + step.first_pivot,
-                step.link.turning);
+                before ? &before->motion : nullptr, q, u, given ? acceleration : nullptr,
+                side.pivots.data() + step.first_pivot, step.link.turning);
           },
           parameters.kinds[step.steps[0]]);
     }
     const Each& each = side.trees.bodies[b];
     const LinkMotion<Quad>& motion = side.steps[end - 1].link.motion;
-    Vector3<Quad> g = motion.X.p, v = motion.v;
     if (system.bodies[each[0]].massive) {
       const auto of = [&](int lane) -> auto& { return inertials[each[lane]]; };
       body.inertial.mass = gather([&](int lane) { return of(lane).mass; });
       gather(
           [&](int lane) -> auto& { return of(lane).centre; }, body.inertial.centre);
-      gather(
+      gather_symmetric(
           [&](int lane) -> auto& { return of(lane).tensor; }, body.inertial.tensor);
       body.arm = motion.X.R * body.inertial.centre;
-      g += body.arm;
-      v += motion.w.cross(body.arm);
     } else {
       body.arm.setZero();
     }
+    if (!keep_bodies) continue;
+    const Vector3<Quad> g = motion.X.p + body.arm, v = motion.v + motion.w.cross(body.arm);
     for (int lane = 0; lane < Quad::count; ++lane) {
       BodyMotion& m = k.bodies[each[lane]];
       lane_of(motion.X.R, lane, m.X.R);
@@ -215,7 +211,7 @@ inline void move_side(const System& system, const Parameters& parameters,
 /// What the trees carry, at their frames, added to what carries them. False where a coordinate meets no
 /// inertia to speak of.
 inline bool free_side(const System& system, const Parameters& parameters, const EffortSums* efforts,
-                      const double* given, std::vector<LinkOf<double>>& links, SideBySide& side,
+                      const double* given, Articulation& articulation, SideBySide& side,
                       LagrangeTerms& terms) {
   Quad kinetic = 0, potential = 0;
   for (int b = int(side.trees.bodies.size()) - 1; b >= 0; --b) {
@@ -267,7 +263,7 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
       if (s > body.first_step || !before) continue;
       if (b == 0) {
         for (int lane = 0; lane < side.trees.count; ++lane) {
-          LinkOf<double>& carrier = carrying_link(system, side, lane, links);
+          LinkOf<double>& carrier = carrying_link(system, side, lane, articulation);
           if (carrier.carries)
             add(lane_of(carried, lane), carrier.body);
           else
@@ -293,10 +289,10 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
   return true;
 }
 
-inline void follow_side(const System& system, const Parameters& parameters,
-                        const std::vector<LinkOf<double>>& links, SideBySide& side, double* a) {
+inline void follow_side(const System& system, const Parameters& parameters, Articulation& articulation,
+                        SideBySide& side, double* a) {
   if (side.steps[0].before == SideBySide::by_carrier) {
-    const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, links); };
+    const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, articulation); };
     gather(
         [&](int lane) -> auto& { return of(lane).angular; }, side.carrier.angular);
     gather(

@@ -1,5 +1,5 @@
 // What one step does in each of the three passes of articulated.hpp, compiled for each kind of switch by
-// itself. Only articulated.cpp includes this.
+// itself; and in those of inverse_dynamics.hpp. Only their sources include this.
 #pragma once
 
 #include "dynamics/articulated.hpp"
@@ -31,8 +31,8 @@ void place(const Where& placement, PoseOf<T>& X) {
 }
 
 /// The motion after a step with positions q and velocities u, from that before it (null: the world's);
-/// `acceleration` of a drive, else null. Its unit twists go to the pivots, but for a loose ball, of which
-/// `turning` tells what it would do without acceleration.
+/// `acceleration` of a drive or where it is given, else null. Its unit twists go to the pivots, but for a
+/// ball; of a loose one, `turning` tells what it would do without acceleration.
 template <class Kind, class Where, class T>
 LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const LinkMotion<T>* before,
                    const T* q, const T* u, const T* acceleration, PivotOf<T>* pivots, Vector3<T>& turning) {
@@ -83,7 +83,7 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
     to.wdot.setZero();
     return to;
   }
-  for (int i = 0; i < Kind::nv; ++i) {
+  for (int i = 0; i < Kind::nv && !turns_freely<Kind>; ++i) {
     if (Kind::rotates) pivots[i].angular = angular[i];
     if (Kind::slides) pivots[i].linear = linear[i];
   }
@@ -93,29 +93,6 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
     if (Kind::slides) to.vdot += acceleration[i] * linear[i];
   }
   return to;
-}
-
-template <class Tensor>
-bool has_principal_axes(const Tensor& tensor) {
-  return tensor(0, 1) == 0 && tensor(0, 2) == 0 && tensor(1, 2) == 0;
-}
-template <class Inertia>
-bool is_principal(const Inertia& inertial) {
-  if constexpr (requires { inertial.principal; })
-    return inertial.principal;
-  else if constexpr (std::is_same_v<decltype(inertial.mass), double>)
-    return has_principal_axes(inertial.tensor);
-  else
-    return false;
-}
-
-/// The tensor in world axes, with less work where the body's axes are principal ones.
-template <class T, class Inertia>
-Symmetric3<T> in_world(const Matrix3<T>& R, const Inertia& inertial) {
-  if (!is_principal(inertial)) return turned<T>(R, inertial.tensor);
-  Matrix3<T> half;
-  for (int j = 0; j < 3; ++j) half.col(j) = inertial.tensor(j, j) * R.col(j);
-  return symmetric_product(half, R.transpose());
 }
 
 // ---- inwards: what each joint meets ----
@@ -128,7 +105,7 @@ ArticulatedBody<T> alone(const Inertia& inertial, const Eigen::Vector3d& gravity
   const T mass = inertial.mass;
   const Vector3<T> w = motion.w;
   const Vector3<T> d = motion.X.R * inertial.centre, wd = w.cross(d);
-  const Symmetric3<T> I_W = in_world<T>(motion.X.R, inertial);
+  const Symmetric3<T> I_W = turned<T>(motion.X.R, inertial.tensor);
   const Vector3<T> momentum = I_W * w;
   Vector3<T> f = motion.vdot + w.cross(wd) - gravity, n = w.cross(momentum);
   if (turning) {
@@ -361,11 +338,8 @@ bool free_step(const T& armature, bool loose, const T* effort, const T* given, c
         if (given) torque += given[i] * link.motion.X.R.col(i);
       }
       if (collapse<T>(torque, effort || given, at_root, body, link)) return true;
-      for (int i = 0; i < 3; ++i) {
-        pivots[i].angular = link.motion.X.R.col(i);
-        pivots[i].linear.setZero();
-      }
     }
+    for (int i = 0; i < 3; ++i) pivots[i].angular = link.motion.X.R.col(i);
   }
   return release_step<Kind>(armature, effort, given, acceleration, at_root, pivots, body);
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "dynamics/inverse_dynamics.hpp"
 #include "dynamics/processor.hpp"
 
 namespace borelli {
@@ -107,8 +108,8 @@ Fault accelerate_alone(const System& system, const Parameters& parameters, const
 bool accelerate(const System& system, const Parameters& parameters, const BatchState& state,
                 BatchWorkspace& w, const Lanes* applied) {
   const bool acted = !system.efforts.empty();
-  move_links(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), acted, w.kinematics,
-             w.articulation);
+  move_links<Lanes>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), nullptr, acted,
+                    w.kinematics, w.articulation);
   if (acted) scan_efforts(system, parameters, w.kinematics, w.efforts);
   w.faults.fill({});
   bool together =
@@ -132,20 +133,15 @@ bool accelerate(const System& system, const Parameters& parameters, const BatchS
 
 void inverse_dynamics(const System& system, const Parameters& parameters, const BatchState& state,
                       const Eigen::VectorX<Lanes>& a, BatchWorkspace& w, Eigen::VectorX<Lanes>& efforts) {
-  update_kinematics(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), a.data(),
-                    w.kinematics);
-  if (!system.efforts.empty()) scan_efforts(system, parameters, w.kinematics, w.efforts);
-  find_own_forces(system, parameters, w.inertials, w.kinematics, w.efforts, w.recursion, w.terms);
-  find_efforts(system, parameters, w.kinematics, w.efforts, w.recursion, w.terms);
-  for (int i = 0; i < system.nv; ++i) efforts[i] = w.terms.B[i] - w.terms.Q[i];
+  inverse_dynamics(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), a.data(),
+                   w.kinematics, w.efforts, w.articulation, efforts.data());
 }
 
 void find_mass_matrix(const System& system, const Parameters& parameters, const BatchState& state,
                       BatchWorkspace& w) {
-  update_kinematics<Lanes>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), nullptr,
+  update_kinematics<Lanes>(system, parameters, w.inertials, state.t, state.q.data(), nullptr, nullptr,
                            w.kinematics);
-  find_own_forces(system, parameters, w.inertials, w.kinematics, w.efforts, w.recursion, w.terms);
-  find_mass_matrix(system, parameters, w.kinematics, w.recursion, w.terms);
+  find_mass_matrix(system, parameters, w.inertials, w.kinematics, w.recursion, w.terms);
 }
 
 }  // namespace borelli

@@ -5,6 +5,7 @@
 #include "dynamics/branch_sparse.hpp"
 #include "dynamics/dual.hpp"
 #include "dynamics/equations.hpp"
+#include "dynamics/inverse_dynamics.hpp"
 
 namespace borelli {
 
@@ -222,10 +223,12 @@ Result<InverseDynamics> inverse_dynamics(const System& system, const State& stat
     for (int i = 0; i < int(bodies.size()); ++i)
       residuals.by_inertia(bodies[i], 10 * i, out.efforts_by_inertia, none);
     Workspace w(system);
+    out.efforts.resize(n);
+    inverse_dynamics(system, system.parameters, system.parameters.inertials, state.t, state.q.data(),
+                     state.v.data(), a.data(), w.kinematics, w.efforts, w.articulation, out.efforts.data());
     update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(),
                  w);  // A, singular or not
     out.efforts_by_a = w.terms.A.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
-    out.efforts = out.efforts_by_a * a + w.terms.B.head(n) - w.terms.Q.head(n);
   } catch (const std::exception& thrown) {
     return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
   }

@@ -62,7 +62,7 @@ void update_motion(const System& system, const Parameters& parameters, double t,
 Fault find_terms(const System& system, const Parameters& parameters, Workspace& w) {
   if (w.kinematics.equations == Equations::recursive) {
     find_efforts(system, parameters, w.kinematics, w.efforts, w.recursion, w.terms);
-    find_mass_matrix(system, parameters, w.kinematics, w.recursion, w.terms);
+    find_mass_matrix(system, parameters, parameters.inertials, w.kinematics, w.recursion, w.terms);
   } else {
     scan_solids(system, parameters, parameters.inertials, w.kinematics, w.efforts, w.terms);
   }
@@ -144,7 +144,8 @@ bool articulate(const System& system, const Parameters& parameters, double t, co
     return false;
   empty_rows(w);
   const bool acted = !system.efforts.empty();
-  move_links(system, parameters, parameters.inertials, t, q, v, acted, w.kinematics, w.articulation);
+  move_links<double>(system, parameters, parameters.inertials, t, q, v, nullptr, true, w.kinematics,
+                     w.articulation);
   if (acted) scan_efforts(system, parameters, w.kinematics, w.efforts);
   return find_accelerations(system, parameters, parameters.inertials, w.kinematics,
                             acted ? &w.efforts : nullptr, applied, w.articulation, w.terms, w.a.data(),

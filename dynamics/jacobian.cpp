@@ -26,7 +26,7 @@ void for_each_column(const System& system, const Kinematics& k, std::size_t b, c
   const Body& body = system.bodies[b];
   for (int i = body.first_support; i < body.first_support + body.support_count; ++i) {
     const int u = system.support[i];
-    if (u < system.nv) visit(u, k.angular[u], Vector3d(k.linear[u] + k.angular[u].cross(p - k.origin[u])));
+    if (u < system.nv) visit(u, k.angular(u), Vector3d(k.linear(u) + k.angular(u).cross(p - k.origin(u))));
   }
 }
 

@@ -61,25 +61,27 @@ struct Way {
   Vector3<T> w, wdot, v, vdot;  ///< v: of the origin
 };
 
-/// Moves a frame on by one switch, and with it its angular velocity and the rate of that; if carried, also
-/// the velocity of its origin and the rate of that. Compiled for each kind of switch by itself.
-template <class Kind, class T>
+/// Moves a frame on by one switch, and with it (if `moving`) its angular velocity and the rate of that; if
+/// carried, also the velocity of its origin and the rate of that. Compiled for each kind of switch by itself.
+template <bool moving, class Kind, class T>
 void advance(const Kind& kind, const Step& step, const Placement& placement, bool carried, bool accelerated,
              KinematicsOf<T>& k, Way<T>& to) {
   const Vector3<T> before = to.X.p;
   place(placement, to.X);
   Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
   kind.advance(k.q.data() + step.q, to.X, angular, linear);
+  for (int i = 0; i < Kind::nv; ++i)
+    for (int c = 0; c < 3; ++c) {
+      k.twists(step.u + i, c) = angular[i][c];
+      k.twists(step.u + i, 3 + c) = linear[i][c];
+      k.twists(step.u + i, 6 + c) = to.X.p[c];
+    }
+  if constexpr (!moving) return;
   const T* const speed = k.u.data() + step.u;
   const T* const acceleration = k.acceleration.data() + step.u;
   const bool rates = accelerated || step.drive >= 0;
   Vector3<T> w = Vector3<T>::Zero();
-  for (int i = 0; i < Kind::nv; ++i) {
-    if (Kind::rotates) w += speed[i] * angular[i];
-    k.angular[step.u + i] = angular[i];
-    k.linear[step.u + i] = linear[i];
-    k.origin[step.u + i] = to.X.p;
-  }
+  for (int i = 0; i < Kind::nv && Kind::rotates; ++i) w += speed[i] * angular[i];
   const Vector3<T> convective = 2 * to.w + w;
   if (carried) {
     if (Kind::slides || placement.form != Placement::Form::identity) {
@@ -118,8 +120,8 @@ void differentiate(const System& system, const Body& body, const Inertia& inerti
   m.vdot.setZero();
   for (int i = 0; i < count; ++i) {
     const int u = support[i];
-    const Vector3<T>& W = k.angular[u];
-    const Vector3<T> V = k.linear[u] + W.cross(m.g - k.origin[u]);
+    const Vector3<T> W = k.angular(u);
+    const Vector3<T> V = k.linear(u) + W.cross(m.g - k.origin(u));
     for (int c = 0; c < 3; ++c) {
       block[c * count + i] = V[c];
       block[(3 + c) * count + i] = W[c];
@@ -147,9 +149,7 @@ KinematicsOf<T>::KinematicsOf(const System& system, Equations which)
       q(Eigen::VectorX<T>::Zero(system.nq + system.driven_nq)),
       u(Eigen::VectorX<T>::Zero(system.size())),
       acceleration(Eigen::VectorX<T>::Zero(system.size())),
-      angular(system.size()),
-      linear(system.size()),
-      origin(system.size()),
+      twists(Eigen::Matrix<T, Eigen::Dynamic, 9>::Zero(system.size() + Quad::count, 9)),
       convective(system.size()),
       bodies(system.bodies.size()) {
   if (equations == Equations::recursive) return;
@@ -168,7 +168,7 @@ void set_all(const System& system, const Parameters& parameters, double t, const
              KinematicsOf<T>& k) {
   k.t = t;
   std::copy(q, q + system.nq, k.q.data());
-  std::copy(v, v + system.nv, k.u.data());
+  if (v) std::copy(v, v + system.nv, k.u.data());
   if (a)
     std::copy(a, a + system.nv, k.acceleration.data());
   else
@@ -195,7 +195,7 @@ void set_coordinates(const System& system, const Parameters& parameters, double 
 
 namespace {
 
-template <class T>
+template <bool moving, class T>
 void update_all(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
                 const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
   set_coordinates(system, parameters, t, q, v, a, k);
@@ -204,14 +204,25 @@ void update_all(const System& system, const Parameters& parameters, const Inerti
     const Body& body = system.bodies[b];
     BodyMotionOf<T>& m = k.bodies[b];
     const BodyMotionOf<T>& parent = k.bodies[body.parent];
-    Way<T> to{parent.X, parent.w, parent.wdot, parent.origin_v, parent.origin_vdot};
+    Way<T> to{parent.X};
+    if constexpr (moving) {
+      to.w = parent.w;
+      to.wdot = parent.wdot;
+      to.v = parent.origin_v;
+      to.vdot = parent.origin_vdot;
+    }
     for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
       std::visit(
           [&]<class Kind>(const Kind& kind) {
-            advance<Kind, T>(kind, system.steps[s], parameters.placements[s], carried, a != nullptr, k, to);
+            advance<moving, Kind, T>(kind, system.steps[s], parameters.placements[s], carried, a != nullptr,
+                                     k, to);
           },
           parameters.kinds[s]);
     m.X = to.X;
+    if constexpr (!moving) {
+      m.g = m.X * inertials[b].centre;
+      continue;
+    }
     m.w = to.w;
     m.wdot = to.wdot;
     m.origin_v = to.v;
@@ -224,16 +235,26 @@ void update_all(const System& system, const Parameters& parameters, const Inerti
   }
 }
 
-BORELLI_INLINED
+/// Poses alone where velocities are not given (and not where there are none, whose array may be null).
+template <class T>
+void update_what_is_given(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                          double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
+  if (v || system.nv == 0)
+    update_all<true>(system, parameters, inertials, t, q, v, a, k);
+  else
+    update_all<false>(system, parameters, inertials, t, q, v, a, k);
+}
+
+BORELLI_INLINED_FOR_PROCESSOR
 void update_numbers(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
                     double t, const double* q, const double* v, const double* a, Kinematics& k) {
-  update_all(system, parameters, inertials, t, q, v, a, k);
+  update_what_is_given(system, parameters, inertials, t, q, v, a, k);
 }
 
 BORELLI_LANES_FOR_PROCESSOR
 void update_numbers(const System& system, const Parameters& parameters, const InertialsOf<Lanes>& inertials,
                     double t, const Lanes* q, const Lanes* v, const Lanes* a, KinematicsOf<Lanes>& k) {
-  update_all(system, parameters, inertials, t, q, v, a, k);
+  update_what_is_given(system, parameters, inertials, t, q, v, a, k);
 }
 
 }  // namespace
@@ -242,7 +263,7 @@ template <class T>
 void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                        double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
   if constexpr (std::is_same_v<T, DualNumber>)
-    update_all(system, parameters, inertials, t, q, v, a, k);
+    update_what_is_given(system, parameters, inertials, t, q, v, a, k);
   else
     update_numbers(system, parameters, inertials, t, q, v, a, k);
 }
@@ -262,8 +283,8 @@ SecondDerivative second_derivative(const System& system, const Kinematics& kinem
   };
   const int first = step_of(a), second = step_of(b);
   if (second <= first)
-    return {kinematics.angular[b].cross(V(i)), kinematics.angular[b].cross(kinematics.angular[a])};
-  return {kinematics.angular[a].cross(V(j)), Vector3d::Zero()};
+    return {kinematics.angular(b).cross(V(i)), kinematics.angular(b).cross(kinematics.angular(a))};
+  return {kinematics.angular(a).cross(V(j)), Vector3d::Zero()};
 }
 
 #define BORELLI_KINEMATICS_OVER(T)                                                                           \

@@ -51,8 +51,13 @@ struct KinematicsOf {
   Eigen::VectorX<T> u;             ///< extended velocities: v, then driven rates
   Eigen::VectorX<T> acceleration;  ///< extended: the given free ones (zeros), then driven accelerations
 
-  /// Per extended coordinate: the unit twist that it gives to all that it carries.
-  std::vector<Eigen::Vector3<T>> angular, linear, origin;
+  /// Per extended coordinate a row: the unit twist that it gives to all that it carries, angular and linear,
+  /// and where it acts. With room at the end, so that several rows may be read at once.
+  Eigen::Matrix<T, Eigen::Dynamic, 9> twists;
+  Eigen::Vector3<T> angular(int i) const { return {twists(i, 0), twists(i, 1), twists(i, 2)}; }
+  Eigen::Vector3<T> linear(int i) const { return {twists(i, 3), twists(i, 4), twists(i, 5)}; }
+  Eigen::Vector3<T> origin(int i) const { return {twists(i, 6), twists(i, 7), twists(i, 8)}; }
+
   /// Twice the angular velocity before its switch, plus that of the switch itself: with it the second
   /// derivatives d2Phi/dq_i dq_j = Omega_min(i,j) x V_max(i,j) sum up over i and j to convective[i] x V_i u_i
   /// over i.
@@ -78,6 +83,7 @@ void set_coordinates(const System& system, const Parameters& parameters, double 
 
 /// Fills `kinematics` for time t, positions q (nq) and velocities v (nv); `inertials` say where the gravity
 /// centres are. With `a` (nv, or null for zeros) the rates of velocities are those at the accelerations a.
+/// Where v is null, poses, gravity centres and twists alone.
 template <class T>
 void update_kinematics(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                        double t, const T* q, const T* v, const T* a, KinematicsOf<T>& kinematics);

@@ -81,7 +81,8 @@ void MoreauStepping::look(const MotionFlow& motion, double t, const VectorXd& y)
   motion.take(y, s.state, s.work);
   const double *q = s.state.q.data(), *v = s.state.v.data();
   if (s.landed.equations == Equations::recursive && s.links.every_body_moves)
-    move_links(system, system.parameters, system.parameters.inertials, t, q, v, true, s.landed, s.links);
+    move_links<double>(system, system.parameters, system.parameters.inertials, t, q, v, nullptr, true,
+                       s.landed, s.links);
   else
     update_kinematics(system, system.parameters, t, q, v, s.landed);
   s.far.mark(s.landed, 0, 0, s.end);

@@ -2,13 +2,6 @@
 // that such a function calls and whose source it sees is inlined, and so compiled with it.
 #pragma once
 
-#ifndef __SANITIZE_ADDRESS__
-/// Inlined alike, but compiled once: what decides how contacts begin is then rounded alike everywhere.
-#define BORELLI_INLINED [[gnu::flatten]]
-#else
-#define BORELLI_INLINED
-#endif
-
 #if defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
 /// For processors with fused multiply-add, and for any.
 #define BORELLI_INLINED_FOR_PROCESSOR [[gnu::flatten, gnu::target_clones("arch=x86-64-v3", "default")]]

@@ -28,29 +28,37 @@ template <class T>
 struct RecursionOf {
   explicit RecursionOf(const System& system);
 
-  std::vector<CompositeBody<T>> own, composites;  ///< per body
-  std::vector<Wrench<T>> inertia, applied;        ///< per body: own inertial force, what acts on it
-  std::vector<Wrench<T>> carried, acted;          ///< the same of all that it carries
-  std::vector<int> before;                        ///< per step: the step that carries it; -1: the world
-  std::vector<Eigen::Vector3<T>> arm;  ///< per step: from the origin of the frame before to its own
+  std::vector<CompositeBody<T>> composites;  ///< per body
+  std::vector<Wrench<T>> inertia, applied;   ///< per body: own inertial force, what acts on it
+  std::vector<Wrench<T>> carried, acted;     ///< the same of all that it carries
+  std::vector<int> before;                   ///< per step: the step that carries it; -1: the world
+
+  /// Columns of A with consecutive numbers. Per step, those of its chain up to its own, as few as can be;
+  /// and where each step's begin (one more than there are steps).
+  struct Columns {
+    int first = 0, count = 0;
+  };
+  std::vector<Columns> columns;
+  std::vector<int> first_columns;
 };
 using Recursion = RecursionOf<double>;
 
-/// Each body's own inertia, inertial force and what acts on it, at the origin of its frame; and the energies
-/// of `terms`. What the functions below start from.
+/// Each body's inertial force and what acts on it, at the origin of its frame; and the energies of `terms`.
 template <class T>
 void find_own_forces(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                      const KinematicsOf<T>& kinematics, const EffortSumsOf<T>& efforts,
                      RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms);
 
-/// B and Q of `terms`, over the extended coordinates; B with A a where the kinematics were given a.
+/// After find_own_forces, B and Q of `terms` over the extended coordinates; B with A a where the kinematics
+/// were given a.
 template <class T>
 void find_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                   const EffortSumsOf<T>& efforts, RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms);
 
 /// A of `terms`.
 template <class T>
-void find_mass_matrix(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
-                      RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms);
+void find_mass_matrix(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                      const KinematicsOf<T>& kinematics, RecursionOf<T>& recursion,
+                      LagrangeTermsOf<T>& terms);
 
 }  // namespace borelli

@@ -180,8 +180,8 @@ void ConstraintScan<T>::along(int r, int site, const Vector3<T>& p_W, const Vect
   }
   for (int i = 0; i < structure.support_count; ++i) {
     const int u = support[i];
-    const Vector3<T>& w = this->kinematics_.angular[u];
-    row[u] += f.dot(this->kinematics_.linear[u] + w.cross(p_W - this->kinematics_.origin[u]));
+    const Vector3<T> w = this->kinematics_.angular(u);
+    row[u] += f.dot(this->kinematics_.linear(u) + w.cross(p_W - this->kinematics_.origin(u)));
   }
 }
 
@@ -201,7 +201,7 @@ void ConstraintScan<T>::about(int r, int site, const Vector3<T>& m) {
     rows_.loads.bodies->moment[this->at_site(site).body] +=
         (*rows_.loads.multipliers)[this->action_->first_row + r] * m;
   for (int i = 0; i < structure.support_count; ++i)
-    row[support[i]] += m.dot(this->kinematics_.angular[support[i]]);
+    row[support[i]] += m.dot(this->kinematics_.angular(support[i]));
 }
 
 template <class T>

@@ -14,6 +14,7 @@
 #include <random>
 
 #include "dynamics/batch.hpp"
+#include "dynamics/inverse_dynamics.hpp"
 #include "dynamics/model_file.hpp"
 #include "tests/paths.hpp"
 
@@ -28,7 +29,7 @@ struct Pair {
   std::unique_ptr<BatchWorkspace> batch;
   mjModel* model = nullptr;
   mjData* data = nullptr;
-  Eigen::VectorXd q, v, a;
+  Eigen::VectorXd q, v, a, needed;
 
   explicit Pair(const std::string& file) {
     auto read = read_model(file);
@@ -41,7 +42,7 @@ struct Pair {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> number(-1, 1);
     q = system.initial.q;
-    v = a = Eigen::VectorXd(system.nv);
+    v = a = needed = Eigen::VectorXd(system.nv);
     for (const CoordinateInfo& c : system.coordinates) {
       for (int i = 0; i < c.q_size; ++i) q[c.q_index + i] = number(random);
       if (c.q_size == 4) q.segment<4>(c.q_index).normalize();
@@ -106,11 +107,9 @@ void mujoco_accelerations_of_eight(Pair& p) {
 void efforts(Pair& p) {
   Workspace& w = *p.workspace;
   const Parameters& parameters = p.system.parameters;
-  update_kinematics<double>(p.system, parameters, parameters.inertials, 0, p.q.data(), p.v.data(), p.a.data(),
-                            w.kinematics);
-  find_own_forces(p.system, parameters, parameters.inertials, w.kinematics, w.efforts, w.recursion, w.terms);
-  find_efforts(p.system, parameters, w.kinematics, w.efforts, w.recursion, w.terms);
-  benchmark::DoNotOptimize(w.terms.B.data());
+  inverse_dynamics<double>(p.system, parameters, parameters.inertials, 0, p.q.data(), p.v.data(), p.a.data(),
+                           w.kinematics, w.efforts, w.articulation, p.needed.data());
+  benchmark::DoNotOptimize(p.needed.data());
 }
 void mujoco_efforts(Pair& p) {
   p.place();
@@ -122,10 +121,9 @@ void mujoco_efforts(Pair& p) {
 void mass_matrix(Pair& p) {
   Workspace& w = *p.workspace;
   const Parameters& parameters = p.system.parameters;
-  update_kinematics<double>(p.system, parameters, parameters.inertials, 0, p.q.data(), p.v.data(), nullptr,
+  update_kinematics<double>(p.system, parameters, parameters.inertials, 0, p.q.data(), nullptr, nullptr,
                             w.kinematics);
-  find_own_forces(p.system, parameters, parameters.inertials, w.kinematics, w.efforts, w.recursion, w.terms);
-  find_mass_matrix(p.system, parameters, w.kinematics, w.recursion, w.terms);
+  find_mass_matrix(p.system, parameters, parameters.inertials, w.kinematics, w.recursion, w.terms);
   benchmark::DoNotOptimize(w.terms.A.data());
 }
 void mujoco_mass_matrix(Pair& p) {

@@ -249,7 +249,8 @@ TEST(Derivatives, AreThoseOfTheArticulatedBodies) {
   for (int i = 0; i < system.nv; ++i) {
     Eigen::VectorX<DualNumber> v = state.v.cast<DualNumber>(), a(system.nv), drives(system.driven_nv);
     v[i].d[0] = 1;
-    move_links(system, system.parameters, inertials, state.t, q.data(), v.data(), true, k, articulation);
+    move_links<DualNumber>(system, system.parameters, inertials, state.t, q.data(), v.data(), nullptr, true,
+                           k, articulation);
     ASSERT_TRUE(find_accelerations<DualNumber>(system, system.parameters, inertials, k, &efforts, nullptr,
                                                articulation, terms, a.data(), drives.data()));
     for (int j = 0; j < system.nv; ++j)  // rounding, times A's condition of some 1e3

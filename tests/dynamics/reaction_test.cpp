@@ -98,7 +98,7 @@ TEST(Reaction, AlongEachCoordinateIsWhatActsOnIt) {
         if (body.step_count == 0 || body.solids[0] != int(i)) continue;  // a weld
         const Step& step = system->steps[std::size_t(body.first_step + body.step_count - 1)];
         for (int u = step.u; u < step.u + step.nv; ++u) {
-          const double along = k.angular[u].dot(r[i].moment) + k.linear[u].dot(r[i].force);
+          const double along = k.angular(u).dot(r[i].moment) + k.linear(u).dot(r[i].force);
           const double own = efforts.coordinate[u] + (u < system->nv ? 0 : e->drive_efforts[u - system->nv]);
           EXPECT_NEAR(along, own, 1e-10 * load) << "seed " << seed << ", solid " << i;
           ++compared;

@@ -6,6 +6,7 @@
 
 #include "dynamics/equations.hpp"
 #include "dynamics/evaluate.hpp"
+#include "dynamics/inverse_dynamics.hpp"
 #include "random_scene.hpp"
 
 namespace borelli::test {
@@ -27,6 +28,14 @@ struct Pair {
   explicit Pair(const System& system)
       : lagrange(system, Equations::lagrange), recursive(system, Equations::recursive) {}
 };
+
+Eigen::VectorXd efforts_for(const System& system, const Parameters& p, const State& state,
+                            const Eigen::VectorXd& a, Workspace& w) {
+  Eigen::VectorXd out(system.nv);
+  inverse_dynamics(system, p, p.inertials, state.t, state.q.data(), state.v.data(), a.data(), w.kinematics,
+                   w.efforts, w.articulation, out.data());
+  return out;
+}
 
 void compare(const System& system, const Parameters& p, const State& state, const std::string& which) {
   Pair w(system);
@@ -60,6 +69,14 @@ void compare(const System& system, const Parameters& p, const State& state, cons
     EXPECT_LT(relative(mr.v, ml.v) + relative(mr.vdot, ml.vdot) + relative(mr.wdot, ml.wdot), 3e-12) << which;
   }
 
+  const Eigen::VectorXd wanted = Eigen::VectorXd::LinSpaced(free, 2, -1);
+  const Eigen::VectorXd moved = A.topLeftCorner(free, free) * wanted;
+  EXPECT_LT((efforts_for(system, p, state, wanted, w.recursive) - (moved + (l.B - l.Q).head(free)))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-12 * (moved.cwiseAbs().maxCoeff() + l.B.cwiseAbs().maxCoeff() + l.Q.cwiseAbs().maxCoeff()))
+      << which;
+
   const Eigen::VectorXd given = Eigen::VectorXd::LinSpaced(system.nv, -1, 2);
   ASSERT_FALSE(accelerate(system, p, state.t, state.q.data(), state.v.data(), {}, w.lagrange, given.data()));
   ASSERT_FALSE(accelerate(system, p, state.t, state.q.data(), state.v.data(), {}, w.recursive, given.data()));
@@ -89,10 +106,10 @@ void compare(const System& system, const State& state, const std::string& which)
   compare(system, system.parameters, state, which);
 }
 
-void compare_random(int solids, bool constrained) {
+void compare_random(int solids, bool constrained, Welds welds = Welds::merged) {
   int compared = 0;
   for (unsigned seed = 0; seed < 60; ++seed) {
-    const auto system = compile(RandomScene(seed, solids, constrained).scene);
+    const auto system = compile(RandomScene(seed, solids, constrained).scene, welds);
     if (!system || system->nv == 0) continue;  // a coordinate that moves no mass: the compiler's to refuse
     State state = Random(seed + 500).state(*system);
     state.t = 0.3;
@@ -105,6 +122,7 @@ void compare_random(int solids, bool constrained) {
 TEST(Recursive, EqualsLagrangeOnSmallRandomScenes) { compare_random(3, false); }
 TEST(Recursive, EqualsLagrangeOnRandomScenes) { compare_random(12, false); }
 TEST(Recursive, EqualsLagrangeOnConstrainedRandomScenes) { compare_random(12, true); }
+TEST(Recursive, EqualsLagrangeWithWeldsKept) { compare_random(12, false, Welds::kept); }
 TEST(Recursive, EqualsLagrangeOnLongChains) {
   const System system = compiled(chain(30, true));
   compare(system, Random(1).state(system), "chain");
@@ -174,6 +192,24 @@ TEST(Recursive, AlikeLimbsEqualLagrange) {
   for (int lanes = 2; lanes <= Quad::count; ++lanes) EXPECT_GT(lanes_used[lanes], 10) << lanes;
 }
 
+// The mass matrix asks for poses only; over drives that carry free coordinates, over balls and over many
+// branches.
+TEST(Recursive, PosesAloneGiveTheSameMassMatrix) {
+  for (unsigned seed = 0; seed < 10; ++seed) {
+    const System system = compiled(random_tree(seed, {.balls = true, .drives = true}));
+    const Parameters& p = system.parameters;
+    const State state = Random(seed).state(system);
+    Workspace moving(system, Equations::recursive), posed(system, Equations::recursive);
+    ASSERT_FALSE(update_terms(system, p, 0.2, state.q.data(), state.v.data(), moving));
+    update_kinematics<double>(system, p, p.inertials, 0.2, state.q.data(), nullptr, nullptr,
+                              posed.kinematics);
+    find_mass_matrix(system, p, p.inertials, posed.kinematics, posed.recursion, posed.terms);
+    const Rows same = moving.terms.A.triangularView<Eigen::Lower>(),
+               A = posed.terms.A.triangularView<Eigen::Lower>();
+    EXPECT_LT(relative(A, same), 1e-14) << seed;
+  }
+}
+
 // Mass ratios of a million, and all of it a kilometre from the world's origin: what rounding does then must
 // not differ by more than the distance (in lengths of the scene, 1e3) times what it does near by.
 TEST(Recursive, EqualsLagrangeFarFromTheOrigin) {
@@ -188,6 +224,21 @@ TEST(Recursive, EqualsLagrangeFarFromTheOrigin) {
   const double error = relative(w.recursive.a, w.lagrange.a);
   const Rows A = w.lagrange.terms.A.selfadjointView<Eigen::Lower>();
   EXPECT_LT(error, 1e3 * 10 * 2.3e-16 * std::sqrt(condition(A)));
+}
+
+// The same chain elsewhere asks for the same efforts, to the last digits: links know where they are from each
+// other, not from the world's origin.
+TEST(Recursive, InverseDynamicsLosesNoDigitsFarFromTheOrigin) {
+  Scene scene = chain(6, true);
+  const System near = compiled(scene);
+  scene.solids[0].switches.insert(scene.solids[0].switches.begin(), fixed({1e6, 5e5, -3e5}));
+  const System far = compiled(scene);
+  const State state = Random(2).state(near);
+  const Eigen::VectorXd a = Eigen::VectorXd::LinSpaced(near.nv, -1, 2);
+  Workspace w(near), away(far);
+  EXPECT_LT(relative(efforts_for(far, far.parameters, state, a, away),
+                     efforts_for(near, near.parameters, state, a, w)),
+            1e-14);
 }
 
 TEST(Recursive, ACoordinateThatMeetsNoInertiaIsNamed) {
