@@ -43,8 +43,13 @@ constexpr double off_explicit = 0.03, off_implicit = 3;
 // less than this part of these's square root
 constexpr double after_parting = 1. / 3;
 
-// a run by another sort of method may cost so many times what has been spent
+// an explicit run after an implicit one may cost so many times what has been spent
 constexpr double worth_a_try = 5;
+
+/// The angle between two orientations, by the chord of their quaternions.
+double turn_between(const Quaternion& p, const Quaternion& q) {
+  return 4 * std::asin(std::min(1.0, 0.5 * std::min((p - q).norm(), (p + q).norm())));
+}
 
 void compare(const System& system, const Samples& a, const Samples& b, std::size_t i, Difference& worst) {
   const auto take = [&](double size, std::size_t coordinate) {
@@ -54,9 +59,8 @@ void compare(const System& system, const Samples& a, const Samples& b, std::size
   for (std::size_t c = 0; c < system.coordinates.size(); ++c) {
     const CoordinateInfo& info = system.coordinates[c];
     const double unit = system.velocity_scale[info.v_index];
-    if (info.q_size == 4) {  // the angle between two orientations, by the chord of their quaternions
-      const Quaternion p = a.q[i].segment<4>(info.q_index), q = b.q[i].segment<4>(info.q_index);
-      take(4 * std::asin(std::min(1.0, 0.5 * std::min((p - q).norm(), (p + q).norm()))), c);
+    if (info.q_size == 4) {
+      take(turn_between(a.q[i].segment<4>(info.q_index), b.q[i].segment<4>(info.q_index)), c);
     } else {
       const double p = a.q[i][info.q_index], q = b.q[i][info.q_index];
       take(std::abs(p - q) / (info.angle ? unit : std::max(unit, std::abs(q))), c);
@@ -64,6 +68,36 @@ void compare(const System& system, const Samples& a, const Samples& b, std::size
     for (int k = info.v_index; k < info.v_index + info.v_size; ++k)
       take(std::abs(a.v[i][k] - b.v[i][k]) / (unit + std::abs(b.v[i][k])), c);
   }
+}
+
+/// Of what differs by more than `least` the largest difference, in parts of its own range in b.
+double largest_part(const System& system, const Samples& a, const Samples& b, double least) {
+  double largest = 0;
+  const std::size_t count = std::min(a.q.size(), b.q.size());
+  // `off` and `from_first` of sample i, both on the scale of differences
+  const auto look = [&](auto&& off, auto&& from_first) {
+    double difference = 0, low = 0, high = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      difference = std::max(difference, off(i));
+      low = std::min(low, from_first(i));
+      high = std::max(high, from_first(i));
+    }
+    if (difference > least) largest = std::max(largest, difference / (high - low));
+  };
+  for (const CoordinateInfo& info : system.coordinates) {
+    const double unit = system.velocity_scale[info.v_index];
+    const int n = info.q_index;
+    if (info.q_size == 4)
+      look([&](std::size_t i) { return turn_between(a.q[i].segment<4>(n), b.q[i].segment<4>(n)); },
+           [&](std::size_t i) { return turn_between(b.q[0].segment<4>(n), b.q[i].segment<4>(n)); });
+    else
+      look([&](std::size_t i) { return std::abs(a.q[i][n] - b.q[i][n]) / unit; },
+           [&](std::size_t i) { return (b.q[i][n] - b.q[0][n]) / unit; });
+    for (int k = info.v_index; k < info.v_index + info.v_size; ++k)
+      look([&](std::size_t i) { return std::abs(a.v[i][k] - b.v[i][k]) / unit; },
+           [&](std::size_t i) { return (b.v[i][k] - b.v[0][k]) / unit; });
+  }
+  return largest;
 }
 
 /// Whether efforts or velocities jumped on the way.
@@ -114,13 +148,16 @@ class Search {
       spent_ += double(now->certificate.evaluations);
       ++runs_;
       if (samples.q.size() < samples.times.size()) {
-        change_method(now->certificate);
+        change_method(now->certificate, double(samples.times.size()) / (double(samples.q.size()) + 0.5));
         before_.reset();
         continue;
       }
       limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through
       rough_ = rough_ || (!settings_.verify && is_rough(now->certificate));
-      if (before_ && judge(largest_difference(system_, *before_, samples), *now)) return now;
+      if (before_) {
+        common_ = largest_part(system_, *before_, samples, settings_.accuracy) <= apart;
+        if (judge(largest_difference(system_, *before_, samples), *now)) return now;
+      }
       if (afresh_) {
         afresh_ = false;
         before_.reset();
@@ -163,8 +200,10 @@ class Search {
     chosen_.tolerance = std::min(pilot * first_, coarsest);
   }
 
-  /// Gives over to the other sort of method, for five times what has been spent so far.
-  void change_method(const Certificate& left) {
+  /// Gives over to the other sort of method. Of the run that is left the whole would be `times` as long: an
+  /// implicit method may spend what that would take at the steps so far, the explicit one five times all that
+  /// has been spent.
+  void change_method(const Certificate& left, double times) {
     if (found_.empty())
       found_ = fmt::format("{} found the scene stiff at t = {:.6g} s", chosen_.method, left.stiff_from);
     const bool from_implicit = chosen_.method == implicit_;
@@ -179,7 +218,7 @@ class Search {
       choose_tolerance();
     }
     limits_.leave_if_stiff = false;
-    limits_.evaluations = worth_a_try * spent_;
+    limits_.evaluations = from_implicit ? worth_a_try * spent_ : times * double(left.evaluations);
   }
 
   void next_tolerance(double factor) {
@@ -200,7 +239,7 @@ class Search {
     // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference;
     // where it is to be verified, it counts with no less than the coarser one's
     if (settings_.verify) return difference * std::max(1.0, share / (1 - share));
-    if (difference > apart) return std::numeric_limits<double>::infinity();
+    if (difference > apart || !common_) return std::numeric_limits<double>::infinity();
     const double part = rough_    ? std::sqrt(share)
                         : parted_ ? std::max(share, after_parting * std::sqrt(share))
                                   : share;
@@ -256,6 +295,7 @@ class Search {
   double spent_ = 0;  ///< evaluations, so far
   int runs_ = 0;
   bool afresh_ = false;   ///< the next run is the first of two again
+  bool common_ = true;    ///< the last two runs had, each in proportion to what it moves
   bool parted_ = false;   ///< two runs had nothing in common
   bool rough_ = false;    ///< a run met stops or contacts
   bool doubted_ = false;  ///< a run was made again since its certificate was not trusted

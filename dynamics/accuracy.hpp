@@ -40,11 +40,12 @@ struct Difference {
 Difference largest_difference(const System& system, const Samples& a, const Samples& b);
 
 /// Runs from time `start` (s) to settings.accuracy (> 0): by dop853; where it finds
-/// the scene stiff by cvode, or by arkode where constraints are projected. These may spend five times what
-/// has been spent; where that does not do, the stiffness was none (a passage through a singular position
-/// looks like it) and the explicit method may spend five times as much again, and so on in turn until one
-/// comes through. The certificate says what was chosen and why, and distrusts a run whose accuracy could not
-/// be shown (a chaotic motion over a long time). `stopped` tells whether the user has ended the last run.
+/// the scene stiff by cvode, or by arkode where constraints are projected. These may spend what the run that
+/// was left would have taken at its steps; where that does not do, the stiffness was none (a passage through
+/// a singular position looks like it) and the explicit method may spend five times what has been spent, and
+/// so on in turn until one comes through. The certificate says what was chosen and why, and distrusts a run
+/// whose accuracy could not be shown (a chaotic motion over a long time). `stopped` tells whether the user
+/// has ended the last run.
 Result<Trajectory> run_to_accuracy(const System& system, double start, const SimulationSettings& settings,
                                    const RunOnce& run, const std::function<bool()>& stopped);
 

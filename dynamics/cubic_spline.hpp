@@ -50,6 +50,8 @@ class CubicSpline {
     if (ends_ == SplineEnds::periodic) {
       const double period = x_.back() - x_.front();
       x -= period * std::floor((end - x_.front()) / period);
+    } else if (ends_ == SplineEnds::clamped && (end < x_.front() || end > x_.back())) {
+      return {T(end < x_.front() ? y_.front() : y_.back()), T(0), T(0)};
     } else if (end < x_.front()) {
       const auto [value, slope, curvature] = within(0, T(x_.front()));
       return {value + slope * (x - x_.front()), slope, T(0)};

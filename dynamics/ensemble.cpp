@@ -421,7 +421,7 @@ Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::v
   if (auto ok = check(system, members, settings); !ok) return tl::unexpected(ok.error());
   std::vector<Ending> endings(members.size());
   if (members.empty()) return endings;
-  const auto change = fastest_change(system, system.parameters, settings.end_time - members[0].start.t);
+  const auto change = fastest_change(system, system.parameters, settings.end_time - members[0].start.t, true);
   const std::size_t batches = (members.size() + count - 1) / count;
   std::atomic<std::size_t> next = 0;
   const auto work = [&] {

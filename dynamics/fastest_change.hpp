@@ -20,8 +20,10 @@ struct FastestChange {
 /// amplitude); of a Polynomial of degree d, 2 span / d, for it has d zeros at most, and what it does between
 /// closer ones is small beside what it does elsewhere in the run; of a Table four times its shortest
 /// interval, the width of what one value sticking out makes of the spline. None: nothing changes. What a
-/// user's own C++ (FunctionConstraint, OwnEffort) does in time is not known.
-std::optional<FastestChange> fastest_change(const System& system, const Parameters& parameters, double span);
+/// user's own C++ (FunctionConstraint, OwnEffort) does in time is not known. Without `tables` these are left
+/// out: steps that end where their pieces meet (knots.hpp) see each of them, and a piece has no waves.
+std::optional<FastestChange> fastest_change(const System& system, const Parameters& parameters, double span,
+                                            bool tables);
 
 /// Of each independent group: whether drives or constraints move it in time, or a user's own constraint may.
 std::vector<char> groups_moved(const System& system, const Parameters& parameters);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dynamics/fastest_change.hpp"
+#include "dynamics/knots.hpp"
 
 namespace borelli {
 
@@ -53,7 +54,12 @@ Result<void> check_counts(const System& system, double start, const SimulationSe
       return refuse("step", settings.step, steps, "rows of output (there is no output_interval)", most_rows);
     return {};
   }
-  if (const auto change = fastest_change(system, system.parameters, span)) {
+  if (const double knots = Knots(system, system.parameters).count(start, settings.end_time);
+      knots > most_steps)
+    return bad_use(
+        "simulation, end_time",
+        fmt::format("{:.3g} pieces of tables come up to it; expected at most {:.0e}", knots, most_steps));
+  if (const auto change = fastest_change(system, system.parameters, span, false)) {
     const double steps = span / (longest_step_in_periods * change->period);
     if (steps > most_steps)
       return bad_use(change->name,

@@ -14,6 +14,8 @@
 #include "dynamics/fastest_change.hpp"
 #include "dynamics/function_watch.hpp"
 #include "dynamics/integrator.hpp"
+#include "dynamics/knots.hpp"
+
 #include "dynamics/leap_watch.hpp"
 #include "dynamics/put_apart.hpp"
 #include "dynamics/range_events.hpp"
@@ -71,6 +73,7 @@ class Run {
         dy_(motion_.size()),
         out_(motion_.size()),
         step_(settings.step),
+        knots_(system, system.parameters),
         leaps_(settings.tolerance),
         functions_(system, system.parameters,
                    integrator.adaptive() ? features_in_tolerances * settings.tolerance : least_feature),
@@ -93,7 +96,8 @@ class Run {
     Certifier certifier(system_, system_.parameters, threshold, *assembly);
     certifier_ = &certifier;
     if (!moved.empty()) certifier.note(moved);
-    if (const auto change = fastest_change(system_, system_.parameters, settings_.end_time - state_.t)) {
+    if (const auto change = fastest_change(system_, system_.parameters, settings_.end_time - state_.t,
+                                           !integrator_.adaptive())) {
       change_ = *change;
       longest_step_ = longest_step_in_periods * change->period;
     }
@@ -135,7 +139,8 @@ class Run {
     ranges_ = &ranges;
     while (output_ <= outputs_ && !stopped_ && end > start_) {
       const double target = between ? end : output_time(output_);
-      auto done = integrator_.adaptive() ? advance_adaptively(target) : advance_evenly(target);
+      auto done = integrator_.adaptive() ? advance_adaptively(std::min(target, knots_.after(state_.t)))
+                                         : advance_evenly(target);
       if (!done) return tl::unexpected(done.error());
     }
     judge_steps();
@@ -599,6 +604,7 @@ class Run {
   double first_overlong_ = 0;                                      ///< s: the start of the first longer step
   bool held_ = false;                                              ///< a step was cut to longest_step_
   long attempts_ = 0, rows_ = 0;
+  Knots knots_;  ///< where adaptive steps end
   LeapWatch leaps_;
   bool has_stops_ = false;  ///< limit springs, whose bounds steps are not to pass unseen
   FunctionWatch functions_;

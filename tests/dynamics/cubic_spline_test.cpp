@@ -75,6 +75,18 @@ TEST(CubicSpline, IsTwiceDifferentiableAtItsPointsAndBeyondItsEnds) {
   EXPECT_DOUBLE_EQ(CubicSpline(x, y, SplineEnds::natural)(9.0).curvature, 0);
 }
 
+TEST(CubicSpline, ClampedIsLevelBeyondItsEndsToTheLastDigit) {
+  const CubicSpline spline({0.1, 0.3, 0.35, 0.7}, {0.3, 1e7, -0.7, 0.1}, SplineEnds::clamped);
+  for (const double x : {-5., 0., 0.0999}) {
+    EXPECT_EQ(spline(x).value, 0.3);
+    EXPECT_EQ(spline(x).slope, 0);
+  }
+  for (const double x : {0.71, 3., 1e6}) {
+    EXPECT_EQ(spline(x).value, 0.1);
+    EXPECT_EQ(spline(x).slope, 0);
+  }
+}
+
 TEST(CubicSpline, SaysWhyThereIsNone) {
   using S = CubicSpline;
   EXPECT_EQ(S::complaint({0, 1}, {0, 1}, SplineEnds::natural), "");
