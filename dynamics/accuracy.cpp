@@ -29,6 +29,10 @@ constexpr double worth_lowering = 2;
 // and 1e-2, and cost a third more on the pendulums of 4 to 7 bars, whose looser runs have nothing in common.
 constexpr double to_do = 0.003, loosest = 3e-6, pilot = 1e5, coarsest = 3e-3, apart = 0.5, after_apart = 0.01;
 
+// two runs that differ by so much of what moves in them have nothing in common either, however little that is
+// on its scale
+constexpr double apart_in_range = 0.25;
+
 // where stops or contacts are met, errors are not in proportion to tolerances: they go by the square root of
 // these, and where two runs farther apart than this do not do, the third is near the second
 constexpr double near_pilot = 1000;
@@ -70,32 +74,28 @@ void compare(const System& system, const Samples& a, const Samples& b, std::size
   }
 }
 
-/// Of what differs by more than `least` the largest difference, in parts of its own range in b.
+/// Of what differs by more than `least` the largest difference, in parts of its own range in the run of b.
 double largest_part(const System& system, const Samples& a, const Samples& b, double least) {
   double largest = 0;
-  const std::size_t count = std::min(a.q.size(), b.q.size());
-  // `off` and `from_first` of sample i, both on the scale of differences
-  const auto look = [&](auto&& off, auto&& from_first) {
-    double difference = 0, low = 0, high = 0;
-    for (std::size_t i = 0; i < count; ++i) {
+  // `off`: of sample i; both on the scale of differences
+  const auto look = [&](auto&& off, double range) {
+    double difference = 0;
+    for (std::size_t i = 0; i < std::min(a.q.size(), b.q.size()); ++i)
       difference = std::max(difference, off(i));
-      low = std::min(low, from_first(i));
-      high = std::max(high, from_first(i));
-    }
-    if (difference > least) largest = std::max(largest, difference / (high - low));
+    if (difference > least) largest = std::max(largest, difference / range);
   };
   for (const CoordinateInfo& info : system.coordinates) {
     const double unit = system.velocity_scale[info.v_index];
     const int n = info.q_index;
     if (info.q_size == 4)
       look([&](std::size_t i) { return turn_between(a.q[i].segment<4>(n), b.q[i].segment<4>(n)); },
-           [&](std::size_t i) { return turn_between(b.q[0].segment<4>(n), b.q[i].segment<4>(n)); });
+           2 * (b.q_high - b.q_low).segment<4>(n).norm());
     else
       look([&](std::size_t i) { return std::abs(a.q[i][n] - b.q[i][n]) / unit; },
-           [&](std::size_t i) { return (b.q[i][n] - b.q[0][n]) / unit; });
+           (b.q_high[n] - b.q_low[n]) / unit);
     for (int k = info.v_index; k < info.v_index + info.v_size; ++k)
       look([&](std::size_t i) { return std::abs(a.v[i][k] - b.v[i][k]) / unit; },
-           [&](std::size_t i) { return (b.v[i][k] - b.v[0][k]) / unit; });
+           (b.v_high[k] - b.v_low[k]) / unit);
   }
   return largest;
 }
@@ -155,7 +155,7 @@ class Search {
       limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through
       rough_ = rough_ || (!settings_.verify && is_rough(now->certificate));
       if (before_) {
-        common_ = largest_part(system_, *before_, samples, settings_.accuracy) <= apart;
+        common_ = largest_part(system_, *before_, samples, settings_.accuracy) <= apart_in_range;
         if (judge(largest_difference(system_, *before_, samples), *now)) return now;
       }
       if (afresh_) {

@@ -24,6 +24,18 @@ namespace borelli {
 struct Samples {
   std::vector<double> times;          ///< s, rising, after the start
   std::vector<Eigen::VectorXd> q, v;  ///< as many as the run has come to
+  /// The least and the largest of each number of q and v, over all steps, too: what moves in step with the
+  /// times moves all the same.
+  Eigen::VectorXd q_low, q_high, v_low, v_high;
+
+  void cover(const State& state) {
+    if (q_low.size() == 0) {
+      q_low = q_high = state.q;
+      v_low = v_high = state.v;
+    }
+    q_low = q_low.cwiseMin(state.q), q_high = q_high.cwiseMax(state.q);
+    v_low = v_low.cwiseMin(state.v), v_high = v_high.cwiseMax(state.v);
+  }
 };
 
 /// One run with those settings, from velocities off by the part `disturbance` of their scales

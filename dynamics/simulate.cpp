@@ -360,6 +360,7 @@ class Run {
       if (longest_made_ <= slack * longest_step_ && made > slack * longest_step_) first_overlong_ = from;
       longest_made_ = std::max(longest_made_, made);
     }
+    if (samples_) samples_->cover(state_);
     if (auto done = begin_step(); !done) return done;
     if (integrator_.stiff() && !stiff_) {
       stiff_ = true;

@@ -288,6 +288,7 @@ class Chart {
     const int longest = last_row_ % 4 == 0 ? 4 : last_row_ % 2 == 0 ? 2 : 1;
     double setting = adaptive ? 1e-1 : longest * how_.output_interval,
            best = std::numeric_limits<double>::infinity();
+    long evaluations = 0;
     for (int rung = 0, without_gain = 0; rung < rungs && without_gain < 2; ++rung, setting *= factor) {
       const WorkPrecisionPoint point = measure(variant, setting);
       chart_.points.push_back(point);
@@ -298,6 +299,9 @@ class Chart {
       if (!point.finished) continue;
       const double judged = judged_error(chart_, point);
       const double error = std::isfinite(judged) ? judged : point.errors.energy;
+      // the same run again (steps held by the scene) tells nothing of finer ones
+      if (error == best && point.evaluations == evaluations) continue;
+      evaluations = point.evaluations;
       // (a run that is all wrong may be so by any amount)
       without_gain = error < 0.9 * best || best > 0.1 || rung < 3 ? 0 : without_gain + 1;
       best = std::min(best, error);
