@@ -24,8 +24,8 @@ namespace borelli {
 struct Samples {
   std::vector<double> times;          ///< s, rising, after the start
   std::vector<Eigen::VectorXd> q, v;  ///< as many as the run has come to
-  /// The least and the largest of each number of q and v, over all steps, too: what moves in step with the
-  /// times moves all the same.
+  /// The least and the largest of each number of q and v, at the start and after all steps, too: what moves
+  /// in step with the times moves all the same.
   Eigen::VectorXd q_low, q_high, v_low, v_high;
 
   void cover(const State& state) {

@@ -117,6 +117,7 @@ class Run {
       event_passed_ = true;
       if (auto done = begin_step(); !done) return tl::unexpected(done.error());
     }
+    if (samples_) samples_->cover(state_);
     recorder_.record(state_, workspace_, work_);
     RangeEvents ranges(system_, certifier);
     std::vector<EventSource*> sources = observer_.events;
@@ -509,6 +510,7 @@ class Run {
     if (next_sample() != state.t) return;
     samples_->q.push_back(state.q);
     samples_->v.push_back(state.v);
+    samples_->cover(state);
   }
 
   /// The samples that are due within the step of h, up to where it landed.
