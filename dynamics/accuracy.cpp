@@ -74,29 +74,37 @@ void compare(const System& system, const Samples& a, const Samples& b, std::size
   }
 }
 
-/// Of what differs by more than `least` the largest difference, in parts of its own range in the run of b.
+/// The largest difference of an independent group's positions or velocities, in parts of the most that any of
+/// its own moves in the run of b, all on the scale of differences; of groups that differ by more than
+/// `least`. (Not of each coordinate by itself: one that hardly moves beside others says nothing.)
 double largest_part(const System& system, const Samples& a, const Samples& b, double least) {
-  double largest = 0;
-  // `off`: of sample i; both on the scale of differences
-  const auto look = [&](auto&& off, double range) {
-    double difference = 0;
-    for (std::size_t i = 0; i < std::min(a.q.size(), b.q.size()); ++i)
-      difference = std::max(difference, off(i));
-    if (difference > least) largest = std::max(largest, difference / range);
+  struct Most {
+    double difference = 0, moved = 0;
   };
+  std::vector<Most> positions(system.groups), velocities(system.groups);
+  const auto take = [](double difference, double moved, Most& most) {
+    most.difference = std::max(most.difference, difference);
+    most.moved = std::max(most.moved, moved);
+  };
+  const std::size_t count = std::min(a.q.size(), b.q.size());
   for (const CoordinateInfo& info : system.coordinates) {
     const double unit = system.velocity_scale[info.v_index];
-    const int n = info.q_index;
-    if (info.q_size == 4)
-      look([&](std::size_t i) { return turn_between(a.q[i].segment<4>(n), b.q[i].segment<4>(n)); },
-           2 * (b.q_high - b.q_low).segment<4>(n).norm());
-    else
-      look([&](std::size_t i) { return std::abs(a.q[i][n] - b.q[i][n]) / unit; },
-           (b.q_high[n] - b.q_low[n]) / unit);
-    for (int k = info.v_index; k < info.v_index + info.v_size; ++k)
-      look([&](std::size_t i) { return std::abs(a.v[i][k] - b.v[i][k]) / unit; },
-           (b.v_high[k] - b.v_low[k]) / unit);
+    const int n = info.q_index, group = system.velocity_groups[info.v_index];
+    const double range = (b.q_high - b.q_low).segment(n, info.q_size).norm();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (info.q_size == 4)
+        take(turn_between(a.q[i].segment<4>(n), b.q[i].segment<4>(n)), 2 * range, positions[group]);
+      else
+        take(std::abs(a.q[i][n] - b.q[i][n]) / unit, range / unit, positions[group]);
+      for (int k = info.v_index; k < info.v_index + info.v_size; ++k)
+        take(std::abs(a.v[i][k] - b.v[i][k]) / unit, std::max(b.v_high[k], -b.v_low[k]) / unit,
+             velocities[group]);
+    }
   }
+  double largest = 0;
+  for (const auto* of : {&positions, &velocities})
+    for (const Most& most : *of)
+      if (most.difference > least) largest = std::max(largest, most.difference / most.moved);
   return largest;
 }
 
@@ -295,7 +303,7 @@ class Search {
   double spent_ = 0;  ///< evaluations, so far
   int runs_ = 0;
   bool afresh_ = false;   ///< the next run is the first of two again
-  bool common_ = true;    ///< the last two runs had, each in proportion to what it moves
+  bool common_ = true;    ///< the last two runs had, in proportion to what moves
   bool parted_ = false;   ///< two runs had nothing in common
   bool rough_ = false;    ///< a run met stops or contacts
   bool doubted_ = false;  ///< a run was made again since its certificate was not trusted
