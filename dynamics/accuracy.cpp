@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "dynamics/certifier.hpp"
 #include "dynamics/pose.hpp"
@@ -147,9 +148,14 @@ class Search {
       if (!before_ && !settings_.verify && chosen_.method != implicit_)
         how.output_interval = settings_.end_time - start_;  // it is no answer: its rows are not wanted
       const double off = chosen_.method == implicit_ ? off_implicit : off_explicit;
-      auto now = run(how, limits_, before_ ? 0 : off * chosen_.tolerance, samples);
-      if (!now && !before_ && chosen_.tolerance > first_ && !stopped()) {  // it may be too coarse
-        next_tolerance(std::max(0.1, first_ / chosen_.tolerance));
+      auto now = run(how, limits_, before_ || exact_ ? 0 : off * chosen_.tolerance, samples);
+      if (!now && !before_ && !exact_ && !stopped()) {
+        if (chosen_.tolerance > first_)  // it may be too coarse
+          next_tolerance(std::max(0.1, first_ / chosen_.tolerance));
+        else
+          exact_ = parted_ = true;  // or end where the motion asked for does not
+        ended_ = fmt::format("begun a little off ({:.2g}), it ends: {}", off * how.tolerance,
+                             now.error().message());
         continue;
       }
       if (!now || stopped()) return now;
@@ -171,7 +177,9 @@ class Search {
         before_.reset();
         continue;
       }
-      if (!before_) next_tolerance(std::min(0.1, first_ / chosen_.tolerance));
+      if (!before_)
+        next_tolerance(std::exchange(exact_, false) ? after_apart
+                                                    : std::min(0.1, first_ / chosen_.tolerance));
       before_ = std::move(samples);
     }
   }
@@ -237,6 +245,7 @@ class Search {
   void tell(Certificate& c, double error, const std::string& how_known) const {
     c.accuracy = settings_.accuracy;
     c.estimated_error = error;
+    if (parted_ && !ended_.empty()) c.notes.push_back(ended_);
     c.notes.push_back(fmt::format("accuracy {:.3g}: chose {} ({}) at tolerance {:.2g}; {}",
                                   settings_.accuracy, chosen_.method, why_, chosen_.tolerance, how_known));
   }
@@ -297,12 +306,13 @@ class Search {
   SimulationSettings chosen_;
   const char* implicit_;
   RunLimits limits_{.leave_if_stiff = true, .own_first_step = true};
-  std::string why_, found_;
+  std::string why_, found_, ended_;
   double least_ = 0, tolerance_before_ = 0;
   double first_ = 0;  ///< tolerance that is to do, where a coarser run judges it
   double spent_ = 0;  ///< evaluations, so far
   int runs_ = 0;
   bool afresh_ = false;   ///< the next run is the first of two again
+  bool exact_ = false;    ///< the first run begins where it is asked to: disturbed, it ended
   bool common_ = true;    ///< the last two runs had, in proportion to what moves
   bool parted_ = false;   ///< two runs had nothing in common
   bool rough_ = false;    ///< a run met stops or contacts

@@ -176,6 +176,9 @@ SimulationSettings read_simulation(TomlTable& table) {
   positive("step", s.step);
   positive("tolerance", s.tolerance);
   not_negative("accuracy", s.accuracy);
+  for (const std::string_view chosen : {"method", "tolerance"})
+    if (const toml::node* node = table.find(chosen); node && s.accuracy > 0)
+      table.refuse(*node, fmt::format("{} has no effect beside accuracy, which chooses it", chosen));
   if (const toml::node* node = table.find("verify")) s.verify = table.boolean(*node, "verify");
   not_negative("spectral_radius", s.spectral_radius);
   if (s.spectral_radius > 1)

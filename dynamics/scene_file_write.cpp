@@ -323,12 +323,15 @@ std::string solid_of(const Solid& solid) {
 Entries simulation_of(const SimulationSettings& s) {
   const SimulationSettings fresh;
   Entries out{{"end_time", text_of(s.end_time)},
-              {"method", text_of(s.method)},
               {"step", text_of(s.step)},
-              {"tolerance", text_of(s.tolerance)},
               {"output_interval", text_of(s.output_interval)}};
+  if (s.accuracy > 0) {
+    out.emplace_back("accuracy", text_of(s.accuracy));
+  } else {
+    out.emplace_back("method", text_of(s.method));
+    out.emplace_back("tolerance", text_of(s.tolerance));
+  }
   if (s.equations == Equations::lagrange) out.emplace_back("equations", "\"lagrange\"");
-  if (s.accuracy != fresh.accuracy) out.emplace_back("accuracy", text_of(s.accuracy));
   if (s.verify != fresh.verify) out.emplace_back("verify", "true");
   if (s.spectral_radius != fresh.spectral_radius)
     out.emplace_back("spectral_radius", text_of(s.spectral_radius));

@@ -37,12 +37,16 @@ std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy) 
     errors.x.push_back(count);
     // nothing is off less than the accuracy tells
     errors.y.push_back(std::max(model.error, economy.accuracy));
-    times.x.push_back(count);
-    times.y.push_back(1e3 * model.seconds);
     bound.x.push_back(count);
     bound.y.push_back(economy.tolerance);
+    times.x.push_back(count);
+    times.y.push_back(1e3 * model.seconds);
     errors.tips.push_back(tip(model));
     times.tips.push_back(tip(model));
+  }
+  if (bound.x.size() == 1) {  // no line
+    bound.x = {bound.x[0] - 0.5, bound.x[0] + 0.5};
+    bound.y.push_back(economy.tolerance);
   }
   error.curves = {errors, bound};
   time.curves = {times};

@@ -354,7 +354,11 @@ std::vector<std::string> wrapped(std::string_view sentence, std::size_t most) {
   std::string line;
   for (std::size_t begin = 0; begin < sentence.size();) {
     const std::size_t end = std::min(sentence.find(' ', begin), sentence.size());
-    const std::string_view word = sentence.substr(begin, end - begin);
+    std::string_view word = sentence.substr(begin, end - begin);
+    for (; letters(word) > most; word.remove_prefix(most)) {  // (a file's name)
+      if (!line.empty()) lines.push_back(std::exchange(line, {}));
+      lines.emplace_back(word.substr(0, most));
+    }
     if (!line.empty() && letters(line) + 1 + letters(word) > most) lines.push_back(std::exchange(line, {}));
     if (!line.empty()) line += ' ';
     line += word;
@@ -382,7 +386,9 @@ std::string svg(const Plot& plot) {
   std::string body, legend;
   // a name of its own, since several plots may stand on one page
   const std::size_t frame = std::hash<std::string>()(plot.title + plot.x.label + plot.y.label);
-  const double top = 36 + draw_legend(legend, plot, 48, frame) + 4;
+  const std::vector<std::string> title = wrapped(plot.title, 72);
+  const double below_title = 18 * (std::max(1., double(title.size())) - 1);
+  const double top = 36 + below_title + draw_legend(legend, plot, 48 + below_title, frame) + 4;
   // marks stand clear of the frame
   const bool marks =
       std::any_of(plot.curves.begin(), plot.curves.end(), [](const Curve& c) { return c.marks; });
@@ -413,6 +419,10 @@ std::string svg(const Plot& plot) {
       below += 16;
     }
   const double height = std::ceil(below);
+  std::string head;
+  for (std::size_t i = 0; i < title.size(); ++i)
+    head += fmt::format("<text x='{}' y='{}' font-size='15' font-weight='bold'>{}</text>\n", left,
+                        22 + 18 * i, escaped(title[i]));
   return fmt::format(
              "<svg xmlns='http://www.w3.org/2000/svg' width='{0}' height='{1}' viewBox='0 0 {0} {1}' "
              "font-family='Helvetica, Arial, \"DejaVu Sans\", sans-serif' font-size='12'>\n"
@@ -425,10 +435,9 @@ std::string svg(const Plot& plot) {
              ".tile{{shape-rendering:crispEdges}} .sample{{stroke:#888;stroke-width:.6}} "
              ".note{{font-size:11px;fill:#333}} "
              ".number{{font-size:9px;fill:#666;paint-order:stroke;stroke:#fff;stroke-width:2px}}</style>\n"
-             "<rect width='{0}' height='{1}' fill='#fff'/>\n"
-             "<text x='{2}' y='22' font-size='15' font-weight='bold'>{3}</text>\n",
-             width, height, left, escaped(plot.title)) +
-         legend + body + "</svg>\n";
+             "<rect width='{0}' height='{1}' fill='#fff'/>\n",
+             width, height) +
+         head + legend + body + "</svg>\n";
 }
 
 std::string csv(const Plot& plot) {

@@ -98,7 +98,7 @@ class Mapping {
       refused = refused || now.outcome == Outcome::refused;
       stable = stable && !is_unstable(now.outcome) && now.outcome != Outcome::refused;
       trusted = trusted && now.outcome == Outcome::stable;
-      if (stable) limit.stable = setting;
+      if (stable) limit.stable = setting, limit.unseen = std::isfinite(cut) ? cut : 0;
       if (trusted) limit.trusted = setting;
     }
     const bool any = std::isfinite(limit.stable), some = std::isfinite(limit.trusted);

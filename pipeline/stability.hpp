@@ -51,6 +51,9 @@ struct StabilityLimit {
   double stable, trusted;             ///< the latter by certificate, from the ladder's own settings
   std::optional<double> linear = {};  ///< linear_limit, for stable
   double over = 0;                    ///< s: of the runs that tell of stable; 0: the scene's whole time
+  /// The largest setting at or below `stable` of a run that was not let come to the scene's end, and so tells
+  /// of nothing beyond where it came to; 0: there is none.
+  double unseen = 0;
   bool known = true;  ///< false: no run that was let go on for long enough tells of stable, which is NaN
 };
 

@@ -210,8 +210,9 @@ Plot limits_plot(const StabilityMap& map, bool adaptive) {
     Curve curve = line_of(map, m, map.methods[m], [](const auto& l) { return l.stable; });
     if (has_points(curve))
       plot.curves.push_back(std::move(curve));
-    else if (std::all_of(map.limits.begin(), map.limits.end(),
-                         [&](const auto& l) { return l.method != m || std::isinf(l.stable); }))
+    else if (std::all_of(map.limits.begin(), map.limits.end(), [&](const auto& l) {
+               return l.method != m || (std::isinf(l.stable) && l.unseen == 0);
+             }))
       free += (free.empty() ? "" : ", ") + map.methods[m];
   }
   plot.notes = notes_of(map);
@@ -229,6 +230,7 @@ std::string stable_words(const StabilityMap& map, const StabilityLimit& limit) {
   if (!limit.known) return "not known";
   if (std::isnan(limit.stable))
     return fmt::format("none from {:.3g} on", map.ladder_of(limit.method).values.front());
+  if (limit.unseen > 0) return fmt::format("{} above {:.3g}", limit_words(limit.stable), limit.unseen);
   return limit.over > 0 ? fmt::format("{:.4g} in {:.3g} s", limit.stable, limit.over)
                         : limit_words(limit.stable);
 }
@@ -278,6 +280,7 @@ std::string stability_page(const StabilityMap& map) {
   body +=
       "</table>\n<p>Steps in s, tolerances of adaptive methods. all: at all that were tried; none from x "
       "on: at none of those, of which x is the smallest; "
+      "above x: runs by x and less were not let come to the scene's end, and were sound as far as they came; "
       "in 0.5 s: in the scene's first 0.5 s, as runs below the limit were not let go on for longer; not "
       "known: those runs end before any that is unstable becomes so (--most-steps lets them go on). "
       "Linear: what theory says of small deviations from the start. What failed is said under the pointer, "
@@ -301,15 +304,16 @@ std::string stability_csv(const StabilityMap& map) {
 }
 
 std::string stability_limits_csv(const StabilityMap& map) {
-  std::string out = "parameter,name,method,stable,linear,trusted,known,over_s\n";
+  std::string out = "parameter,name,method,stable,linear,trusted,known,over_s,unseen\n";
   const auto number = [](double x) {
     return std::isfinite(x) ? fmt::format("{:.17g}", x) : std::isinf(x) ? std::string("inf") : std::string();
   };
   for (const StabilityLimit& limit : map.limits)
-    out += fmt::format("{:.17g},{},{},{},{},{},{},{}\n", map.sweep.values.values[limit.column],
+    out += fmt::format("{:.17g},{},{},{},{},{},{},{},{}\n", map.sweep.values.values[limit.column],
                        csv_text(map.sweep.names[limit.column]), map.methods[limit.method],
                        number(limit.stable), limit.linear ? number(*limit.linear) : "", number(limit.trusted),
-                       limit.known ? "yes" : "no", limit.over > 0 ? number(limit.over) : "");
+                       limit.known ? "yes" : "no", limit.over > 0 ? number(limit.over) : "",
+                       limit.unseen > 0 ? number(limit.unseen) : "");
   return out;
 }
 

@@ -97,6 +97,7 @@ nlohmann::json json_of(const StabilityMap& map) {
                       {"parameter", map.sweep.values.values[limit.column]},
                       {"name", map.sweep.names[limit.column]},
                       {"stable", limit.known ? number(limit.stable) : nlohmann::json("not known")},
+                      {"unseen", limit.unseen > 0 ? nlohmann::json(limit.unseen) : nlohmann::json()},
                       {"over_s", limit.over > 0 ? nlohmann::json(limit.over) : nlohmann::json()},
                       {"linear", limit.linear ? number(*limit.linear) : nlohmann::json()},
                       {"trusted", number(limit.trusted)}});
@@ -144,7 +145,8 @@ class KeptColumns {
     for (const StabilityLimit& l : map.limits) {
       nlohmann::json linear = nlohmann::json::array();
       if (l.linear) linear.push_back(number(*l.linear));
-      limits.push_back({l.method, l.column, number(l.stable), number(l.trusted), linear, l.over, l.known});
+      limits.push_back(
+          {l.method, l.column, number(l.stable), number(l.trusted), linear, l.over, l.unseen, l.known});
     }
     return write_whole(file_, nlohmann::json{{"asked", asked_}, {"cells", cells}, {"limits", limits}}.dump());
   }
@@ -176,7 +178,8 @@ class KeptColumns {
       limits.push_back({l.at(0), l.at(1), limit(l.at(2)), limit(l.at(3))});
       if (!l.at(4).empty()) limits.back().linear = limit(l.at(4).at(0));
       limits.back().over = l.at(5);
-      limits.back().known = l.at(6);
+      limits.back().unseen = l.at(6);
+      limits.back().known = l.at(7);
     }
     observer.known_cells = std::move(cells), observer.known_limits = std::move(limits);
   }

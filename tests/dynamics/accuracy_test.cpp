@@ -251,6 +251,31 @@ TEST(Accuracy, IsMetOrRefusedAboutUnstablePositions) {
   EXPECT_GE(shown, 40);
 }
 
+// A rest that all its neighbours leave beyond bounds (x0 cosh 10 t): the run that begins a little off ends,
+// at loose accuracies at any tolerance, and tells nothing of the one that was asked for.
+TEST(Accuracy, IsMetWhereNeighboursOfTheStartGrowBeyondBounds) {
+  for (const double start : {0., 1e-12})
+    for (const double accuracy : {1e-1, 1e-2, 1e-4, 1e-6, 1e-9}) {
+      SCOPED_TRACE(fmt::format("from {} m to {}", start, accuracy));
+      Scene scene;
+      scene.solids = {solid("bead", "world", {slide("x", Vector3d::UnitX(), start)},
+                            {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+      scene.efforts = {{"spring", CoordinateSpring{{"x"}, -100, 0}}};
+      scene.gravity.setZero();
+      const Trajectory t = run(scene, to_accuracy(5, accuracy));
+      EXPECT_TRUE(t.certificate.trusted || (start > 0 && accuracy < 1e-5))  // (5e21 times what is rounded)
+          << t.certificate.reason;
+      if (!t.certificate.trusted) continue;
+      const double truth = start * std::cosh(50);
+      EXPECT_NEAR(t.q(t.q.rows() - 1, 0), truth, accuracy * std::max(1., truth));
+      if (accuracy < 1e-5) continue;
+      EXPECT_TRUE(
+          std::any_of(t.certificate.notes.begin(), t.certificate.notes.end(), [](const std::string& note) {
+            return note.find("begun a little off") == 0 && note.find("'x'") != std::string::npos;
+          }));
+    }
+}
+
 // A bead driven to and fro between two hollows 12 mm apart: chaotic, though no two runs are ever as far apart
 // as lengths count where a scene has none of its own (1 m).
 TEST(Accuracy, IsMetOrRefusedWhereLittleMovesChaotically) {

@@ -288,6 +288,29 @@ TEST(Stability, ARunThatIsCutOffTellsOfNoLimit) {
   EXPECT_NE(stability_limits_csv(map).find(",no,"), std::string::npos);
 }
 
+// dopri5 needs the more steps the smaller its tolerance, by the fifth root: up to some it is not let go on.
+TEST(Stability, ToleranceBelowWhichRunsWereCutOffIsSaid) {
+  StabilitySettings settings;
+  settings.methods = {"dopri5"};
+  settings.tolerances = parse_ladder("1e-12:1e-4:9", "tolerances").value();
+  settings.lengths = {8, 100};
+  const StabilityMap map = stability_map(sweep(oscillator, "spring.stiffness", "4"), settings).value();
+  double cut = 0;
+  for (const StabilityCell& cell : map.cells) {
+    const SimulationSettings how{.end_time = 5, .method = "dopri5", .tolerance = cell.setting};
+    const System system = compile(*map.sweep.scenes[0]).value();
+    const Certificate whole = simulate(system, system.initial, how).value().certificate;
+    const bool longer = whole.steps_accepted + whole.steps_rejected > 100;
+    EXPECT_EQ(cell.tried.outcome == Outcome::unfinished, longer) << cell.setting;
+    if (longer) cut = cell.setting;
+  }
+  EXPECT_GT(cut, 1e-11);
+  EXPECT_LT(cut, 1e-4);
+  EXPECT_TRUE(std::isinf(map.limits[0].stable));
+  EXPECT_EQ(map.limits[0].unseen, cut);
+  EXPECT_EQ(stable_words(map, map.limits[0]), fmt::format("all above {:.3g}", cut));
+}
+
 TEST(Stability, EveryOutcomeHasItsScene) {
   const auto outcome = [](const std::string& text, const char* method, double setting,
                           ConstraintTreatment constraints = ConstraintTreatment::projection,
