@@ -6,6 +6,7 @@
 
 #include "segmentation/cuts.hpp"
 #include "segmentation/parts.hpp"
+#include "segmentation/slabs.hpp"
 
 namespace borelli {
 
@@ -40,12 +41,18 @@ void sample_parts(const LabelMap& labels, const GreyVolume& volume, const GreyWe
       }
 }
 
-// `now` is the part that a sample then belongs to
+// `now_of` is the part that a sample then belongs to
 template <class Now>
 std::array<PartGain, 17> gains_of(const std::vector<CutSample>& samples, const Now& now_of) {
+  std::vector<std::uint8_t> parts(samples.size());
+  in_slabs(std::ssize(samples), 0, [&](std::int64_t first, std::int64_t last) {
+    for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n)
+      parts[n] = static_cast<std::uint8_t>(now_of(samples[n]));
+  });
   std::array<PartGain, 17> gains{};
-  for (const CutSample& s : samples) {
-    const int now = now_of(s);
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    const CutSample& s = samples[n];
+    const std::uint8_t now = parts[n];
     if (now == s.nominal) continue;
     const Vector3d p = 1e-3 * s.point;
     const auto add = [&](PartGain& gain, double sign) {
@@ -54,7 +61,7 @@ std::array<PartGain, 17> gains_of(const std::vector<CutSample>& samples, const N
       gain.first += sign * s.mass * p;
       gain.second += sign * s.mass * p * p.transpose();
     };
-    add(gains[static_cast<std::size_t>(now)], 1);
+    add(gains[now], 1);
     add(gains[s.nominal], -1);
   }
   return gains;

@@ -38,10 +38,10 @@ void drop_regions(Mask& mask, const Regions& regions, const std::vector<bool>& k
 // what is left when thin wide things are taken away; what the scan does not show may go on being dense, so
 // that a sliver of a limb at the scan's side is no sheet
 Mask without_sheets(const Mask& dense, const Mask& seen, double step) {
-  Mask core = dense;
-  for (std::size_t o = 0; o < core.voxels.size(); ++o) core.voxels[o] = dense.voxels[o] || !seen.voxels[o];
-  core = eroded(core, thin, true);
-  for (std::size_t o = 0; o < core.voxels.size(); ++o) core.voxels[o] = core.voxels[o] && dense.voxels[o];
+  const auto& g = dense.grid;
+  const Mask thick =
+      eroded(where(g, [&](std::size_t o) { return dense.voxels[o] || !seen.voxels[o]; }), thin, true);
+  Mask core = where(g, [&](std::size_t o) { return thick.voxels[o] && dense.voxels[o]; });
   // cores of cushions and rails: small beside the body's
   const Regions cores = connected_regions(core);
   if (cores.list.empty()) return core;
@@ -51,12 +51,9 @@ Mask without_sheets(const Mask& dense, const Mask& seen, double step) {
   drop_regions(core, cores, keep);
 
   const auto to_core = distance_to(core, 4 * thin);
-  Mask body = dense, rest = dense;
-  for (std::size_t o = 0; o < dense.voxels.size(); ++o) {
-    const bool thick = to_core.voxels[o] <= static_cast<float>(thin + step);
-    body.voxels[o] = dense.voxels[o] && thick;
-    rest.voxels[o] = dense.voxels[o] && !thick;
-  }
+  const auto near = static_cast<float>(thin + step);
+  Mask body = where(g, [&](std::size_t o) { return dense.voxels[o] && to_core.voxels[o] <= near; });
+  const Mask rest = where(g, [&](std::size_t o) { return dense.voxels[o] && !body.voxels[o]; });
   const Regions pieces = connected_regions(rest);
   for (std::size_t o = 0; o < rest.voxels.size(); ++o)
     if (const auto number = pieces.number.voxels[o])
@@ -149,10 +146,10 @@ void keep_pieces(Mask& body, const Volume<std::int16_t>& hu, double step) {
     const Region& region = pieces.list[n];
     if (keep[n] || !flesh[n].finger(region.voxels, step) || extent(region, step) >= small_extent) continue;
     if (off_bone.voxels.empty()) {
-      Mask bone = body;
-      for (std::size_t o = 0; o < bone.voxels.size(); ++o)
-        bone.voxels[o] = body.voxels[o] && tissue_of(hu.voxels[o]) == Tissue::bone;
-      off_bone = distance_to(bone, 60);
+      off_bone = distance_to(
+          where(body.grid,
+                [&](std::size_t o) { return body.voxels[o] && tissue_of(hu.voxels[o]) == Tissue::bone; }),
+          60);
     }
     if (!join(body, pieces, n, off_bone, step)) continue;
     for (std::size_t o = 0; o < body.voxels.size(); ++o)
@@ -165,23 +162,18 @@ void keep_pieces(Mask& body, const Volume<std::int16_t>& hu, double step) {
 // inside; the rest are crevices.
 void fill(Mask& body, const Mask& seen) {
   const Mask air = complement(body);
-  Mask wide = eroded(air, passage, true);
+  const Mask wide = eroded(air, passage, true);
   // Where the scan ends, a lung that it cuts is still enclosed, within the slice; beyond the scan's own sides
   // all is outside.
-  Mask passable = wide;
-  for (std::size_t o = 0; o < passable.voxels.size(); ++o)
-    passable.voxels[o] = wide.voxels[o] || !seen.voxels[o];
-  const Mask start = reached_from_sides(passable);
-  // from slice to slice through seen air only: beyond the scan's ends lies no way into a lung
-  for (std::size_t o = 0; o < wide.voxels.size(); ++o) wide.voxels[o] = wide.voxels[o] && seen.voxels[o];
-  Mask flooded = reached(start, wide);
-  for (std::size_t o = 0; o < wide.voxels.size(); ++o)
-    flooded.voxels[o] = flooded.voxels[o] || !seen.voxels[o];
-  const Mask outside = dilated(flooded, passage + 1e-3);
-  Mask hollow = air;
-  for (std::size_t o = 0; o < hollow.voxels.size(); ++o)
-    hollow.voxels[o] = air.voxels[o] && !outside.voxels[o];
   const auto& g = body.grid;
+  const Mask start =
+      reached_from_sides(where(g, [&](std::size_t o) { return wide.voxels[o] || !seen.voxels[o]; }));
+  // from slice to slice through seen air only: beyond the scan's ends lies no way into a lung
+  const Mask flooded =
+      reached(start, where(g, [&](std::size_t o) { return wide.voxels[o] && seen.voxels[o]; }));
+  const Mask outside =
+      dilated(where(g, [&](std::size_t o) { return flooded.voxels[o] || !seen.voxels[o]; }), passage + 1e-3);
+  const Mask hollow = where(g, [&](std::size_t o) { return air.voxels[o] && !outside.voxels[o]; });
   const Regions hollows = connected_regions(hollow, 6);
   std::vector<bool> inside(hollows.list.size(), true);
   // open crevices: touch outside air and hold no ball of the passage's size
@@ -214,10 +206,10 @@ void keep_cut_lungs(Mask& body, const WorkVolume& scan, double step) {
   constexpr int emptiest_lung = -950;
   constexpr double much = 20e2, least = 30e3, most_bare = 0.1;  // mm^2; mm^3; of its faces
   const auto& g = body.grid;
-  Mask airy{g, std::vector<std::uint8_t>(g.count())};
-  for (std::size_t o = 0; o < g.count(); ++o)
-    airy.voxels[o] = scan.seen.voxels[o] && !body.voxels[o] && scan.hu.voxels[o] > emptiest_lung &&
-                     scan.hu.voxels[o] <= skin_edge_hu;
+  const Mask airy = where(g, [&](std::size_t o) {
+    return scan.seen.voxels[o] && !body.voxels[o] && scan.hu.voxels[o] > emptiest_lung &&
+           scan.hu.voxels[o] <= skin_edge_hu;
+  });
   const auto at_side = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
     return i == 0 || j == 0 || i + 1 == g.size[0] || j + 1 == g.size[1] || !scan.seen.at(i - 1, j, k) ||
            !scan.seen.at(i + 1, j, k) || !scan.seen.at(i, j - 1, k) || !scan.seen.at(i, j + 1, k);
@@ -229,18 +221,16 @@ void keep_cut_lungs(Mask& body, const WorkVolume& scan, double step) {
         if (airy.at(i, j, k) && at_side(i, j, k)) open += step * step;
   if (open < much) return;
   // rims of skin and cloth are airy as well, but thin
-  Mask core = airy;
-  for (std::size_t o = 0; o < g.count(); ++o) core.voxels[o] = airy.voxels[o] || !scan.seen.voxels[o];
-  core = eroded(core, thin, true);
-  for (std::size_t o = 0; o < g.count(); ++o) core.voxels[o] = core.voxels[o] && airy.voxels[o];
-  const Regions pieces = connected_regions(core, 6);
+  const Mask thick =
+      eroded(where(g, [&](std::size_t o) { return airy.voxels[o] || !scan.seen.voxels[o]; }), thin, true);
+  const Regions pieces =
+      connected_regions(where(g, [&](std::size_t o) { return thick.voxels[o] && airy.voxels[o]; }), 6);
   for (std::size_t n = 0; n < pieces.list.size(); ++n) {
     if (static_cast<double>(pieces.list[n].voxels) * step * step * step < least) break;  // largest come first
-    Mask piece{g, std::vector<std::uint8_t>(g.count())};
-    for (std::size_t o = 0; o < g.count(); ++o)
-      piece.voxels[o] = pieces.number.voxels[o] == static_cast<std::int32_t>(n + 1);
-    piece = dilated(piece, thin + step);
-    for (std::size_t o = 0; o < g.count(); ++o) piece.voxels[o] = piece.voxels[o] && airy.voxels[o];
+    const auto number = static_cast<std::int32_t>(n + 1);
+    const Mask wider =
+        dilated(where(g, [&](std::size_t o) { return pieces.number.voxels[o] == number; }), thin + step);
+    const Mask piece = where(g, [&](std::size_t o) { return wider.voxels[o] && airy.voxels[o]; });
     std::int64_t bare = 0, faces = 0;
     double side = 0;
     for (std::int64_t k = 0; k < g.size[2]; ++k)
@@ -258,7 +248,7 @@ void keep_cut_lungs(Mask& body, const WorkVolume& scan, double step) {
           }
         }
     if (side < much || static_cast<double>(bare) > most_bare * static_cast<double>(faces)) continue;
-    for (std::size_t o = 0; o < g.count(); ++o) body.voxels[o] = body.voxels[o] || piece.voxels[o];
+    body = where(g, [&](std::size_t o) { return body.voxels[o] || piece.voxels[o]; });
   }
 }
 
@@ -266,15 +256,13 @@ void keep_cut_lungs(Mask& body, const WorkVolume& scan, double step) {
 
 Mask body_mask(const WorkVolume& scan) {
   const double step = scan.hu.grid.axes.col(0).norm();
-  Mask dense{scan.hu.grid, std::vector<std::uint8_t>(scan.hu.voxels.size())};
-  for (std::size_t o = 0; o < dense.voxels.size(); ++o)
-    dense.voxels[o] = scan.seen.voxels[o] && scan.hu.voxels[o] > skin_edge_hu;
+  const Mask dense = where(
+      scan.hu.grid, [&](std::size_t o) { return scan.seen.voxels[o] && scan.hu.voxels[o] > skin_edge_hu; });
   Mask body = without_sheets(dense, scan.seen, step);
   keep_pieces(body, scan.hu, step);
   fill(body, scan.seen);
   keep_cut_lungs(body, scan, step);
-  for (std::size_t o = 0; o < body.voxels.size(); ++o) body.voxels[o] = body.voxels[o] && scan.seen.voxels[o];
-  return body;
+  return where(body.grid, [&](std::size_t o) { return body.voxels[o] && scan.seen.voxels[o]; });
 }
 
 }  // namespace borelli

@@ -28,12 +28,11 @@ void mark_way(const Anatomy& a, const LimbWay& way, double from, double to, int 
 Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
                                  const PartPlanes& planes) {
   const auto& g = a.grid();
-  Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
-  for (std::size_t o = 0; o < g.count(); ++o) {
-    if (!a.body.voxels[o] || a.off_bone.voxels[o] > 15) continue;
+  const Volume<float> cost = costs(g, a.threads, [&](std::size_t o) {
     const float off = a.off_bone.voxels[o];
-    cost.voxels[o] = off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone.voxels[o] / 10);
-  }
+    if (!a.body.voxels[o] || off > 15) return no_way;
+    return off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone.voxels[o] / 10);
+  });
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
   for (std::size_t o = 0; o < g.count(); ++o)
     if (limbs.territory.owner.voxels[o] == static_cast<std::uint8_t>(Limb::axial) &&
@@ -59,7 +58,7 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
     if (trunk.shoulder[n] && limbs.arm(side).present)
       mark(limbs.arm(side), arm_joints(limbs.arm(side), trunk.scale), "upper_arm", "forearm", "hand");
   }
-  Volume<std::uint8_t> bones = geodesic(cost, seeds, false).owner;
+  Volume<std::uint8_t> bones = nearest_seeds(cost, seeds);
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {

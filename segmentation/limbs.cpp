@@ -185,10 +185,10 @@ Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Vol
   Volume<float> open = cost;
   for (std::size_t o = 0; o < open.voxels.size(); ++o)
     if (a.off_bone.voxels[o] > 0) open.voxels[o] = no_way;
-  const auto joined = geodesic(open, seeds, false, static_cast<float>(along_bone * trunk.scale));
+  const auto joined = nearest_seeds(open, seeds, static_cast<float>(along_bone * trunk.scale));
   Volume<std::uint8_t> wider = seeds;
   for (std::size_t o = 0; o < wider.voxels.size(); ++o)
-    if (joined.owner.voxels[o] == axial) wider.voxels[o] = axial;
+    if (joined.voxels[o] == axial) wider.voxels[o] = axial;
   const auto kept = geodesic(cost, wider, false, static_cast<float>(beyond));
   open = cost;
   for (std::size_t o = 0; o < wider.voxels.size(); ++o) {
@@ -235,7 +235,7 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
       open.voxels[o] = along_bone + static_cast<float>(dark * dark * (step_cost(off) - 1));
     }
   }
-  const auto joined = geodesic(open, seeds, false).owner;
+  const auto joined = nearest_seeds(open, seeds);
   std::array<Geodesic, 2> alone;
   constexpr std::array<Limb, 2> arms{Limb::arm_left, Limb::arm_right};
   for (std::size_t n = 0; n < 2; ++n) {
@@ -265,10 +265,10 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
 
 Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   const auto& g = a.grid();
-  Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
-  for (std::size_t o = 0; o < g.count(); ++o)
-    if (a.body.voxels[o] && a.off_bone.voxels[o] < 40)
-      cost.voxels[o] = static_cast<float>(step_cost(a.off_bone.voxels[o]));
+  const Volume<float> cost = costs(g, a.threads, [&](std::size_t o) {
+    const float off = a.off_bone.voxels[o];
+    return a.body.voxels[o] && off < 40 ? static_cast<float>(step_cost(off)) : no_way;
+  });
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
   Mask wings{g, std::vector<std::uint8_t>(g.count(), 0)};
   mark_axial(a, trunk, seeds, wings);

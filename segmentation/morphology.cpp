@@ -59,10 +59,7 @@ Volume<float> distance_to(const Mask& mask, double reach, bool outside_is_set, i
 }
 
 Mask complement(const Mask& mask) {
-  Mask out{mask.grid, std::vector<std::uint8_t>(mask.voxels.size())};
-  std::transform(mask.voxels.begin(), mask.voxels.end(), out.voxels.begin(),
-                 [](std::uint8_t v) { return static_cast<std::uint8_t>(v == 0); });
-  return out;
+  return where(mask.grid, [&](std::size_t o) { return mask.voxels[o] == 0; });
 }
 
 Mask eroded(const Mask& mask, double radius, bool outside_is_set) {

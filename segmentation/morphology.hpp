@@ -5,15 +5,35 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
+#include "segmentation/slabs.hpp"
 #include "segmentation/volume.hpp"
 
 namespace borelli {
 
 using Mask = Volume<std::uint8_t>;  ///< 0 or 1
+
+/// 1 where holds(offset).
+template <class Holds>
+Mask where(const Grid& grid, const Holds& holds) {
+  Mask out{grid, std::vector<std::uint8_t>(grid.count())};
+  in_slabs(std::ssize(out.voxels), 0, [&](std::int64_t first, std::int64_t last) {
+    // bytes of our own first: any other might be what is looked at, which would be read anew each time
+    std::array<std::uint8_t, 4096> some;
+    while (first < last) {
+      const std::int64_t count = std::min(last - first, std::ssize(some));
+      for (std::int64_t n = 0; n < count; ++n)
+        some[static_cast<std::size_t>(n)] = holds(static_cast<std::size_t>(first + n));
+      std::copy_n(some.begin(), count, out.voxels.begin() + first);
+      first += count;
+    }
+  });
+  return out;
+}
 
 /// Distance in mm from each voxel centre to the nearest set voxel's centre (0 on set voxels), no greater than
 /// `reach` (farther voxels hold `reach`). The grid must be isotropic and orthogonal. What lies outside the

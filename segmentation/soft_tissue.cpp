@@ -4,6 +4,7 @@
 
 #include "segmentation/geodesic.hpp"
 #include "segmentation/parts.hpp"
+#include "segmentation/slabs.hpp"
 #include "segmentation/tissues.hpp"
 #include "segmentation/touching_flesh.hpp"
 
@@ -25,23 +26,25 @@ bool of_trunk(std::uint8_t label) {
 }
 
 // labels spread to unlabelled neighbours, voxel layer by voxel layer
-void spread(Volume<std::uint8_t>& labels, int layers) {
+void spread(Volume<std::uint8_t>& labels, int layers, int threads) {
   const auto& g = labels.grid;
   for (int n = 0; n < layers; ++n) {
     const auto before = labels.voxels;
-    for (std::int64_t k = 0; k < g.size[2]; ++k)
-      for (std::int64_t j = 0; j < g.size[1]; ++j)
-        for (std::int64_t i = 0; i < g.size[0]; ++i) {
-          auto& label = labels.at(i, j, k);
-          if (label) continue;
-          const std::array<std::array<std::int64_t, 3>, 6> around{
-              {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
-          for (const auto& a : around)
-            if (g.holds(a[0], a[1], a[2]) && before[g.offset(a[0], a[1], a[2])]) {
-              label = before[g.offset(a[0], a[1], a[2])];
-              break;
-            }
-        }
+    in_slabs(g.size[2], threads, [&](std::int64_t first, std::int64_t last) {
+      for (std::int64_t k = first; k < last; ++k)
+        for (std::int64_t j = 0; j < g.size[1]; ++j)
+          for (std::int64_t i = 0; i < g.size[0]; ++i) {
+            auto& label = labels.at(i, j, k);
+            if (label) continue;
+            const std::array<std::array<std::int64_t, 3>, 6> around{
+                {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
+            for (const auto& a : around)
+              if (g.holds(a[0], a[1], a[2]) && before[g.offset(a[0], a[1], a[2])]) {
+                label = before[g.offset(a[0], a[1], a[2])];
+                break;
+              }
+          }
+    });
   }
 }
 
@@ -52,22 +55,23 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8
   const auto& g = a.grid();
   const Mask lean = lean_flesh(a);
   const auto depth = distance_to(complement(lean), 200, false, a.threads);
-  Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
-  for (std::size_t o = 0; o < g.count(); ++o)
-    if (a.body.voxels[o])
-      cost.voxels[o] = lean.voxels[o]                      ? 1 / (1 + depth.voxels[o])
-                       : a.scan.hu.voxels[o] >= lung_to_hu ? through_fat
-                                                           : through_air;
-  Volume<std::uint8_t> owner = geodesic(cost, bones, false).owner;
+  Volume<std::uint8_t> owner = nearest_seeds(costs(g, a.threads,
+                                                   [&](std::size_t o) {
+                                                     return !a.body.voxels[o] ? no_way
+                                                            : lean.voxels[o]  ? 1 / (1 + depth.voxels[o])
+                                                            : a.scan.hu.voxels[o] >= lung_to_hu ? through_fat
+                                                                                                : through_air;
+                                                   }),
+                                             bones);
 
   // `is_one` tells the parts among which the plain length of the way decides
   const auto part_by_length = [&](bool (*is_one)(std::uint8_t)) {
     Volume<std::uint8_t> own_bones = bones;
-    for (std::size_t o = 0; o < g.count(); ++o) {
-      cost.voxels[o] = is_one(owner.voxels[o]) ? 1 : no_way;
-      if (!is_one(bones.voxels[o])) own_bones.voxels[o] = 0;
-    }
-    const auto by_length = geodesic(cost, own_bones, false).owner;
+    const auto cost =
+        costs(g, a.threads, [&](std::size_t o) { return is_one(owner.voxels[o]) ? 1 : no_way; });
+    for (auto& label : own_bones.voxels)
+      if (!is_one(label)) label = 0;
+    const auto by_length = nearest_seeds(cost, own_bones);
     for (std::size_t o = 0; o < g.count(); ++o)
       if (by_length.voxels[o]) owner.voxels[o] = by_length.voxels[o];
   };
@@ -75,7 +79,7 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8
   if (convention == Convention::bone) part_by_length(of_trunk);
   part_by_length(below_waist);
   part_touching_flesh(a, lean, owner);
-  spread(owner, static_cast<int>(margin / a.step() + 0.5));
+  spread(owner, static_cast<int>(margin / a.step() + 0.5), a.threads);
   return owner;
 }
 

@@ -53,6 +53,7 @@ TEST(Geodesic, WallsAreGoneRoundAndSeedsShareTheRest) {
   EXPECT_EQ(found.owner.at(11, 0, 0),
             2);  // two voxels from seed 1 across the wall, but nearer to seed 2 round it
   EXPECT_EQ(found.owner.at(9, 15, 0), 1);
+  EXPECT_EQ(nearest_seeds(cost, seeds).voxels, found.owner.voxels);
 }
 
 TEST(Geodesic, LongWaysAreLeftWhereAsked) {
