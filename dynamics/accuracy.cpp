@@ -38,7 +38,7 @@ constexpr double apart_in_range = 0.25;
 // these, and where two runs farther apart than this do not do, the third is near the second
 constexpr double near_pilot = 1000;
 
-// The first run begins with velocities off by that part of its tolerance: what it differs by from the next
+// The first run's velocities are put off by that part of its tolerance: what it differs by from the next
 // then holds what a motion makes of errors that are larger than itself (about an unstable position, where
 // steps too long for the motion pass for right by any tolerance). An implicit method keeps what is smaller
 // than its tolerance in such a position, so there it is more than that.
@@ -148,14 +148,15 @@ class Search {
       if (!before_ && !settings_.verify && chosen_.method != implicit_)
         how.output_interval = settings_.end_time - start_;  // it is no answer: its rows are not wanted
       const double off = chosen_.method == implicit_ ? off_implicit : off_explicit;
-      auto now = run(how, limits_, before_ || exact_ ? 0 : off * chosen_.tolerance, samples);
+      limits_.disturbance = before_ || exact_ ? 0 : off * chosen_.tolerance;
+      auto now = run(how, limits_, samples);
       if (!now && !before_ && !exact_ && !stopped()) {
         if (chosen_.tolerance > first_)  // it may be too coarse
           next_tolerance(std::max(0.1, first_ / chosen_.tolerance));
         else
           exact_ = parted_ = true;  // or end where the motion asked for does not
-        ended_ = fmt::format("begun a little off ({:.2g}), it ends: {}", off * how.tolerance,
-                             now.error().message());
+        ended_ =
+            fmt::format("put off a little ({:.2g}), it ends: {}", limits_.disturbance, now.error().message());
         continue;
       }
       if (!now || stopped()) return now;

@@ -7,7 +7,8 @@
 // accuracy, a finer run follows. Where a run meets stops or contacts, errors go with tolerances less evenly:
 // then they count by the square root of these, and where two more than a thousand times apart do not do, the
 // next is near. To verify, the two stand but a factor of ten apart, and all that they differ by counts. The
-// first run begins a little off, so that two runs do not agree on what both are too coarse to see.
+// first run is put off a little, at its start and on its way, so that two runs do not agree on what both are
+// too coarse to see.
 // Accuracy counts on each component's scale (System::velocity_scale: 1 rad, or the length of what a
 // coordinate carries; velocities per second, and of their own size), at times that both runs look at, from
 // the methods' dense output.
@@ -38,10 +39,9 @@ struct Samples {
   }
 };
 
-/// One run with those settings, from velocities off by the part `disturbance` of their scales
-/// (disturbance.hpp); fills in the samples.
-using RunOnce = std::function<Result<Trajectory>(const SimulationSettings&, const RunLimits&,
-                                                 double disturbance, Samples& samples)>;
+/// One run with those settings; fills in the samples.
+using RunOnce =
+    std::function<Result<Trajectory>(const SimulationSettings&, const RunLimits&, Samples& samples)>;
 
 /// The largest difference of two runs of one system, as above.
 struct Difference {

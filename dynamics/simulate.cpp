@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <optional>
 
 #include "dynamics/accuracy.hpp"
@@ -355,6 +356,7 @@ class Run {
     }
     state_ = landing_.state;
     work_ = landing_.work;
+    if (limits_.disturbance > 0) disturb();
     if (made > 0) {
       certifier_->count_step(from, made, whole && made == h);
       recorder_.record_step(from, made);
@@ -526,6 +528,16 @@ class Run {
     return {};
   }
 
+  /// After samples: what was put off at the start may have died away before the motion grows unstable. Up and
+  /// down by the sequence of Thue and Morse, so that little adds up.
+  void disturb() {
+    const std::size_t seen = samples_ ? samples_->q.size() : 0;
+    if (seen == disturbed_at_ || integrator_.keeps_history()) return;
+    disturbed_at_ = seen;
+    state_ =
+        disturbed(system_, state_, std::popcount(seen) % 2 == 0 ? limits_.disturbance : -limits_.disturbance);
+  }
+
   /// The row at the state reached, if one is due.
   Result<void> record_end() {
     const bool every_step = settings_.output_interval <= 0;
@@ -588,7 +600,8 @@ class Run {
   const Observer& observer_;
   Integrator& integrator_;
   const RunLimits& limits_;
-  Samples* samples_;  ///< null: none are asked for
+  Samples* samples_;              ///< null: none are asked for
+  std::size_t disturbed_at_ = 0;  ///< so many of them
   const State start_state_;
   State state_;
   Workspace workspace_;
@@ -694,10 +707,9 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
   double spent = 0;
   return run_to_accuracy(
       system, state.t, settings,
-      [&](const SimulationSettings& chosen, RunLimits limits, double disturbance,
-          Samples& samples) -> Result<Trajectory> {
+      [&](const SimulationSettings& chosen, RunLimits limits, Samples& samples) -> Result<Trajectory> {
         limits.evaluations = std::min(limits.evaluations, most - spent);
-        const State from = disturbance > 0 ? disturbed(system, state, disturbance) : state;
+        const State from = limits.disturbance > 0 ? disturbed(system, state, limits.disturbance) : state;
         auto made = simulate_once(system, from, chosen, watched, limits, &samples);
         if (made) spent += double(made->certificate.evaluations);
         if (!(spent > most)) return made;

@@ -17,6 +17,9 @@ struct RunLimits {
   double evaluations = std::numeric_limits<double>::infinity();  ///< it takes more than so many
   /// where the method has a first step of its own (Integrator::first_step), it is that, not settings.step
   bool own_first_step = false;
+  /// its velocities are put off by that part of their scales (disturbance.hpp) at the start, and, by methods
+  /// without a history, now and then on the way
+  double disturbance = 0;
 };
 
 struct Observer {

@@ -271,7 +271,7 @@ TEST(Accuracy, IsMetWhereNeighboursOfTheStartGrowBeyondBounds) {
       if (accuracy < 1e-5) continue;
       EXPECT_TRUE(
           std::any_of(t.certificate.notes.begin(), t.certificate.notes.end(), [](const std::string& note) {
-            return note.find("begun a little off") == 0 && note.find("'x'") != std::string::npos;
+            return note.find("put off a little") == 0 && note.find("'x'") != std::string::npos;
           }));
     }
 }
