@@ -53,8 +53,23 @@ class ContactSolver {
 
   Eigen::VectorXd u_, change_, change_velocity_, trial_, trial_velocity_, best_, start_, point_, best_point_;
   ContactProblem soft_;
-  std::vector<int> rows_;        ///< those that take part in a solve
-  std::vector<double> numbers_;  ///< of that solve: the matrix, a row's right side behind it
+  /// Of one solve: what the unknown gives way by, the right side, and of what slides which it is.
+  struct Equation {
+    double gives, right;
+    int slide = -1;
+  };
+  /// A contact that slides: what p_n brings with it across, and the direction of the other unknown.
+  struct Slide {
+    int row;
+    double with_x, with_y, x, y;
+  };
+  std::vector<int> rows_;  ///< of the unknowns
+  std::vector<Equation> equations_;
+  std::vector<Slide> slides_;
+  struct alignas(64) Line {  // of the cache
+    double each[8];
+  };
+  std::vector<Line> numbers_;  ///< the matrix, a row's right side behind it, and the solution
   double squares_ = 0;
   double step_ = 1;
   int worst_ = 0;
