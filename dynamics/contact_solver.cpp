@@ -16,8 +16,10 @@ using Eigen::VectorXd;
 namespace {
 
 // Newton's method may be sent from one mode to another and back: it has so many solves, and so many about
-// each proximal point
-constexpr int quick_solves = 5, most_solves = 10, free_solves = 3, most_idle = 2, sweeps_between = 300;
+// each proximal point, of which so many may come no nearer, and fewer where it is near enough
+constexpr int quick_solves = 5, most_solves = 20, most_idle = 6, most_idle_near = 2;
+// sweeps before the first proximal point, and where no proximal point came near
+constexpr int first_sweeps = 10, sweeps_between = 300;
 constexpr double rounding = 1e-14;  // a part of the velocities
 
 // The projection's step r, in parts of what one contact alone would take: any of them has the same solution,
@@ -25,13 +27,15 @@ constexpr double rounding = 1e-14;  // a part of the velocities
 constexpr double projection_steps[] = {1, 10, 0.1, 100};
 
 // In parts of a row's own response: what keeps the impulses of dependent contacts near what they were. The
-// equations are off by it times the change of the impulses, so after the last solve by nothing. Where a full
-// step leads away it grows (Levenberg, Marquardt).
-constexpr double least_damping = 1e-9, most_damping = 100;
+// equations are off by it times the change of the impulses, so after the last solve by nothing. Of the first
+// solves, which find the modes, it is larger: dependent contacts that contradict each other by little are not
+// to send each other far off.
+constexpr double first_damping = 1e-4, damping_falls = 0.1, least_damping = 1e-8;
 
 // The same, of proximal points.
 constexpr double first_proximal = 1e-3, least_proximal = 1e-6, most_proximal = 10;
-constexpr int most_points = 30;
+constexpr double proximal_falls = 0.3, proximal_grows = 10;
+constexpr int most_points = 60;
 
 constexpr int width = Lanes::count;  // numbers gone over at once
 constexpr int at_once = 4;           // columns eliminated at once
@@ -131,19 +135,16 @@ void ContactSolver::update_velocity(const ContactProblem& c, const VectorXd& p) 
 
 double ContactSolver::residual(const ContactProblem& c, const VectorXd& p, const VectorXd& u) {
   double most = 0;
-  squares_ = 0;
   for (int i = 0; i < c.count; ++i) {
     const int row = 3 * i;
     const double own = c.G(row, row), across = std::max(c.G(row + 1, row + 1), c.G(row + 2, row + 2));
     if (own <= 0) continue;
     const double normal = std::max(0., p[row] - step_ * (u[row] - c.target[i]) / own);
     double off = std::abs(normal - p[row]) * own;
-    squares_ += off * off;
     if (across > 0) {
       const Vector2d t = on_friction_cone(p.segment<2>(row + 1) - step_ * u.segment<2>(row + 1) / across,
                                           c.friction[i] * normal);
       const double friction_off = (t - p.segment<2>(row + 1)).norm() * across;
-      squares_ += friction_off * friction_off;
       off = std::max(off, friction_off);
     }
     if (off > most) {
@@ -230,7 +231,7 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
     const Equation& equation = equations_[k];
     const double* from = c.G.row(rows_[k]).data();
     if (!slides_.empty()) {
-      double* const turned = trial_.data();
+      double* const turned = turned_.data();
       if (equation.slide < 0) {
         std::copy(from, from + n, turned);
       } else {
@@ -267,36 +268,22 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
   return true;
 }
 
-/// What is left of the best that it came to, m/s; `p` is that.
-double ContactSolver::newton(const ContactProblem& c, double scale, int most, VectorXd& p) {
-  const double enough = settled * scale;
+/// What is left of the best that it came to, m/s; `p` is that. `enough`: of it, what is aimed at.
+double ContactSolver::newton(const ContactProblem& c, double scale, double enough, int most, double damping,
+                             VectorXd& p) {
   const int n = 3 * c.count;
   update_velocity(c, p);
-  double best = residual(c, p, u_), size = squares_;
+  double best = residual(c, p, u_);
   best_.head(n) = p.head(n);
-  double damping = least_damping;
   // (one solve in any case, so that what rests is left no impulses but its own)
-  for (int pass = 0, idle = 0;
-       pass < most && best > (pass == 0 ? rounding * scale : enough) && damping < most_damping; ++pass) {
-    if (best <= nearly * scale && ++idle > most_idle) break;
+  for (int pass = 0, idle = 0; pass < most && best > (pass == 0 ? rounding * scale : enough); ++pass) {
+    if (++idle > (best <= nearly * scale ? most_idle_near : most_idle)) break;
     if (!find_direction(c, p, damping)) break;
-    change_velocity_.head(n).setZero();
+    damping = std::max(least_damping, damping_falls * damping);
+    p.head(n) += change_.head(n);
     for (int r = 0; r < n; ++r)
-      if (change_[r] != 0) add_row(c.G.row(r).data(), change_[r], n, change_velocity_.data());
-    // (the first solves find the modes, and may lead away)
-    double taken = 0, left = 0,
-           taken_size = pass < free_solves ? std::numeric_limits<double>::infinity() : size;
-    for (double share = 1; share > 0.1 && taken == 0; share /= 2) {
-      trial_.head(n) = p.head(n) + share * change_.head(n);
-      trial_velocity_.head(n) = u_.head(n) + share * change_velocity_.head(n);
-      left = residual(c, trial_, trial_velocity_);
-      if (squares_ < taken_size) taken = share;
-    }
-    damping = taken < 1 ? 10 * damping : std::max(least_damping, damping / 100);
-    if (taken == 0) continue;
-    p.head(n) = trial_.head(n);
-    u_.head(n) = trial_velocity_.head(n);
-    size = squares_;
+      if (change_[r] != 0) add_row(c.G.row(r).data(), change_[r], n, u_.data());
+    const double left = residual(c, p, u_);
     if (left >= best) continue;
     if (left < 0.5 * best) idle = 0;
     best = left;
@@ -326,7 +313,10 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
       soft_.free[r] = c.free[r] - alpha * c.G(r, r) * p[r];
     }
     point_.head(n) = p.head(n);
-    const bool solved = newton(soft_, scale, most_solves, p) <= nearly * scale;
+    if (point == 0) sweep(soft_, first_sweeps, p);
+    // (no nearer to the point than a tenth of how near that is)
+    const double enough = std::clamp(0.1 * best, settled * scale, nearly * scale);
+    const bool solved = newton(soft_, scale, enough, most_solves, least_damping, p) <= nearly * scale;
     update_velocity(c, p);
     const double left = residual(c, p, u_);
     if (left < best) {
@@ -334,9 +324,10 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
       best = left;
       best_point_.head(n) = p.head(n);
     }
-    if (best <= settled * scale || (best <= nearly * scale && ++idle > most_idle)) break;
+    if (best <= settled * scale || (best <= nearly * scale && ++idle > most_idle_near)) break;
     if (!solved) p.head(n) = point_.head(n);
-    alpha = solved ? std::max(alpha / 10, least_proximal) : std::min(10 * alpha, most_proximal);
+    alpha = solved ? std::max(proximal_falls * alpha, least_proximal)
+                   : std::min(proximal_grows * alpha, most_proximal);
   }
   p.head(n) = best_point_.head(n);
 }
@@ -344,11 +335,10 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
 double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) {
   const Eigen::Index n = 3 * Eigen::Index(c.count);
   if (u_.size() < n)
-    for (VectorXd* x : {&u_, &change_, &change_velocity_, &trial_, &trial_velocity_, &best_, &start_, &point_,
-                        &best_point_})
-      x->resize(n);
+    for (VectorXd* x : {&u_, &change_, &turned_, &best_, &start_, &point_, &best_point_}) x->resize(n);
   start_.head(n) = p.head(n);
-  double left = newton(c, scale, quick_solves, p), best = std::numeric_limits<double>::infinity();
+  double left = newton(c, scale, settled * scale, quick_solves, first_damping, p),
+         best = std::numeric_limits<double>::infinity();
   if (left > nearly * scale) p.head(n) = start_.head(n);
   for (const double step : projection_steps) {
     if (left <= nearly * scale) break;

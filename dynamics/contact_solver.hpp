@@ -47,11 +47,12 @@ class ContactSolver {
   double residual(const ContactProblem& problem, const Eigen::VectorXd& p, const Eigen::VectorXd& u);
   void update_velocity(const ContactProblem& problem, const Eigen::VectorXd& p);
   void sweep(const ContactProblem& problem, int times, Eigen::VectorXd& p);
-  double newton(const ContactProblem& problem, double scale, int most, Eigen::VectorXd& p);
+  double newton(const ContactProblem& problem, double scale, double enough, int most, double damping,
+                Eigen::VectorXd& p);
   void proximal_points(const ContactProblem& problem, double scale, Eigen::VectorXd& p);
   bool find_direction(const ContactProblem& problem, const Eigen::VectorXd& p, double damping);
 
-  Eigen::VectorXd u_, change_, change_velocity_, trial_, trial_velocity_, best_, start_, point_, best_point_;
+  Eigen::VectorXd u_, change_, turned_, best_, start_, point_, best_point_;
   ContactProblem soft_;
   /// Of one solve: what the unknown gives way by, the right side, and of what slides which it is.
   struct Equation {
@@ -70,7 +71,6 @@ class ContactSolver {
     double each[8];
   };
   std::vector<Line> numbers_;  ///< the matrix, a row's right side behind it, and the solution
-  double squares_ = 0;
   double step_ = 1;
   int worst_ = 0;
   long solves_ = 0;
