@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/lanes.hpp"
 #include "dynamics/motion_flow.hpp"
 
 namespace borelli {
@@ -63,9 +64,11 @@ MoreauStepping::Scratch::Scratch(const System& system, Equations equations)
 
 void MoreauStepping::Scratch::reserve(int contacts) {
   if (contacts <= late.size()) return;
-  const Eigen::Index directions = 3 * Eigen::Index(contacts);
-  J.conservativeResize(directions, x.size());
+  const Eigen::Index directions =
+      (3 * Eigen::Index(contacts) + Lanes::count - 1) / Lanes::count * Lanes::count;
+  J.conservativeResizeLike(Rows::Zero(x.size(), directions));
   Y.resize(x.size(), directions);
+  touched.resize(std::size_t(directions / Lanes::count * (1 + x.size())));
   problem.G.setZero(directions, directions);
   for (VectorXd* of_rows : {&before, &impulse, &plastic, &driven, &problem.free})
     of_rows->conservativeResizeLike(VectorXd::Zero(directions));
@@ -169,17 +172,21 @@ void MoreauStepping::add_acting(const MotionFlow& motion, int i, double h, const
   const int number = int(s.acting.size()), k = 3 * number;
   if (number == s.late.size()) s.reserve(std::min(2 * number, int(system.contacts.size())));
   for (int c = 0; c < 3; ++c) {
-    const bool there = c == 0 || contact.tangents;
     const int row = contact.row + c;
-    s.J.row(k + c).setZero();
-    if (there) s.J.row(k + c) = s.rows.L.row(row).head(n);
+    if (c > 0 && !contact.tangents) {
+      s.J.col(k + c).setZero();
+      s.driven[k + c] = s.before[k + c] = s.problem.free[k + c] = 0;
+      continue;
+    }
+    const auto direction = s.rows.L.row(row).head(n);
+    s.J.col(k + c) = direction;
     // rates are those of the middle, where the drives are taken
-    const double rate = there ? s.rows.rate[row] : 0;
+    const double rate = s.rows.rate[row];
     // and turn with the rows over the half steps to its ends
-    const double turns = there ? 0.5 * h * s.rows.E[row] : 0;
-    s.driven[k + c] = rate - s.J.row(k + c).dot(middle_.segment(n, n));
-    s.before[k + c] = rate - turns + s.J.row(k + c).dot(y.segment(n, n) - middle_.segment(n, n));
-    s.problem.free[k + c] = rate + turns + s.J.row(k + c).dot(out.segment(n, n) - middle_.segment(n, n));
+    const double turns = 0.5 * h * s.rows.E[row];
+    s.driven[k + c] = rate - direction.dot(middle_.segment(n, n));
+    s.before[k + c] = rate - turns + direction.dot(y.segment(n, n) - middle_.segment(n, n));
+    s.problem.free[k + c] = rate + turns + direction.dot(out.segment(n, n) - middle_.segment(n, n));
   }
   const double speed = s.before[k], after = s.problem.free[k];
   const ContactSurface surface = surface_of(system.parameters.constraints[contact.constraint].kind);

@@ -71,8 +71,9 @@ class MoreauStepping : public Integrator {
     ContactProblem problem;  ///< of the contacts that act, as what follows
     /// Room for so many contacts that act.
     void reserve(int contacts);
-    Rows J;  ///< three rows each (zero where it has none across) x nv: directions
-    Rows Y;  ///< nv x these: what unit impulses change of the velocities, times the mass matrix' factor
+    Rows J;  ///< nv x three columns each (zero where it has none across): directions
+    Rows Y;  ///< the same: what unit impulses change of the velocities, times the mass matrix' factor
+    std::vector<int> touched;  ///< of eight columns after the other: rows of Y that are not zero
     Eigen::VectorXd before, impulse, plastic;  ///< of the rows: m/s at the step's start, N s
     Eigen::VectorXd driven;                    ///< of the rows: what drives give of the velocity, m/s
     Eigen::VectorXd late;   ///< of the contacts: for which part of the step their impulses move them
@@ -96,6 +97,7 @@ class MoreauStepping : public Integrator {
                   const Eigen::VectorXd& out);
   bool ready_response(const MotionFlow& motion, double t, double h);
   void find_response(const System& system);
+  void hold_bilateral(const System& system, int column);
   void respond(const System& system, const Eigen::VectorXd& impulse, Eigen::VectorXd& change);
   double work(const Eigen::VectorXd& impulse) const;
   void scale_back(double scale);
