@@ -51,6 +51,7 @@ MoreauStepping::Scratch::Scratch(const System& system, Equations equations)
       x(VectorXd::Zero(system.nv)),
       change(x),
       shift(x),
+      motions(system.nv, 3),
       state(system.initial),
       work(system.groups) {
   at.leaves_contacts = true;
@@ -102,8 +103,7 @@ void MoreauStepping::find_rows(const System& system, int contact) {
 }
 
 /// The contacts that the step would close, with the mass matrix in its middle. False: it is singular.
-bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h, const VectorXd& y,
-                                 const VectorXd& out) {
+bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h) {
   const System& system = motion.system();
   const Eigen::Index n = system.nv;
   Scratch& s = *scratch_;
@@ -123,18 +123,17 @@ bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h, c
     ready = true;
     find_rows(system, i);
     const double after = s.rows.rate[contact.row] + 0.25 * h * s.rows.E[contact.row] +
-                         s.rows.L.row(contact.row).head(n).dot(out.segment(n, n) - middle_.segment(n, n));
+                         s.rows.L.row(contact.row).head(n).dot(s.motions.col(2));
     // what pressed in the step before is looked at while it is near: others' impulses may close it again
     const double ends = gap + 0.5 * h * after;
     if (ends <= closed_gap * system.row_scale[contact.row] || (step_.impulse[3 * i] > 0 && ends <= h * fall_))
-      add_acting(motion, i, h, y, out);
+      add_acting(system, i, h);
   }
   return true;
 }
 
 /// Takes in what overlaps at the step's end without acting. False: the mass matrix is singular.
-bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double h, const VectorXd& y,
-                                     const VectorXd& out, bool& added) {
+bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double h, bool& added) {
   const System& system = motion.system();
   Scratch& s = *scratch_;
   added = false;
@@ -143,7 +142,7 @@ bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double 
     if (s.acts[i] || s.end.h[contact.row] >= -closed_gap * system.row_scale[contact.row]) continue;
     if (s.acting.empty() && !ready_response(motion, t, h)) return false;
     find_rows(system, i);
-    add_acting(motion, i, h, y, out);
+    add_acting(system, i, h);
     added = true;
   }
   return true;
@@ -161,11 +160,9 @@ bool MoreauStepping::ready_response(const MotionFlow& motion, double t, double h
   return true;
 }
 
-/// Takes in a contact, with its velocities at the step's start (y) and those that its end would have without
-/// impulses (out); the rows of its constraint are known.
-void MoreauStepping::add_acting(const MotionFlow& motion, int i, double h, const VectorXd& y,
-                                const VectorXd& out) {
-  const System& system = motion.system();
+/// Takes in a contact, with its velocities at the step's start and those that its end would have without
+/// impulses; the rows of its constraint are known.
+void MoreauStepping::add_acting(const System& system, int i, double h) {
   const Eigen::Index n = system.nv;
   Scratch& s = *scratch_;
   const Contact& contact = system.contacts[i];
@@ -184,9 +181,10 @@ void MoreauStepping::add_acting(const MotionFlow& motion, int i, double h, const
     const double rate = s.rows.rate[row];
     // and turn with the rows over the half steps to its ends
     const double turns = 0.5 * h * s.rows.E[row];
-    s.driven[k + c] = rate - direction.dot(middle_.segment(n, n));
-    s.before[k + c] = rate - turns + direction.dot(y.segment(n, n) - middle_.segment(n, n));
-    s.problem.free[k + c] = rate + turns + direction.dot(out.segment(n, n) - middle_.segment(n, n));
+    const Eigen::RowVector3d along = direction.lazyProduct(s.motions);
+    s.driven[k + c] = rate - along[0];
+    s.before[k + c] = rate - turns + along[1];
+    s.problem.free[k + c] = rate + turns + along[2];
   }
   const double speed = s.before[k], after = s.problem.free[k];
   const ContactSurface surface = surface_of(system.parameters.constraints[contact.constraint].kind);
@@ -256,7 +254,9 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
   step_.impact_loss = step_.unsettled = 0;
   fall_ = system.parameters.gravity.norm() * h;
   s.problem.count = 0;
-  if (!find_acting(motion, t, h, y, out)) return false;
+  s.motions << middle_.segment(n, n), y.segment(n, n) - middle_.segment(n, n),
+      out.segment(n, n) - middle_.segment(n, n);
+  if (!find_acting(motion, t, h)) return false;
   landed_ = out;
   bool sudden = false;  // an impulse that is not one of the whole step
   for (int round = 0; round < most_rounds; ++round) {
@@ -284,7 +284,7 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
     }
     look(motion, t + h, landed_);
     bool added = false;
-    if (!add_overlapping(motion, t, h, y, out, added)) return false;
+    if (!add_overlapping(motion, t, h, added)) return false;
     if (!added) break;
   }
   step_.acted = s.problem.count > 0;

@@ -82,6 +82,9 @@ class MoreauStepping : public Integrator {
     std::vector<char> acts;   ///< of all contacts
     std::vector<char> known;  ///< of all constraints: whether `rows` has theirs
     Eigen::VectorXd wanted, x, change, shift, moved, slope;
+    /// Velocities (nv) in the middle, and how those at the start and those that the end would have without
+    /// impulses differ from them.
+    Eigen::MatrixX3d motions;
     State state;
     Work work;
   };
@@ -89,12 +92,9 @@ class MoreauStepping : public Integrator {
             Eigen::VectorXd& out);
   void look(const MotionFlow& motion, double t, const Eigen::VectorXd& y);
   void find_rows(const System& system, int contact);
-  bool find_acting(const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
-                   const Eigen::VectorXd& out);
-  bool add_overlapping(const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
-                       const Eigen::VectorXd& out, bool& added);
-  void add_acting(const MotionFlow& motion, int contact, double h, const Eigen::VectorXd& y,
-                  const Eigen::VectorXd& out);
+  bool find_acting(const MotionFlow& motion, double t, double h);
+  bool add_overlapping(const MotionFlow& motion, double t, double h, bool& added);
+  void add_acting(const System& system, int contact, double h);
   bool ready_response(const MotionFlow& motion, double t, double h);
   void find_response(const System& system);
   void hold_bilateral(const System& system, int column);
