@@ -1,5 +1,8 @@
 #include "dynamics/branch_sparse.hpp"
 
+#include "dynamics/lanes.hpp"
+#include "dynamics/processor.hpp"
+
 namespace borelli {
 
 namespace {
@@ -61,6 +64,25 @@ void solve_transposed(const System& system, const Rows& F, double* x) {
 
 void solve_transposed(const System& system, const Rows& F, std::span<const int> coordinates, double* x) {
   for (std::size_t i = coordinates.size(); i-- > 0;) take_from_ancestors(system, F, coordinates[i], x);
+}
+
+BORELLI_LANES_FOR_PROCESSOR
+int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Index stride, int* rows) {
+  int count = 0;
+  for (int k = system.nv - 1; k >= 0; --k) {
+    Lanes each = Lanes::load(x + k * stride);
+    if (everywhere(each == 0)) continue;
+    rows[count++] = k;
+    const Branch branch = branch_of(system, k);
+    const double* row = F.row(k).data();
+    each /= row[k];
+    each.store(x + k * stride);
+    for (int a = 0; a < branch.count; ++a) {
+      double* const other = x + branch.ancestors[a] * stride;
+      (Lanes::load(other) - row[branch.ancestors[a]] * each).store(other);
+    }
+  }
+  return count;
 }
 
 void solve_lower(const System& system, const Rows& F, double* x) {

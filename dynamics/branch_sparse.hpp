@@ -16,6 +16,9 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F);
 /// x <- F^-T x, and x <- F^-1 x, in place, nv numbers. One after the other they solve A x = b.
 void solve_transposed(const System& system, const Rows& F, double* x);
 void solve_lower(const System& system, const Rows& F, double* x);
+/// x <- F^-T x of eight columns at once, row k of which stands at x + k * stride. The rows that are not zero
+/// come to stand in `rows`, descending; returns how many.
+int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Index stride, int* rows);
 /// x <- F^-T x, where x has entries in these coordinates only: ascending, each with its ancestors.
 void solve_transposed(const System& system, const Rows& F, std::span<const int> coordinates, double* x);
 

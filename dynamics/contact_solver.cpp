@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "dynamics/impact.hpp"
+#include "dynamics/lanes.hpp"
 #include "dynamics/processor.hpp"
 
 namespace borelli {
@@ -15,8 +16,10 @@ using Eigen::VectorXd;
 namespace {
 
 // Newton's method may be sent from one mode to another and back: it has so many solves, and so many about
-// each proximal point
-constexpr int quick_solves = 5, most_solves = 10, free_solves = 3, most_idle = 2, sweeps_between = 300;
+// each proximal point, of which so many may come no nearer, and fewer where it is near enough
+constexpr int quick_solves = 5, most_solves = 20, most_idle = 6, most_idle_near = 2;
+// sweeps before the first proximal point, and where no proximal point came near
+constexpr int first_sweeps = 10, sweeps_between = 300;
 constexpr double rounding = 1e-14;  // a part of the velocities
 
 // The projection's step r, in parts of what one contact alone would take: any of them has the same solution,
@@ -24,64 +27,113 @@ constexpr double rounding = 1e-14;  // a part of the velocities
 constexpr double projection_steps[] = {1, 10, 0.1, 100};
 
 // In parts of a row's own response: what keeps the impulses of dependent contacts near what they were. The
-// equations are off by it times the change of the impulses, so after the last solve by nothing. Where a full
-// step leads away it grows (Levenberg, Marquardt).
-constexpr double least_damping = 1e-9, most_damping = 100;
+// equations are off by it times the change of the impulses, so after the last solve by nothing. Of the first
+// solves, which find the modes, it is larger: dependent contacts that contradict each other by little are not
+// to send each other far off.
+constexpr double first_damping = 1e-4, damping_falls = 0.1, least_damping = 1e-8;
 
 // The same, of proximal points.
 constexpr double first_proximal = 1e-3, least_proximal = 1e-6, most_proximal = 10;
-constexpr int most_points = 30;
+constexpr double proximal_falls = 0.3, proximal_grows = 10;
+constexpr int most_points = 60;
 
-constexpr int width = 8;  // numbers gone over at once
+constexpr int width = Lanes::count;  // numbers gone over at once
+constexpr int at_once = 4;           // columns eliminated at once
 
-/// Gauss' elimination with pivots of the column, of n rows of `stride` numbers each (a multiple of `width`,
-/// what is behind column n being zeros), right side in column n, where the solution comes to stand. Two
-/// columns at a time, each row being gone over half as often; what is left of the diagonal is not looked at
-/// again, and may be written over. False: singular.
+/// Row i from `begin` on (a multiple of `width`), less so many parts of the pivots' rows.
+inline void subtract(const double* const pivot[at_once], const double part[at_once], int begin, int stride,
+                     double* row) {
+  for (int j = begin; j < stride; j += width) {
+    Lanes x = Lanes::load(row + j);
+    for (int l = 0; l < at_once; ++l) x -= part[l] * Lanes::load(pivot[l] + j);
+    x.store(row + j);
+  }
+}
+
+/// Gauss' elimination of n equations in rows of `stride` numbers each (a multiple of `width`), right side in
+/// column n; the solution comes to stand in x (stride numbers). The first `symmetric` rows and columns are
+/// symmetric and definite: of these rows what is left of the diagonal is not looked at, and may be written
+/// over. The others are chosen by pivots of their columns. False: singular.
 BORELLI_LANES_FOR_PROCESSOR
-bool eliminate(double* __restrict a, int n, int stride) {
-  const auto pivot_to = [&](int k, int from) {  // rows from k on, columns from `from` on
-    int pivot = k;
-    for (int i = k + 1; i < n; ++i)
-      if (std::abs(a[i * stride + k]) > std::abs(a[pivot * stride + k])) pivot = i;
-    if (pivot != k) std::swap_ranges(a + k * stride + from, a + (k + 1) * stride, a + pivot * stride + from);
-    return a[k * stride + k] != 0 && std::isfinite(a[k * stride + k]);
-  };
-  for (int k = 0; k < n; k += 2) {
-    if (!pivot_to(k, k)) return false;
-    if (k + 1 == n) break;
-    const double* __restrict first = a + k * stride;
-    const double inverse = 1 / first[k];
-    for (int i = k + 1; i < n; ++i) {  // the next column, before its pivot is chosen
-      double* other = a + i * stride;
-      other[k] *= inverse;
-      other[k + 1] -= other[k] * first[k + 1];
+bool eliminate(double* a, int symmetric, int n, int stride, double* x) {
+  for (int k = 0; k < symmetric; k += at_once) {
+    const int count = std::min(at_once, symmetric - k);
+    const double* pivot[at_once];
+    double inverse[at_once];
+    for (int l = 0; l < at_once; ++l) pivot[l] = a + (k + std::min(l, count - 1)) * stride;
+    for (int l = 0; l < count; ++l) {
+      double* const row = a + (k + l) * stride;
+      double part[at_once] = {};
+      for (int m = 0; m < l; ++m) part[m] = pivot[m][k + l] * inverse[m];
+      if (l > 0) subtract(pivot, part, k & ~(width - 1), stride, row);
+      if (!(row[k + l] > 0)) return false;
+      row[k + l] = inverse[l] = 1 / row[k + l];
     }
-    if (!pivot_to(k + 1, k)) return false;
-    double* __restrict second = a + (k + 1) * stride;
-    for (int j = k + 2; j <= n; ++j) second[j] -= second[k] * first[j];
-    const double next_inverse = 1 / second[k + 1];
-    const int begin = (k + 2) & ~(width - 1);
-    for (int i = k + 2; i < n; ++i) {
-      double* __restrict other = a + i * stride;
-      const double c = other[k], d = other[k + 1] * next_inverse;
-      if (c == 0 && d == 0) continue;
-      for (int j = begin; j < stride; j += width)
-        for (int l = j; l < j + width; ++l) other[l] -= c * first[l] + d * second[l];
+    for (int i = k + count; i < symmetric; ++i) {
+      double part[at_once] = {};
+      for (int l = 0; l < count; ++l) part[l] = pivot[l][i] * inverse[l];
+      subtract(pivot, part, i & ~(width - 1), stride, a + i * stride);
+    }
+    for (int i = symmetric; i < n; ++i) {
+      double* const row = a + i * stride;
+      double part[at_once] = {};
+      for (int l = 0; l < count; ++l) {
+        part[l] = row[k + l];
+        for (int m = 0; m < l; ++m) part[l] -= part[m] * pivot[m][k + l];
+        part[l] *= inverse[l];
+      }
+      subtract(pivot, part, (k + count) & ~(width - 1), stride, row);
     }
   }
-  for (int k = n - 1; k >= 0; --k) {
-    double sum = a[k * stride + n];
-    for (int j = k + 1; j < n; ++j) sum -= a[k * stride + j] * a[j * stride + n];
-    a[k * stride + n] = sum / a[k * stride + k];
+  for (int k = symmetric; k < n; ++k) {
+    int best = k;
+    for (int i = k + 1; i < n; ++i)
+      if (std::abs(a[i * stride + k]) > std::abs(a[best * stride + k])) best = i;
+    double* const pivot = a + k * stride;
+    if (best != k) std::swap_ranges(pivot + k, pivot + stride, a + best * stride + k);
+    if (pivot[k] == 0 || !std::isfinite(pivot[k])) return false;
+    pivot[k] = 1 / pivot[k];
+    for (int i = k + 1; i < n; ++i) {
+      double* const row = a + i * stride;
+      const double part = row[k] * pivot[k];
+      for (int j = k + 1; j <= n; ++j) row[j] -= part * pivot[j];
+    }
+  }
+  std::fill(x, x + stride, 0.);
+  for (int begin = (n - 1) & ~(width - 1); begin >= 0; begin -= width) {
+    const int end = std::min(begin + width, n);
+    double left[width];
+    for (int k = begin; k < end; ++k) {
+      const double* const row = a + k * stride;
+      Lanes sum = 0;
+      for (int j = begin + width; j < n; j += width) sum += Lanes::load(row + j) * Lanes::load(x + j);
+      left[k - begin] =
+          row[n] - (((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7])));
+    }
+    for (int k = end - 1; k >= begin; --k) {
+      x[k] = left[k - begin] * a[k * stride + k];
+      for (int i = begin; i < k; ++i) left[i - begin] -= a[i * stride + k] * x[k];
+    }
   }
   return true;
 }
 
-/// u += by * G.row(r): a sum over n numbers.
+/// u += by * row, n numbers.
 BORELLI_LANES_FOR_PROCESSOR
 void add_row(const double* row, double by, int n, double* u) {
   for (int i = 0; i < n; ++i) u[i] += by * row[i];
+}
+
+/// u += G p: n rows of `stride` numbers, which are n columns too; four at once.
+BORELLI_LANES_FOR_PROCESSOR
+void add_product(const double* G, Eigen::Index stride, const double* p, int n, double* __restrict u) {
+  int r = 0;
+  for (; r + 4 <= n; r += 4) {
+    const double *a = G + r * stride, *b = a + stride, *c = b + stride, *d = c + stride;
+    for (int i = 0; i < n; ++i) u[i] += (p[r] * a[i] + p[r + 1] * b[i]) + (p[r + 2] * c[i] + p[r + 3] * d[i]);
+  }
+  for (; r < n; ++r)
+    for (int i = 0; i < n; ++i) u[i] += p[r] * G[r * stride + i];
 }
 
 }  // namespace
@@ -89,25 +141,21 @@ void add_row(const double* row, double by, int n, double* u) {
 void ContactSolver::update_velocity(const ContactProblem& c, const VectorXd& p) {
   const int n = 3 * c.count;
   u_.head(n) = c.free.head(n);
-  for (int r = 0; r < n; ++r)
-    if (p[r] != 0) add_row(c.G.row(r).data(), p[r], n, u_.data());
+  add_product(c.G.data(), c.G.cols(), p.data(), n, u_.data());
 }
 
 double ContactSolver::residual(const ContactProblem& c, const VectorXd& p, const VectorXd& u) {
   double most = 0;
-  squares_ = 0;
   for (int i = 0; i < c.count; ++i) {
     const int row = 3 * i;
     const double own = c.G(row, row), across = std::max(c.G(row + 1, row + 1), c.G(row + 2, row + 2));
     if (own <= 0) continue;
     const double normal = std::max(0., p[row] - step_ * (u[row] - c.target[i]) / own);
     double off = std::abs(normal - p[row]) * own;
-    squares_ += off * off;
     if (across > 0) {
       const Vector2d t = on_friction_cone(p.segment<2>(row + 1) - step_ * u.segment<2>(row + 1) / across,
                                           c.friction[i] * normal);
       const double friction_off = (t - p.segment<2>(row + 1)).norm() * across;
-      squares_ += friction_off * friction_off;
       off = std::max(off, friction_off);
     }
     if (off > most) {
@@ -145,108 +193,107 @@ void ContactSolver::sweep(const ContactProblem& c, int times, VectorXd& p) {
 
 /// change_: from p to the solution of what the modes of p make linear. A contact that opens has none; of one
 /// that touches u_n = target, of one that sticks u_t = 0, and of one that slides, with d = p_t - r u_t and a
-/// = d / |d|,  p_t = mu p_n a + mu p_n / |d| (1 - a a^T) d.
+/// = d / |d|,  p_t = mu p_n a + mu p_n / |d| (1 - a a^T) d. So what slides has two unknowns: p_n, which
+/// brings mu p_n a with it, and the part across a.
 bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, double damping) {
   const int n = 3 * c.count;
   rows_.clear();
+  equations_.clear();
+  slides_.clear();
   change_.head(n) = -p.head(n);
-  struct Slide {
-    double share, x, y;
+  const auto hold = [&](int row, double target) {
+    const double gives = damping * c.G(row, row);
+    rows_.push_back(row);
+    equations_.push_back({gives, target - c.free[row] + gives * p[row]});
   };
-  const auto mode = [&](int i, double& limit, Vector2d& d) {
+  for (int i = 0; i < c.count; ++i) {
     const int row = 3 * i;
     const double own = c.G(row, row), across = std::max(c.G(row + 1, row + 1), c.G(row + 2, row + 2));
     const double normal = own > 0 ? p[row] - step_ * (u_[row] - c.target[i]) / own : 0;
-    if (normal <= 0) return 0;
-    if (across <= 0 || c.friction[i] == 0) return 1;
-    limit = c.friction[i] * normal;
-    d = p.segment<2>(row + 1) - step_ * u_.segment<2>(row + 1) / across;
-    return d.squaredNorm() <= limit * limit ? 2 : 3;
-  };
-  double limit = 0;
-  Vector2d d = Vector2d::Zero();
-  for (int i = 0; i < c.count; ++i) {
-    const int how = mode(i, limit, d);
-    if (how == 0) continue;
-    rows_.push_back(3 * i);
-    for (int k = 1; k < 3 && how > 1; ++k)
-      if (c.G(3 * i + k, 3 * i + k) > 0) rows_.push_back(3 * i + k);
+    if (normal <= 0) continue;
+    const double limit = c.friction[i] * normal;
+    if (limit > 0 && across > 0) {
+      const Vector2d d = p.segment<2>(row + 1) - step_ * u_.segment<2>(row + 1) / across;
+      if (const double size = d.norm(); size > limit) {
+        const double x = d[0] / size, y = d[1] / size, near = damping * across;
+        rows_.push_back(row + 1);
+        equations_.push_back(
+            {across / step_ * (size - limit) / limit + near,
+             y * (c.free[row + 1] - near * p[row + 1]) - x * (c.free[row + 2] - near * p[row + 2]),
+             int(slides_.size())});
+        slides_.push_back({row, c.friction[i] * x, c.friction[i] * y, -y, x});
+        continue;
+      }
+    }
+    hold(row, c.target[i]);
+    for (int r = row + 1; r < row + 3 && limit > 0; ++r)
+      if (c.G(r, r) > 0) hold(r, 0);
   }
+  const int symmetric = int(rows_.size());
+  for (const Slide& slide : slides_) hold(slide.row, c.target[slide.row / 3]);
   const int m = int(rows_.size()), stride = (m + width) & ~(width - 1);
   if (m == 0) return true;
-  numbers_.resize(std::size_t(m) * stride);
+  static_assert(sizeof(Line) == width * sizeof(double));
+  if (const std::size_t room = std::size_t(m + 1) * stride / width; numbers_.size() < room)
+    numbers_.resize(room);
+  double* const numbers = numbers_.data()->each;
   ++solves_;
-  const auto fill = [&](int k, double factor, int row) {  // factor * G.row(row)
-    for (int j = 0; j < m; ++j) numbers_[k * stride + j] += factor * c.G(row, rows_[j]);
-  };
-  std::fill(numbers_.begin(), numbers_.end(), 0.);
   for (int k = 0; k < m; ++k) {
-    const int row = rows_[k], i = row / 3;
-    double& right = numbers_[k * stride + m];
-    const double own = c.G(row, row);
-    if (row % 3 == 0 || mode(i, limit, d) == 2) {
-      fill(k, 1, row);
-      numbers_[k * stride + k] += damping * own;
-      right = (row % 3 == 0 ? c.target[i] : 0) - c.free[row] + damping * own * p[row];
-      continue;
-    }
-    const double across = std::max(c.G(3 * i + 1, 3 * i + 1), c.G(3 * i + 2, 3 * i + 2));
-    const double size = d.norm(), share = limit / size;
-    const Vector2d a = d / size;
-    const int here = row % 3 - 1;
-    for (int j = 0; j < 2; ++j) {
-      const int other = 3 * i + 1 + j;
-      const double turn = share * ((here == j) - a[here] * a[j]);  // of share (1 - a a^T)
-      if (turn != 0) {
-        fill(k, turn, other);
-        right -= turn * c.free[other];
+    const Equation& equation = equations_[k];
+    const double* from = c.G.row(rows_[k]).data();
+    if (!slides_.empty()) {
+      double* const turned = turned_.data();
+      if (equation.slide < 0) {
+        std::copy(from, from + n, turned);
+      } else {
+        const Slide& slide = slides_[equation.slide];
+        const double* const next = c.G.row(rows_[k] + 1).data();
+        for (int j = 0; j < n; ++j) turned[j] = slide.x * from[j] + slide.y * next[j];
       }
-      const double own_part = across / step_ * ((here == j) - turn);
-      for (int l = std::max(0, k - 1); l <= std::min(m - 1, k + 1); ++l)
-        if (rows_[l] == other) numbers_[k * stride + l] += own_part;
+      for (const Slide& slide : slides_) {
+        double* const at = turned + slide.row;
+        const double x = at[1], y = at[2];
+        at[0] += slide.with_x * x + slide.with_y * y;
+        at[1] = slide.x * x + slide.y * y;
+      }
+      from = turned;
     }
-    for (int l = k - 1; l >= std::max(0, k - 2); --l)
-      if (rows_[l] == 3 * i) numbers_[k * stride + l] -= across / step_ * c.friction[i] * a[here];
+    double* const row = numbers + k * stride;
+    for (int j = k < symmetric ? k : 0; j < m; ++j) row[j] = from[rows_[j]];
+    std::fill(row + m, row + stride, 0.);
+    row[k] += equation.gives;
+    row[m] = equation.right;
   }
-  if (!eliminate(numbers_.data(), m, stride)) return false;
+  double* const solution = numbers + m * stride;
+  if (!eliminate(numbers, symmetric, m, stride, solution)) return false;
   for (int k = 0; k < m; ++k) {
-    const double to = numbers_[k * stride + m];
-    if (!std::isfinite(to)) return false;
-    change_[rows_[k]] = to - p[rows_[k]];
+    if (!std::isfinite(solution[k])) return false;
+    const int slide = equations_[k].slide;
+    change_[rows_[k]] += (slide < 0 ? 1 : slides_[slide].x) * solution[k];
+    if (slide >= 0) change_[rows_[k] + 1] += slides_[slide].y * solution[k];
+  }
+  for (std::size_t k = 0; k < slides_.size(); ++k) {
+    change_[slides_[k].row + 1] += slides_[k].with_x * solution[symmetric + int(k)];
+    change_[slides_[k].row + 2] += slides_[k].with_y * solution[symmetric + int(k)];
   }
   return true;
 }
 
-/// What is left of the best that it came to, m/s; `p` is that.
-double ContactSolver::newton(const ContactProblem& c, double scale, int most, VectorXd& p) {
-  const double enough = settled * scale;
+/// What is left of the best that it came to, m/s; `p` is that. `enough`: of it, what is aimed at.
+double ContactSolver::newton(const ContactProblem& c, double scale, double enough, int most, double damping,
+                             VectorXd& p) {
   const int n = 3 * c.count;
   update_velocity(c, p);
-  double best = residual(c, p, u_), size = squares_;
+  double best = residual(c, p, u_);
   best_.head(n) = p.head(n);
-  double damping = least_damping;
   // (one solve in any case, so that what rests is left no impulses but its own)
-  for (int pass = 0, idle = 0;
-       pass < most && best > (pass == 0 ? rounding * scale : enough) && damping < most_damping; ++pass) {
-    if (best <= nearly * scale && ++idle > most_idle) break;
+  for (int pass = 0, idle = 0; pass < most && best > (pass == 0 ? rounding * scale : enough); ++pass) {
+    if (++idle > (best <= nearly * scale ? most_idle_near : most_idle)) break;
     if (!find_direction(c, p, damping)) break;
-    change_velocity_.head(n).setZero();
-    for (int r = 0; r < n; ++r)
-      if (change_[r] != 0) add_row(c.G.row(r).data(), change_[r], n, change_velocity_.data());
-    // (the first solves find the modes, and may lead away)
-    double taken = 0, taken_size = pass < free_solves ? std::numeric_limits<double>::infinity() : size;
-    for (double share = 1; share > 0.1 && taken == 0; share /= 2) {
-      trial_.head(n) = p.head(n) + share * change_.head(n);
-      trial_velocity_.head(n) = u_.head(n) + share * change_velocity_.head(n);
-      residual(c, trial_, trial_velocity_);
-      if (squares_ < taken_size) taken = share;
-    }
-    damping = taken < 1 ? 10 * damping : std::max(least_damping, damping / 100);
-    if (taken == 0) continue;
-    p.head(n) += taken * change_.head(n);
-    update_velocity(c, p);
+    damping = std::max(least_damping, damping_falls * damping);
+    p.head(n) += change_.head(n);
+    add_product(c.G.data(), c.G.cols(), change_.data(), n, u_.data());
     const double left = residual(c, p, u_);
-    size = squares_;
     if (left >= best) continue;
     if (left < 0.5 * best) idle = 0;
     best = left;
@@ -276,7 +323,10 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
       soft_.free[r] = c.free[r] - alpha * c.G(r, r) * p[r];
     }
     point_.head(n) = p.head(n);
-    const bool solved = newton(soft_, scale, most_solves, p) <= nearly * scale;
+    if (point == 0) sweep(soft_, first_sweeps, p);
+    // (no nearer to the point than a tenth of how near that is)
+    const double enough = std::clamp(0.1 * best, settled * scale, nearly * scale);
+    const bool solved = newton(soft_, scale, enough, most_solves, least_damping, p) <= nearly * scale;
     update_velocity(c, p);
     const double left = residual(c, p, u_);
     if (left < best) {
@@ -284,9 +334,10 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
       best = left;
       best_point_.head(n) = p.head(n);
     }
-    if (best <= settled * scale || (best <= nearly * scale && ++idle > most_idle)) break;
+    if (best <= settled * scale || (best <= nearly * scale && ++idle > most_idle_near)) break;
     if (!solved) p.head(n) = point_.head(n);
-    alpha = solved ? std::max(alpha / 10, least_proximal) : std::min(10 * alpha, most_proximal);
+    alpha = solved ? std::max(proximal_falls * alpha, least_proximal)
+                   : std::min(proximal_grows * alpha, most_proximal);
   }
   p.head(n) = best_point_.head(n);
 }
@@ -294,11 +345,10 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
 double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) {
   const Eigen::Index n = 3 * Eigen::Index(c.count);
   if (u_.size() < n)
-    for (VectorXd* x : {&u_, &change_, &change_velocity_, &trial_, &trial_velocity_, &best_, &start_, &point_,
-                        &best_point_})
-      x->resize(n);
+    for (VectorXd* x : {&u_, &change_, &turned_, &best_, &start_, &point_, &best_point_}) x->resize(n);
   start_.head(n) = p.head(n);
-  double left = newton(c, scale, quick_solves, p), best = std::numeric_limits<double>::infinity();
+  double left = newton(c, scale, settled * scale, quick_solves, first_damping, p),
+         best = std::numeric_limits<double>::infinity();
   if (left > nearly * scale) p.head(n) = start_.head(n);
   for (const double step : projection_steps) {
     if (left <= nearly * scale) break;

@@ -6,7 +6,7 @@
 // written as p = P(p), a projection of p - r u on the half line and on Coulomb's disc. It is solved by
 // Newton's method on that equation, which is not smooth where contacts change between open, sticking and
 // sliding (Alart and Curnier, A mixed formulation for frictional contact problems prone to Newton like
-// solution methods, CMAME 92, 1991). From the impulses of the step before that takes one to four solves.
+// solution methods, CMAME 92, 1991). From the impulses of the step before that takes two to four solves.
 // Where contacts depend on each other (a box on its corners, bodies that jam each other) G is singular: each
 // solve keeps the impulses near what they were, and what a few solves do not settle is come to by proximal
 // points (Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. Control Optim. 14, 1976;
@@ -47,15 +47,30 @@ class ContactSolver {
   double residual(const ContactProblem& problem, const Eigen::VectorXd& p, const Eigen::VectorXd& u);
   void update_velocity(const ContactProblem& problem, const Eigen::VectorXd& p);
   void sweep(const ContactProblem& problem, int times, Eigen::VectorXd& p);
-  double newton(const ContactProblem& problem, double scale, int most, Eigen::VectorXd& p);
+  double newton(const ContactProblem& problem, double scale, double enough, int most, double damping,
+                Eigen::VectorXd& p);
   void proximal_points(const ContactProblem& problem, double scale, Eigen::VectorXd& p);
   bool find_direction(const ContactProblem& problem, const Eigen::VectorXd& p, double damping);
 
-  Eigen::VectorXd u_, change_, change_velocity_, trial_, trial_velocity_, best_, start_, point_, best_point_;
+  Eigen::VectorXd u_, change_, turned_, best_, start_, point_, best_point_;
   ContactProblem soft_;
-  std::vector<int> rows_;        ///< those that take part in a solve
-  std::vector<double> numbers_;  ///< of that solve: the matrix, a row's right side behind it
-  double squares_ = 0;
+  /// Of one solve: what the unknown gives way by, the right side, and of what slides which it is.
+  struct Equation {
+    double gives, right;
+    int slide = -1;
+  };
+  /// A contact that slides: what p_n brings with it across, and the direction of the other unknown.
+  struct Slide {
+    int row;
+    double with_x, with_y, x, y;
+  };
+  std::vector<int> rows_;  ///< of the unknowns
+  std::vector<Equation> equations_;
+  std::vector<Slide> slides_;
+  struct alignas(64) Line {  // of the cache
+    double each[8];
+  };
+  std::vector<Line> numbers_;  ///< the matrix, a row's right side behind it, and the solution
   double step_ = 1;
   int worst_ = 0;
   long solves_ = 0;

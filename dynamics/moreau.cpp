@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/lanes.hpp"
 #include "dynamics/motion_flow.hpp"
 
 namespace borelli {
@@ -50,6 +51,7 @@ MoreauStepping::Scratch::Scratch(const System& system, Equations equations)
       x(VectorXd::Zero(system.nv)),
       change(x),
       shift(x),
+      motions(system.nv, 3),
       state(system.initial),
       work(system.groups) {
   at.leaves_contacts = true;
@@ -63,9 +65,11 @@ MoreauStepping::Scratch::Scratch(const System& system, Equations equations)
 
 void MoreauStepping::Scratch::reserve(int contacts) {
   if (contacts <= late.size()) return;
-  const Eigen::Index directions = 3 * Eigen::Index(contacts);
-  J.conservativeResize(directions, x.size());
+  const Eigen::Index directions =
+      (3 * Eigen::Index(contacts) + Lanes::count - 1) / Lanes::count * Lanes::count;
+  J.conservativeResizeLike(Rows::Zero(x.size(), directions));
   Y.resize(x.size(), directions);
+  touched.resize(std::size_t(directions / Lanes::count * (1 + x.size())));
   problem.G.setZero(directions, directions);
   for (VectorXd* of_rows : {&before, &impulse, &plastic, &driven, &problem.free})
     of_rows->conservativeResizeLike(VectorXd::Zero(directions));
@@ -99,8 +103,7 @@ void MoreauStepping::find_rows(const System& system, int contact) {
 }
 
 /// The contacts that the step would close, with the mass matrix in its middle. False: it is singular.
-bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h, const VectorXd& y,
-                                 const VectorXd& out) {
+bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h) {
   const System& system = motion.system();
   const Eigen::Index n = system.nv;
   Scratch& s = *scratch_;
@@ -120,18 +123,17 @@ bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h, c
     ready = true;
     find_rows(system, i);
     const double after = s.rows.rate[contact.row] + 0.25 * h * s.rows.E[contact.row] +
-                         s.rows.L.row(contact.row).head(n).dot(out.segment(n, n) - middle_.segment(n, n));
+                         s.rows.L.row(contact.row).head(n).dot(s.motions.col(2));
     // what pressed in the step before is looked at while it is near: others' impulses may close it again
     const double ends = gap + 0.5 * h * after;
     if (ends <= closed_gap * system.row_scale[contact.row] || (step_.impulse[3 * i] > 0 && ends <= h * fall_))
-      add_acting(motion, i, h, y, out);
+      add_acting(system, i, h);
   }
   return true;
 }
 
 /// Takes in what overlaps at the step's end without acting. False: the mass matrix is singular.
-bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double h, const VectorXd& y,
-                                     const VectorXd& out, bool& added) {
+bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double h, bool& added) {
   const System& system = motion.system();
   Scratch& s = *scratch_;
   added = false;
@@ -140,7 +142,7 @@ bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double 
     if (s.acts[i] || s.end.h[contact.row] >= -closed_gap * system.row_scale[contact.row]) continue;
     if (s.acting.empty() && !ready_response(motion, t, h)) return false;
     find_rows(system, i);
-    add_acting(motion, i, h, y, out);
+    add_acting(system, i, h);
     added = true;
   }
   return true;
@@ -158,28 +160,31 @@ bool MoreauStepping::ready_response(const MotionFlow& motion, double t, double h
   return true;
 }
 
-/// Takes in a contact, with its velocities at the step's start (y) and those that its end would have without
-/// impulses (out); the rows of its constraint are known.
-void MoreauStepping::add_acting(const MotionFlow& motion, int i, double h, const VectorXd& y,
-                                const VectorXd& out) {
-  const System& system = motion.system();
+/// Takes in a contact, with its velocities at the step's start and those that its end would have without
+/// impulses; the rows of its constraint are known.
+void MoreauStepping::add_acting(const System& system, int i, double h) {
   const Eigen::Index n = system.nv;
   Scratch& s = *scratch_;
   const Contact& contact = system.contacts[i];
   const int number = int(s.acting.size()), k = 3 * number;
   if (number == s.late.size()) s.reserve(std::min(2 * number, int(system.contacts.size())));
   for (int c = 0; c < 3; ++c) {
-    const bool there = c == 0 || contact.tangents;
     const int row = contact.row + c;
-    s.J.row(k + c).setZero();
-    if (there) s.J.row(k + c) = s.rows.L.row(row).head(n);
+    if (c > 0 && !contact.tangents) {
+      s.J.col(k + c).setZero();
+      s.driven[k + c] = s.before[k + c] = s.problem.free[k + c] = 0;
+      continue;
+    }
+    const auto direction = s.rows.L.row(row).head(n);
+    s.J.col(k + c) = direction;
     // rates are those of the middle, where the drives are taken
-    const double rate = there ? s.rows.rate[row] : 0;
+    const double rate = s.rows.rate[row];
     // and turn with the rows over the half steps to its ends
-    const double turns = there ? 0.5 * h * s.rows.E[row] : 0;
-    s.driven[k + c] = rate - s.J.row(k + c).dot(middle_.segment(n, n));
-    s.before[k + c] = rate - turns + s.J.row(k + c).dot(y.segment(n, n) - middle_.segment(n, n));
-    s.problem.free[k + c] = rate + turns + s.J.row(k + c).dot(out.segment(n, n) - middle_.segment(n, n));
+    const double turns = 0.5 * h * s.rows.E[row];
+    const Eigen::RowVector3d along = direction.lazyProduct(s.motions);
+    s.driven[k + c] = rate - along[0];
+    s.before[k + c] = rate - turns + along[1];
+    s.problem.free[k + c] = rate + turns + along[2];
   }
   const double speed = s.before[k], after = s.problem.free[k];
   const ContactSurface surface = surface_of(system.parameters.constraints[contact.constraint].kind);
@@ -249,7 +254,9 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
   step_.impact_loss = step_.unsettled = 0;
   fall_ = system.parameters.gravity.norm() * h;
   s.problem.count = 0;
-  if (!find_acting(motion, t, h, y, out)) return false;
+  s.motions << middle_.segment(n, n), y.segment(n, n) - middle_.segment(n, n),
+      out.segment(n, n) - middle_.segment(n, n);
+  if (!find_acting(motion, t, h)) return false;
   landed_ = out;
   bool sudden = false;  // an impulse that is not one of the whole step
   for (int round = 0; round < most_rounds; ++round) {
@@ -277,7 +284,7 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
     }
     look(motion, t + h, landed_);
     bool added = false;
-    if (!add_overlapping(motion, t, h, y, out, added)) return false;
+    if (!add_overlapping(motion, t, h, added)) return false;
     if (!added) break;
   }
   step_.acted = s.problem.count > 0;

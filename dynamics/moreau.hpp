@@ -71,8 +71,9 @@ class MoreauStepping : public Integrator {
     ContactProblem problem;  ///< of the contacts that act, as what follows
     /// Room for so many contacts that act.
     void reserve(int contacts);
-    Rows J;  ///< three rows each (zero where it has none across) x nv: directions
-    Rows Y;  ///< nv x these: what unit impulses change of the velocities, times the mass matrix' factor
+    Rows J;  ///< nv x three columns each (zero where it has none across): directions
+    Rows Y;  ///< the same: what unit impulses change of the velocities, times the mass matrix' factor
+    std::vector<int> touched;  ///< of eight columns after the other: rows of Y that are not zero
     Eigen::VectorXd before, impulse, plastic;  ///< of the rows: m/s at the step's start, N s
     Eigen::VectorXd driven;                    ///< of the rows: what drives give of the velocity, m/s
     Eigen::VectorXd late;   ///< of the contacts: for which part of the step their impulses move them
@@ -81,6 +82,9 @@ class MoreauStepping : public Integrator {
     std::vector<char> acts;   ///< of all contacts
     std::vector<char> known;  ///< of all constraints: whether `rows` has theirs
     Eigen::VectorXd wanted, x, change, shift, moved, slope;
+    /// Velocities (nv) in the middle, and how those at the start and those that the end would have without
+    /// impulses differ from them.
+    Eigen::MatrixX3d motions;
     State state;
     Work work;
   };
@@ -88,14 +92,12 @@ class MoreauStepping : public Integrator {
             Eigen::VectorXd& out);
   void look(const MotionFlow& motion, double t, const Eigen::VectorXd& y);
   void find_rows(const System& system, int contact);
-  bool find_acting(const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
-                   const Eigen::VectorXd& out);
-  bool add_overlapping(const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
-                       const Eigen::VectorXd& out, bool& added);
-  void add_acting(const MotionFlow& motion, int contact, double h, const Eigen::VectorXd& y,
-                  const Eigen::VectorXd& out);
+  bool find_acting(const MotionFlow& motion, double t, double h);
+  bool add_overlapping(const MotionFlow& motion, double t, double h, bool& added);
+  void add_acting(const System& system, int contact, double h);
   bool ready_response(const MotionFlow& motion, double t, double h);
   void find_response(const System& system);
+  void hold_bilateral(const System& system, int column);
   void respond(const System& system, const Eigen::VectorXd& impulse, Eigen::VectorXd& change);
   double work(const Eigen::VectorXd& impulse) const;
   void scale_back(double scale);

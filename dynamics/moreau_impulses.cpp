@@ -1,8 +1,10 @@
 // Moreau's time stepping: what the impulses of the acting contacts do to velocities, positions and energy.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "dynamics/branch_sparse.hpp"
+#include "dynamics/lanes.hpp"
 #include "dynamics/moreau.hpp"
 #include "dynamics/motion_flow.hpp"
 #include "dynamics/processor.hpp"
@@ -18,19 +20,24 @@ constexpr double least_overlap = 1e-5;
 
 constexpr int separating_sweeps = 200, most_separations = 4;
 
-/// G = Y^T Y of Y's first `rows` columns.
+/// G = Y^T Y, by blocks of eight columns of Y. `touched` has the rows of Y that are not zero, of one block
+/// after the other, each list behind its length.
 BORELLI_LANES_FOR_PROCESSOR
-void find_gram(const double* Y, int size, int rows, int stride, double* G) {
-  for (int i = 0; i < rows; ++i) std::fill(G + i * stride, G + i * stride + rows, 0.);
-  for (int k = 0; k < size; ++k, Y += stride)
-    for (int i = 0; i < rows; ++i) {
-      const double c = Y[i];  // a row of contacts has entries on few branches
-      if (c == 0) continue;
-      double* row = G + i * stride;
-      for (int j = 0; j <= i; ++j) row[j] += c * Y[j];
+void find_gram(const double* Y, int columns, Eigen::Index stride, const int* touched, double* G) {
+  constexpr int width = Lanes::count;
+  for (int i = 0; i < columns; i += width) {
+    const int count = *touched++;
+    for (int j = 0; j < columns; j += width) {
+      Lanes sums[width];
+      for (Lanes& sum : sums) sum = 0;
+      for (const int* k = touched; k < touched + count; ++k) {
+        const Lanes across = Lanes::load(Y + *k * stride + j);
+        for (int l = 0; l < width; ++l) sums[l] += Y[*k * stride + i + l] * across;
+      }
+      for (int l = 0; l < width; ++l) sums[l].store(G + (i + l) * stride + j);
     }
-  for (int i = 0; i < rows; ++i)
-    for (int j = 0; j < i; ++j) G[j * stride + i] = G[i * stride + j];
+    touched += count;
+  }
 }
 
 }  // namespace
@@ -38,20 +45,33 @@ void find_gram(const double* Y, int size, int rows, int stride, double* G) {
 /// What impulses on the acting contacts do, by the mass matrix and with the bilateral constraints.
 void MoreauStepping::find_response(const System& system) {
   Scratch& s = *scratch_;
-  const int rows = 3 * s.problem.count;
-  for (int r = 0; r < rows; ++r) {
-    s.x = s.J.row(r);
-    solve_transposed(system, s.at.factor, s.x.data());
-    if (s.at.has_rows() && s.at.solver.rank() > 0) {
-      s.change = s.x;
-      solve_lower(system, s.at.factor, s.change.data());
-      s.wanted.noalias() = -s.at.rows.L.leftCols(system.nv) * s.change;
-      s.at.solver.correct(s.at.factor, s.wanted, s.change);
-      s.x += s.at.solver.measured();
+  const int rows = 3 * s.problem.count, columns = (rows + Lanes::count - 1) / Lanes::count * Lanes::count;
+  s.J.middleCols(rows, columns - rows).setZero();
+  s.Y.leftCols(columns) = s.J.leftCols(columns);
+  int* touched = s.touched.data();
+  for (int r = 0; r < columns; r += Lanes::count) {
+    int count = solve_transposed(system, s.at.factor, &s.Y(0, r), s.Y.cols(), touched + 1);
+    if (s.at.has_rows() && s.at.solver.rank() > 0) {  // which the whole system answers
+      count = system.nv;
+      std::iota(touched + 1, touched + 1 + count, 0);
+      for (int column = r; column < std::min(r + Lanes::count, rows); ++column)
+        hold_bilateral(system, column);
     }
-    s.Y.col(r) = s.x;
+    *touched = count;
+    touched += 1 + count;
   }
-  find_gram(s.Y.data(), system.nv, rows, int(s.Y.cols()), s.problem.G.data());
+  find_gram(s.Y.data(), columns, s.Y.cols(), s.touched.data(), s.problem.G.data());
+}
+
+/// Takes off an impulse's response what the bilateral constraints do against it.
+void MoreauStepping::hold_bilateral(const System& system, int column) {
+  Scratch& s = *scratch_;
+  s.x = s.Y.col(column);
+  s.change = s.x;
+  solve_lower(system, s.at.factor, s.change.data());
+  s.wanted.noalias() = -s.at.rows.L.leftCols(system.nv) * s.change;
+  s.at.solver.correct(s.at.factor, s.wanted, s.change);
+  s.Y.col(column) = s.x + s.at.solver.measured();
 }
 
 /// What impulses along the acting contacts' rows change of the velocities.

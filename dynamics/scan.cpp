@@ -10,27 +10,6 @@ using Eigen::Vector3;
 using Eigen::Vector3d;
 
 template <class T>
-PoseOf<T> SiteReader<T>::frame(int site) const {
-  const Site& s = at_site(site);
-  const PoseOf<T>& X_WB = kinematics_.bodies[s.body].X;
-  return s.solid < 0 ? X_WB : X_WB * parameters_.solid_poses[s.solid];
-}
-
-template <class T>
-MovingPoint<T> SiteReader<T>::point(int site, const Vector3d& p_S) const {
-  const Site& s = at_site(site);
-  const Vector3d p_B = s.solid < 0 ? p_S : parameters_.solid_poses[s.solid] * p_S;
-  const Vector3<T> p_W = kinematics_.bodies[s.body].X * p_B;
-  return {p_W, velocity(site, p_W)};
-}
-
-template <class T>
-Vector3<T> SiteReader<T>::velocity(int site, const Vector3<T>& p_W) const {
-  const BodyMotionOf<T>& body = kinematics_.bodies[at_site(site).body];
-  return body.v + body.w.cross(p_W - body.g);
-}
-
-template <class T>
 T SiteReader<T>::position(int coordinate) const {
   const CoordinateSite& c = at_coordinate(coordinate);
   return c.u < 0 ? T(c.value) : kinematics_.q[c.q];
@@ -159,29 +138,33 @@ void ConstraintRowsOf<T>::empty() {
 }
 
 template <class T>
-void ConstraintScan<T>::along(int r, int site, const Vector3<T>& p_W, const Vector3<T>& f) {
+template <int N>
+void ConstraintScan<T>::along_each(int r, int site, const Vector3<T>& p_W, const Eigen::Matrix<T, 3, N>& f) {
+  const int first = this->action_->first_row + r, at = this->at_site(site).body;
   if (rows_.detail != Detail::rows) {
     if (rows_.detail == Detail::values) return;
-    rows_.rate[this->action_->first_row + r] += f.dot(this->velocity(site, p_W));
+    const Vector3<T> v = this->velocity(site, p_W);
+    for (int c = 0; c < N; ++c) rows_.rate[first + c] += f.col(c).dot(v);
     return;
   }
-  const BodyMotionOf<T>& body = this->kinematics_.bodies[this->at_site(site).body];
+  const BodyMotionOf<T>& body = this->kinematics_.bodies[at];
   const Vector3<T> arm = p_W - body.g;
-  rows_.E[this->action_->first_row + r] +=
-      f.dot(body.vdot + body.wdot.cross(arm) + body.w.cross(body.w.cross(arm)));
-  const Body& structure = this->system_.bodies[this->at_site(site).body];
+  const Vector3<T> vdot = body.vdot + body.wdot.cross(arm) + body.w.cross(body.w.cross(arm));
+  for (int c = 0; c < N; ++c) rows_.E[first + c] += f.col(c).dot(vdot);
+  if (rows_.loads.bodies)
+    for (int c = 0; c < N; ++c) {
+      const Vector3<T> force = (*rows_.loads.multipliers)[first + c] * f.col(c);
+      rows_.loads.bodies->force[at] += force;
+      rows_.loads.bodies->moment[at] += arm.cross(force);
+    }
+  const Body& structure = this->system_.bodies[at];
   const int* support = this->system_.support.data() + structure.first_support;
-  T* row = rows_.L.row(this->action_->first_row + r).data();
-  if (rows_.loads.bodies) {
-    const int at = this->at_site(site).body;
-    const Vector3<T> force = (*rows_.loads.multipliers)[this->action_->first_row + r] * f;
-    rows_.loads.bodies->force[at] += force;
-    rows_.loads.bodies->moment[at] += arm.cross(force);
-  }
+  T* const row = rows_.L.row(first).data();
   for (int i = 0; i < structure.support_count; ++i) {
     const int u = support[i];
     const Vector3<T> w = this->kinematics_.angular(u);
-    row[u] += f.dot(this->kinematics_.linear(u) + w.cross(p_W - this->kinematics_.origin(u)));
+    const Vector3<T> v = this->kinematics_.linear(u) + w.cross(p_W - this->kinematics_.origin(u));
+    for (int c = 0; c < N; ++c) row[c * rows_.L.cols() + u] += f.col(c).dot(v);
   }
 }
 
@@ -290,11 +273,12 @@ void scan_constraint(const System& system, const Parameters& parameters, const K
   template class EffortScan<T>;    \
   template struct EffortSumsOf<T>; \
   template void scan_efforts(const System&, const Parameters&, const KinematicsOf<T>&, EffortSumsOf<T>&);
-#define BORELLI_SCAN_OVER(T)                                                               \
-  BORELLI_EFFORTS_OVER(T)                                                                  \
-  template class ConstraintScan<T>;                                                        \
-  template struct ConstraintRowsOf<T>;                                                     \
-  template void scan_constraints(const System&, const Parameters&, const KinematicsOf<T>&, \
+#define BORELLI_SCAN_OVER(T)                                                                               \
+  BORELLI_EFFORTS_OVER(T)                                                                                  \
+  template class ConstraintScan<T>;                                                                        \
+  template void ConstraintScan<T>::along_each(int, int, const Vector3<T>&, const Eigen::Matrix<T, 3, 1>&); \
+  template struct ConstraintRowsOf<T>;                                                                     \
+  template void scan_constraints(const System&, const Parameters&, const KinematicsOf<T>&,                 \
                                  ConstraintRowsOf<T>&);
 BORELLI_SCAN_OVER(double)
 BORELLI_SCAN_OVER(DualNumber)

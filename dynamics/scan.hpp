@@ -29,11 +29,23 @@ class SiteReader {
   /// Whether an optional site is given.
   bool given(int site) const { return at_site(site).body >= 0; }
   /// X_WS of the solid at a site.
-  PoseOf<T> frame(int site) const;
+  PoseOf<T> frame(int site) const {
+    const Site& s = at_site(site);
+    const PoseOf<T>& X_WB = kinematics_.bodies[s.body].X;
+    return s.solid < 0 ? X_WB : X_WB * parameters_.solid_poses[s.solid];
+  }
   /// The point with coordinates p_S in the solid at a site.
-  MovingPoint<T> point(int site, const Eigen::Vector3d& p_S) const;
+  MovingPoint<T> point(int site, const Eigen::Vector3d& p_S) const {
+    const Site& s = at_site(site);
+    const Eigen::Vector3d p_B = s.solid < 0 ? p_S : parameters_.solid_poses[s.solid] * p_S;
+    const Eigen::Vector3<T> p_W = kinematics_.bodies[s.body].X * p_B;
+    return {p_W, velocity(site, p_W)};
+  }
   /// The velocity of the point of the solid at a site that is at p_W now.
-  Eigen::Vector3<T> velocity(int site, const Eigen::Vector3<T>& p_W) const;
+  Eigen::Vector3<T> velocity(int site, const Eigen::Vector3<T>& p_W) const {
+    const BodyMotionOf<T>& body = kinematics_.bodies[at_site(site).body];
+    return body.v + body.w.cross(p_W - body.g);
+  }
   Eigen::Vector3<T> angular_velocity(int site) const { return kinematics_.bodies[at_site(site).body].w; }
   /// Of a scalar coordinate. (One that is locked stays where it is.)
   T position(int coordinate) const;
@@ -142,7 +154,12 @@ class ConstraintScan : public SiteReader<T> {
       : SiteReader<T>(system, parameters, kinematics), rows_(rows) {}
 
   /// dh/dt of row r contains f . (velocity of the solid's point at p_W).
-  void along(int r, int site, const Eigen::Vector3<T>& p_W, const Eigen::Vector3<T>& f);
+  void along(int r, int site, const Eigen::Vector3<T>& p_W, const Eigen::Vector3<T>& f) {
+    along_each<1>(r, site, p_W, f);
+  }
+  /// The same of row r and those behind it, with the columns of f.
+  template <int N>
+  void along_each(int r, int site, const Eigen::Vector3<T>& p_W, const Eigen::Matrix<T, 3, N>& f);
   /// dh/dt of row r contains m . (angular velocity of the solid).
   void about(int r, int site, const Eigen::Vector3<T>& m);
   /// dh/dt of row r contains c times the coordinate's rate.

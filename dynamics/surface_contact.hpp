@@ -32,22 +32,30 @@ struct Meeting {
   T gap = T(0);  ///< m
 };
 
-/// Row r: the velocity along t of solid a over solid b where they meet. The second derivative of what it
-/// moves holds, beside the accelerations of the solids' own points there, that the point wanders over them.
+/// Row r and those behind it: the velocities along the columns of t of solid a over solid b where they meet.
+/// The second derivative of what it moves holds, beside the accelerations of the solids' own points there,
+/// that the point wanders over them. The first row's value is the gap, if it is one.
+template <class T, int N>
+void slip_rows(ConstraintScan<T>& scan, int r, int a, int b, const Meeting<T>& at,
+               const Eigen::Matrix<T, 3, N>& t, const Eigen::Matrix<T, 3, N>& t_rate, const T& value = T(0)) {
+  if (scan.detail() == ConstraintScan<T>::Detail::values) {
+    for (int c = 0; c < N; ++c) scan.residual(r + c, c == 0 ? value : T(0), T(0), T(0));
+    return;
+  }
+  const Eigen::Vector3<T> va = scan.velocity(a, at.p), vb = scan.velocity(b, at.p), v = va - vb;
+  const Eigen::Vector3<T> wanders =
+      scan.angular_velocity(a).cross(at.p_rate - va) - scan.angular_velocity(b).cross(at.p_rate - vb);
+  scan.template along_each<N>(r, a, at.p, t);
+  scan.template along_each<N>(r, b, at.p, -t);
+  for (int c = 0; c < N; ++c)
+    scan.residual(r + c, c == 0 ? value : T(0), T(0), t.col(c).dot(wanders) + t_rate.col(c).dot(v));
+}
+
+/// One such row.
 template <class T>
 void slip_row(ConstraintScan<T>& scan, int r, int a, int b, const Meeting<T>& at, const Eigen::Vector3<T>& t,
               const Eigen::Vector3<T>& t_rate, const T& value = T(0)) {
-  if (scan.detail() == ConstraintScan<T>::Detail::values) {
-    scan.residual(r, value, T(0), T(0));
-    return;
-  }
-  const Eigen::Vector3<T> va = scan.velocity(a, at.p), vb = scan.velocity(b, at.p);
-  scan.along(r, a, at.p, t);
-  scan.along(r, b, at.p, -t);
-  scan.residual(
-      r, value, T(0),
-      t.dot(scan.angular_velocity(a).cross(at.p_rate - va) - scan.angular_velocity(b).cross(at.p_rate - vb)) +
-          t_rate.dot(va - vb));
+  slip_rows<T, 1>(scan, r, a, b, at, t, t_rate, value);
 }
 
 /// Rows r, r + 1, r + 2 of a form of solid a that meets a plane of solid b: the gap, and the velocities along
@@ -55,14 +63,21 @@ void slip_row(ConstraintScan<T>& scan, int r, int a, int b, const Meeting<T>& at
 template <class T>
 void rows_on_plane(ConstraintScan<T>& scan, int r, int a, const Meeting<T>& at, int b, const Plane& plane,
                    bool held = true) {
-  const auto R = scan.frame(b).R;
+  const Eigen::Matrix3<T> R = scan.frame(b).R;
   const Eigen::Vector3<T> w = scan.angular_velocity(b), n = R * plane.normal;
-  if (held) slip_row<T>(scan, r++, a, b, at, n, w.cross(n), at.gap);
-  if (scan.detail() != ConstraintScan<T>::Detail::rows) return;
-  const Eigen::Vector3d t_B = across<double>(plane.normal), s_B = plane.normal.cross(t_B);
-  const Eigen::Vector3<T> t = R * t_B, s = R * s_B;
-  slip_row<T>(scan, r, a, b, at, t, w.cross(t));
-  slip_row<T>(scan, r + 1, a, b, at, s, w.cross(s));
+  if (scan.detail() != ConstraintScan<T>::Detail::rows) {
+    if (held) slip_row<T>(scan, r, a, b, at, n, w.cross(n), at.gap);
+    return;
+  }
+  const Eigen::Vector3d t_B = across<double>(plane.normal);
+  Eigen::Matrix3<T> axes;
+  axes << n, R * t_B, R * plane.normal.cross(t_B);
+  Eigen::Matrix3<T> rates;
+  for (int c = 0; c < 3; ++c) rates.col(c) = w.cross(axes.col(c));
+  if (held)
+    slip_rows<T, 3>(scan, r, a, b, at, axes, rates, at.gap);
+  else
+    slip_rows<T, 2>(scan, r, a, b, at, axes.template rightCols<2>(), rates.template rightCols<2>());
 }
 
 /// Where a sphere of solid a is nearest to a plane of solid b; the gap is n . (c - on) - radius.

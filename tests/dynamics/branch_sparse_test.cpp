@@ -2,6 +2,7 @@
 #include "dynamics/branch_sparse.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 #include "dynamics/evaluate.hpp"
 #include "scenes.hpp"
@@ -22,6 +23,20 @@ void expect_solved(const Scene& scene) {
   solve_lower(system, F, x.data());
   const Eigen::VectorXd dense = Eigen::MatrixXd(A).llt().solve(b);
   EXPECT_LT((x - dense).norm(), 1e-11 * dense.norm());  // rounding times the condition of A, up to 1e4
+  // eight columns at once, of which each has one entry
+  Rows columns = Rows::Zero(system.nv, 8);
+  for (int c = 0; c < 8; ++c) columns(c % system.nv, c) = 1 + c;
+  std::vector<int> rows(system.nv);
+  const Rows whole = columns;
+  const int count = solve_transposed(system, F, columns.data(), 8, rows.data());
+  for (int c = 0; c < 8; ++c) {
+    Eigen::VectorXd one = whole.col(c);
+    solve_transposed(system, F, one.data());
+    EXPECT_LE((columns.col(c) - one).norm(), 1e-14 * one.norm()) << c;
+  }
+  rows.resize(count);
+  for (int k = 0; k < system.nv; ++k)
+    EXPECT_EQ(!columns.row(k).isZero(0), std::find(rows.begin(), rows.end(), k) != rows.end()) << k;
 }
 
 TEST(BranchSparse, SolvesChainsStarsAndTrees) {

@@ -146,6 +146,24 @@ TEST(ContactSolver, KeepsTheLawsWhereContactsDependOnEachOther) {
   }
 }
 
+// Across, these can move one way only.
+TEST(ContactSolver, KeepsTheLawsInAPlane) {
+  Draw draw{std::mt19937(9)};
+  for (int trial = 0; trial < 50; ++trial) {
+    const int count = 8;
+    MatrixXd J = draw.matrix(3 * count, 12);  // 16 rows that are not empty
+    for (int i = 0; i < count; ++i) J.row(3 * i + 1 + (i + trial) % 2).setZero();
+    VectorXd v = draw.matrix(12, 1);
+    for (int i = 0; i < count; ++i) v -= 0.3 * J.row(3 * i).transpose();
+    const ContactProblem c = problem(J * J.transpose(), J * v, 0.1 + 0.02 * trial);
+    ContactSolver solver;
+    VectorXd p = VectorXd::Zero(3 * count);
+    EXPECT_LT(solver.solve(c, c.free.cwiseAbs().maxCoeff(), p), ContactSolver::nearly) << trial;
+    expect_laws(c, p, 1e-5);
+    for (int i = 0; i < count; ++i) EXPECT_EQ(p[3 * i + 1 + (i + trial) % 2], 0) << i;
+  }
+}
+
 // Bodies that are pressed on from all sides and rub: impulses as large as friction lets them be hold against
 // each other. Masses far apart, as of hands and trunks. (Newton's method alone leaves one of eleven
 // unsettled.)
