@@ -51,6 +51,13 @@ constexpr double after_parting = 1. / 3;
 // an explicit run after an implicit one may cost so many times what has been spent
 constexpr double worth_a_try = 5;
 
+// an implicit method's first run that loses so much of the energy turned over, where the explicit one would
+// take no more than so many times its evaluations
+constexpr double much_lost = 0.1, much_cheaper = 3;
+
+// how often a run is made anew that has reached its accuracy, but whose certificate is not trusted
+constexpr int most_doubts = 3;
+
 /// The angle between two orientations, by the chord of their quaternions.
 double turn_between(const Quaternion& p, const Quaternion& q) {
   return 4 * std::asin(std::min(1.0, 0.5 * std::min((p - q).norm(), (p + q).norm())));
@@ -150,6 +157,8 @@ class Search {
       const double off = chosen_.method == implicit_ ? off_implicit : off_explicit;
       limits_.disturbance = before_ || exact_ ? 0 : off * chosen_.tolerance;
       auto now = run(how, limits_, samples);
+      spent_ += double(samples.evaluations);
+      ++runs_;
       if (!now && !before_ && !exact_ && !stopped()) {
         if (chosen_.tolerance > first_)  // it may be too coarse
           next_tolerance(std::max(0.1, first_ / chosen_.tolerance));
@@ -160,14 +169,18 @@ class Search {
         continue;
       }
       if (!now || stopped()) return now;
-      spent_ += double(now->certificate.evaluations);
-      ++runs_;
       if (samples.q.size() < samples.times.size()) {
         change_method(now->certificate, double(samples.times.size()) / (double(samples.q.size()) + 0.5));
         before_.reset();
         continue;
       }
-      limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through
+      limits_.evaluations = std::numeric_limits<double>::infinity();  // this method comes through,
+      limits_.leave_if_stiff = false;                                 // and finer runs are less stiff
+      if (!before_ && wasteful(now->certificate)) {
+        choose_explicit();
+        why_ = fmt::format("{}, but {} loses what moves", found_, implicit_);
+        continue;
+      }
       rough_ = rough_ || (!settings_.verify && is_rough(now->certificate));
       if (before_) {
         common_ = largest_part(system_, *before_, samples, settings_.accuracy) <= apart_in_range;
@@ -235,7 +248,16 @@ class Search {
       choose_tolerance();
     }
     limits_.leave_if_stiff = false;
-    limits_.evaluations = from_implicit ? worth_a_try * spent_ : times * double(left.evaluations);
+    if (!from_implicit) left_would_take_ = times * double(left.evaluations);
+    limits_.evaluations = from_implicit ? worth_a_try * spent_ : left_would_take_;
+  }
+
+  /// Whether the first run of an implicit method has lost much of the energy that is turned over, and was not
+  /// much cheaper than the explicit one would have been: what swings there without damping is no less dear to
+  /// it.
+  bool wasteful(const Certificate& c) const {
+    return chosen_.method == implicit_ && c.energy_drift > much_lost * c.energy_turnover &&
+           left_would_take_ < much_cheaper * double(c.evaluations);
   }
 
   void next_tolerance(double factor) {
@@ -280,9 +302,10 @@ class Search {
       return false;
     }
     Certificate& c = now.certificate;
-    if (reached && !c.trusted && !doubted_ && chosen_.tolerance > worth_lowering * least_) {
-      doubted_ = true;  // once: energy and momenta may ask for more than was asked for
-      next_tolerance(0.1);
+    if (reached && !c.trusted && doubted_ < most_doubts && chosen_.tolerance > worth_lowering * least_) {
+      ++doubted_;  // energy and momenta may ask for more than was asked for
+      const double lower = 0.3 * c.energy_threshold * c.energy_turnover / c.energy_drift;
+      next_tolerance(lower < 0.1 ? std::max(lower, 1e-3) : 0.1);
       return false;
     }
     c.evaluations = long(spent_);
@@ -292,11 +315,21 @@ class Search {
     if (reached || !c.trusted) return true;
     const CoordinateInfo& worst = system_.coordinates[found.coordinate];
     c.trusted = false;
+    const double near = 1e-6 * (settings_.end_time - start_);
+    const auto event = std::find_if(c.events.begin(), c.events.end(), [&](const LoggedEvent& e) {
+      return std::abs(e.time - found.time) < near;
+    });
     c.reason = fmt::format(
         "the accuracy of {:.3g} could not be shown: runs at tolerances {:.2g} and {:.2g} differ by {:.2g} in "
-        "coordinate '{}' of '{}' at t = {:.6g} s; shorten the run, or ask for less",
+        "coordinate '{}' of '{}' at t = {:.6g} s; {}",
         settings_.accuracy, tolerance_before_, chosen_.tolerance, found.size, worst.name, worst.solid,
-        found.time);
+        found.time,
+        event == c.events.end()
+            ? "shorten the run, or ask for less"
+            : fmt::format(
+                  "an event ({} '{}') falls on that time, so that one shows what is before it and the "
+                  "other what is after: ask for rows at other times",
+                  event->kind, event->name));
     c.reason_time = found.time;
     return true;
   }
@@ -309,15 +342,16 @@ class Search {
   RunLimits limits_{.leave_if_stiff = true, .own_first_step = true};
   std::string why_, found_, ended_;
   double least_ = 0, tolerance_before_ = 0;
-  double first_ = 0;  ///< tolerance that is to do, where a coarser run judges it
-  double spent_ = 0;  ///< evaluations, so far
+  double first_ = 0;            ///< tolerance that is to do, where a coarser run judges it
+  double spent_ = 0;            ///< evaluations, so far
+  double left_would_take_ = 0;  ///< evaluations, of the run that was left, at its steps
   int runs_ = 0;
-  bool afresh_ = false;   ///< the next run is the first of two again
-  bool exact_ = false;    ///< the first run begins where it is asked to: disturbed, it ended
-  bool common_ = true;    ///< the last two runs had, in proportion to what moves
-  bool parted_ = false;   ///< two runs had nothing in common
-  bool rough_ = false;    ///< a run met stops or contacts
-  bool doubted_ = false;  ///< a run was made again since its certificate was not trusted
+  bool afresh_ = false;  ///< the next run is the first of two again
+  bool exact_ = false;   ///< the first run begins where it is asked to: disturbed, it ended
+  bool common_ = true;   ///< the last two runs had, in proportion to what moves
+  bool parted_ = false;  ///< two runs had nothing in common
+  bool rough_ = false;   ///< a run met stops or contacts
+  int doubted_ = 0;      ///< so many runs were made again since their certificates were not trusted
   std::optional<Samples> before_;
 };
 

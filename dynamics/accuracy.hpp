@@ -28,6 +28,7 @@ struct Samples {
   /// The least and the largest of each number of q and v, at the start and after all steps, too: what moves
   /// in step with the times moves all the same.
   Eigen::VectorXd q_low, q_high, v_low, v_high;
+  long evaluations = 0;  ///< that the run took, also where it failed
 
   void cover(const State& state) {
     if (q_low.size() == 0) {

@@ -50,6 +50,9 @@ constexpr int most_events_at_once = 1000;
 // steps that were tried so far: they have all of it to do, and twice
 constexpr double worth_leaving = 1.5;
 
+// how often a run is put off on its way
+constexpr std::size_t disturbances = 8;
+
 class Run {
  public:
   Run(const System& system, const State& state, const SimulationSettings& settings, const Observer& observer,
@@ -152,9 +155,9 @@ class Run {
     return recorder_.finish(std::move(certificate));
   }
 
- private:
   long evaluations() const { return workspace_.evaluations + probe_.evaluations; }
 
+ private:
   /// Whether the method realises the scene's contacts within its steps.
   bool steps_contacts() const { return integrator_.handles_contacts() && !system_.contacts.empty(); }
 
@@ -528,14 +531,17 @@ class Run {
     return {};
   }
 
-  /// After samples: what was put off at the start may have died away before the motion grows unstable. Up and
-  /// down by the sequence of Thue and Morse, so that little adds up.
+  /// What was put off at the start dies away where work is done on the scene, before the motion may grow
+  /// unstable. Up and down by the sequence of Thue and Morse, so that little adds up.
   void disturb() {
-    const std::size_t seen = samples_ ? samples_->q.size() : 0;
-    if (seen == disturbed_at_ || integrator_.keeps_history()) return;
-    disturbed_at_ = seen;
-    state_ =
-        disturbed(system_, state_, std::popcount(seen) % 2 == 0 ? limits_.disturbance : -limits_.disturbance);
+    const bool conserves =
+        work_.efforts == 0 && work_.drives == 0 && work_.constraints == 0 && work_.violation == 0;
+    if (conserves || !samples_ || integrator_.keeps_history()) return;
+    const std::size_t times = disturbances * samples_->q.size() / samples_->times.size();
+    if (times == disturbed_) return;
+    disturbed_ = times;
+    state_ = disturbed(system_, state_,
+                       std::popcount(times) % 2 == 0 ? limits_.disturbance : -limits_.disturbance);
   }
 
   /// The row at the state reached, if one is due.
@@ -600,8 +606,8 @@ class Run {
   const Observer& observer_;
   Integrator& integrator_;
   const RunLimits& limits_;
-  Samples* samples_;              ///< null: none are asked for
-  std::size_t disturbed_at_ = 0;  ///< so many of them
+  Samples* samples_;           ///< null: none are asked for
+  std::size_t disturbed_ = 0;  ///< so many times, on the way
   const State start_state_;
   State state_;
   Workspace workspace_;
@@ -675,7 +681,10 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
           "goes on from a history that no checkpoint can hold; run without one, or by another method");
   }
   try {
-    return Run(system, state, settings, observer, **integrator, limits, samples).run();
+    Run run(system, state, settings, observer, **integrator, limits, samples);
+    auto out = run.run();
+    if (observer.ended) observer.ended(run.evaluations());
+    return out;
   } catch (const std::exception& thrown) {  // from a user's function
     return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
   }
@@ -705,13 +714,20 @@ Result<Trajectory> simulate(const System& system, const State& state, const Simu
     };
   const double most = observer.limits.evaluations;
   double spent = 0;
+  long of_run = 0;
+  watched.ended = [&](long evaluations) {
+    of_run = evaluations;
+    if (observer.ended) observer.ended(evaluations);
+  };
   return run_to_accuracy(
       system, state.t, settings,
       [&](const SimulationSettings& chosen, RunLimits limits, Samples& samples) -> Result<Trajectory> {
         limits.evaluations = std::min(limits.evaluations, most - spent);
         const State from = limits.disturbance > 0 ? disturbed(system, state, limits.disturbance) : state;
+        of_run = 0;
         auto made = simulate_once(system, from, chosen, watched, limits, &samples);
-        if (made) spent += double(made->certificate.evaluations);
+        samples.evaluations = of_run;
+        spent += double(of_run);
         if (!(spent > most)) return made;
         stopped = true;
         return failure(system.scene, fmt::format("more than {:.2g} evaluations are needed for an accuracy of "

@@ -17,8 +17,8 @@ struct RunLimits {
   double evaluations = std::numeric_limits<double>::infinity();  ///< it takes more than so many
   /// where the method has a first step of its own (Integrator::first_step), it is that, not settings.step
   bool own_first_step = false;
-  /// its velocities are put off by that part of their scales (disturbance.hpp) at the start, and, by methods
-  /// without a history, now and then on the way
+  /// its velocities are put off by that part of their scales (disturbance.hpp) at the start, and, where work
+  /// is done on the scene and the method has no history, now and then on the way
   double disturbance = 0;
 };
 
@@ -26,6 +26,8 @@ struct Observer {
   /// Called after each accepted step with the time reached (s); false stops the run, whose trajectory so far
   /// is then returned, untrusted.
   std::function<bool(double t)> progress;
+  /// Called as each run ends, also one that fails, with the evaluations that it took.
+  std::function<void(long evaluations)> ended;
   /// The user's own events, beside those that the scene has; they must outlive the run.
   std::vector<EventSource*> events;
   /// Where it is set: is given all that a later run needs to go on exactly from the step just made, whenever

@@ -211,9 +211,10 @@ class Search {
     if (best->row < found_.last_row) {
       const bool faster = part_ever_faster(best->differences, best->row / 2 + 1, found_.last_row);
       chaotic_ = chaotic_ || faster;
-      reference.words += fmt::format(
-          " Beyond t = {:.4g} s (of {:.4g} s) they part by more than {:g}{}: runs end there.",
-          reference.horizon, how_.end_time, best->limit, faster ? ", ever faster, as in chaos" : "");
+      reference.words +=
+          fmt::format(" Beyond t = {:.4g} s (of {:.4g} s) they part by more than {:g}{}: runs end there.",
+                      reference.horizon, how_.end_time, best->limit,
+                      faster ? ", ever faster, as in chaos or about an unstable position" : "");
     }
     found_.last_row = best->row;
   }

@@ -111,9 +111,17 @@ std::vector<std::string> in_words(const VolumeEconomy& economy) {
             best->name));
         continue;
       }
-      const bool finest =
-          best && std::none_of(economy.trials.begin(), economy.trials.end(),
-                               [&](const auto& t) { return t.of == of && t.size < best->size; });
+      const auto any = [&](const auto& is_one) {
+        return std::any_of(economy.trials.begin(), economy.trials.end(),
+                           [&](const VolumeTrial& t) { return t.of == of && is_one(t); });
+      };
+      if (best && !any([&](const auto& t) { return t.size != best->size; })) {
+        out.push_back(fmt::format("{} parts within {}: no coarser {} than {} are tried",
+                                  parts_choices[c].count, percent(economy.tolerance),
+                                  of == Of::voxels ? "voxels" : "grids", best->name));
+        continue;
+      }
+      const bool finest = best && !any([&](const auto& t) { return t.size < best->size; });
       if (finest) {
         out.push_back(fmt::format("{} parts within {}: no coarser {} tried do than {}",
                                   parts_choices[c].count, percent(economy.tolerance),

@@ -95,11 +95,15 @@ class Chart {
     return worst;
   }
 
-  Result<Trajectory> simulate_for(const SimulationSettings& how, double most_seconds) {
+  /// `evaluations`: of a run that fails of itself; 0: it comes through, or took too long.
+  Result<Trajectory> simulate_for(const SimulationSettings& how, double most_seconds, long& evaluations) {
     const double start = processor_time();
     Observer observer;
     observer.progress = [&](double) { return processor_time() - start < most_seconds; };
+    long made = 0;
+    observer.ended = [&](long more) { made += more; };
     auto t = simulate(system_, system_.initial, how, observer);
+    evaluations = t ? 0 : made;
     if (t && t->times.back() < how.end_time * (1 - 1e-12))
       return failure("", fmt::format("took more than {:.3g} s", most_seconds));
     return t;
@@ -167,8 +171,9 @@ class Chart {
     }
     compare(t.poses.data(), t.times.size(), stride, e);
     if (chart_.has_impacts && std::isfinite(e.position) && motion_) {
-      e.impacts =
-          impact_time_error(impacts_of(c), impacts_of(motion_->certificate), system_.initial.t, motion_end());
+      if (tells_impacts(c.method))
+        e.impacts = impact_time_error(impacts_of(c), impacts_of(motion_->certificate), system_.initial.t,
+                                      motion_end());
       std::vector<Eigen::Vector3d> momenta;
       for (Eigen::Index row = 1; row < t.linear_momentum.rows(); ++row)
         momenta.push_back(t.linear_momentum.row(row).transpose());
@@ -249,7 +254,7 @@ class Chart {
     const std::size_t stride = stride_of(point.variant, point.setting);
     how.output_interval *= double(stride);
     const double start = processor_time();
-    const auto t = simulate_for(how, 4 * settings_.budget);
+    const auto t = simulate_for(how, 4 * settings_.budget, point.evaluations);
     const double seconds = processor_time() - start;
     point.finished = t.has_value();
     if (!t) {

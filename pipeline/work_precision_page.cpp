@@ -171,7 +171,7 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
     for (const WorkPrecisionPoint& p : chart.points) {
       if (p.variant != order[rank]) continue;
       if (!p.finished) {
-        if (cost.of == milliseconds) plot.edge.push_back({milliseconds(p), curve.name, failed_tip(chart, p)});
+        if (cost.of(p) > 0) plot.edge.push_back({cost.of(p), curve.name, failed_tip(chart, p)});
         continue;
       }
       const double size = quantity.of(chart, p);
@@ -209,8 +209,9 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
   for (std::size_t i = 0; i < best.size(); ++i) words += (i > 0 ? "; " : "") + best[i];
   plot.notes = {words + (front.empty() ? "" : "."),
                 "Empty dots: runs whose certificate is not trusted. Crosses above: runs that did not finish, "
-                "or are off by "
-                "more than 10. Grey: farther from the front" +
+                "or are off by more than 10" +
+                    std::string(cost.of == milliseconds ? "" : " (without those that took too long)") +
+                    ". Grey: farther from the front" +
                     (listed.empty() ? std::string(".") : ", by number: " + listed + "."),
                 chart.reference.words};
   if (quantity.of == of_contacts)
