@@ -141,33 +141,35 @@ void start_energies(const System& system, const Parameters& parameters, const Ki
   add_armature_energy(system, parameters, k, terms);
 }
 
-/// What a body carries, at its frame: itself and what its children let it feel, less what acts on it.
+/// What a body carries, at its frame: itself and what its children let it feel, less what acts on it. Of one
+/// of them (`felt`) `carried` holds that already.
 template <class T>
-ArticulatedBody<T> begin_body(const System& system, const Parameters& parameters, int b,
-                              const InertialsOf<T>& inertials, const KinematicsOf<T>& k,
-                              const EffortSumsOf<T>* efforts, const LinkOf<T>& link, bool turning,
-                              LagrangeTermsOf<T>& terms) {
+void begin_body(const System& system, const Parameters& parameters, int b, const InertialsOf<T>& inertials,
+                const KinematicsOf<T>& k, const EffortSumsOf<T>* efforts, const LinkOf<T>& link, bool turning,
+                bool felt, LagrangeTermsOf<T>& terms, ArticulatedBody<T>& carried) {
   const Body& body = system.bodies[b];
-  ArticulatedBody<T> carried;
   if (body.massive) {
-    carried = alone<T>(inertials[b], parameters.gravity, link.motion, turning,
-                       [&](const T& kinetic, const T& potential) {
-                         terms.kinetic += kinetic;
-                         terms.potential += potential;
-                         terms.group_kinetic[body.group] += kinetic;
-                         terms.group_potential[body.group] += potential;
-                       });
-    if (link.carries) add(link.body, carried);
-  } else if (link.carries) {
-    carried = link.body;
+    const ArticulatedBody<T> own = alone<T>(inertials[b], parameters.gravity, link.motion, turning,
+                                            [&](const T& kinetic, const T& potential) {
+                                              terms.kinetic += kinetic;
+                                              terms.potential += potential;
+                                              terms.group_kinetic[body.group] += kinetic;
+                                              terms.group_potential[body.group] += potential;
+                                            });
+    if (felt)
+      add(own, carried);
+    else
+      carried = own;
+  } else if (!felt) {
+    carried = {};
   }
+  if (link.carries) add(link.body, carried);
   if (efforts && body.touched) {
     const Vector3<T> d = k.bodies[b].g - link.motion.X.p;
     carried.bias.n -= efforts->moment[b] + d.cross(efforts->force[b]);
     carried.bias.f -= efforts->force[b];
     carried.extended = true;
   }
-  return carried;
 }
 
 template <class T>
@@ -177,6 +179,8 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
   const auto stays = [&]<class Kind>(const Kind&, int s) {
     return !Kind::slides && parameters.placements[s].form == Placement::Form::identity;
   };
+  ArticulatedBody<T> carried;  // by the body at work
+  bool felt = false;           // by that body already: it carries the one before, of which that is left
   for (auto at = articulation.alone.rbegin(); at != articulation.alone.rend(); ++at) {
     const int b = *at;
     const Body& body = system.bodies[b];
@@ -184,8 +188,8 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
     const bool loose = std::visit(
         [&]<class Kind>(const Kind&) { return is_loose<Kind>(parameters, system.steps[last], last); },
         parameters.kinds[last]);
-    ArticulatedBody<T> carried =
-        begin_body(system, parameters, b, inertials, k, efforts, articulation.links[last], !loose, terms);
+    begin_body(system, parameters, b, inertials, k, efforts, articulation.links[last], !loose, felt, terms,
+               carried);
     for (int s = last; s >= body.first_step; --s) {
       const Step& step = system.steps[s];
       LinkOf<T>& link = articulation.links[s];
@@ -198,12 +202,17 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
                                     step.drive < 0 ? nullptr : k.acceleration.data() + step.u, !before,
                                     articulation.pivots.data() + step.u, carried, link))
               return false;
-            if (before && !stays(kind, s)) carried = moved<T>(carried, link.motion.r);
+            if (before && !stays(kind, s))
+              carried = moved<T>(carried, link.motion.r);
+            else if (!carried.extended)
+              flatten(carried);
             return true;
           },
           parameters.kinds[s]);
       if (!followed) return false;
-      if (s > body.first_step || !before) continue;
+      if (s > body.first_step) continue;
+      felt = before && at + 1 != articulation.alone.rend() && before == articulation.link(at[1]);
+      if (!before || felt) continue;
       if (before->carries)
         add(carried, before->body);
       else

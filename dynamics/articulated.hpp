@@ -21,13 +21,9 @@
 
 namespace borelli {
 
-/// Of what is kept per link: lanes begin where a line of the cache does.
-template <class T>
-inline constexpr std::size_t link_alignment = sizeof(T) == 64 || sizeof(T) == 32 ? sizeof(T) : alignof(T);
-
 /// How the frame after one step moves. World axes, SI.
 template <class T>
-struct alignas(link_alignment<T>) LinkMotion {
+struct alignas(line_alignment<T>) LinkMotion {
   PoseOf<T> X;                   ///< X_W
   Eigen::Vector3<T> r;           ///< from the origin of the frame before the step to this one's
   Eigen::Vector3<T> w;           ///< angular velocity
@@ -38,33 +34,32 @@ struct alignas(link_alignment<T>) LinkMotion {
 /// All that a frame carries, free to follow: the wrench that adds an acceleration (angular, linear) is
 /// (I, H; H^T, M) (angular, linear) + bias.
 template <class T>
-struct alignas(link_alignment<T>) ArticulatedBody {
+struct alignas(line_alignment<T>) ArticulatedBody {
   Symmetric3<T> I, M;
   Eigen::Matrix3<T> H = Eigen::Matrix3<T>::Zero();
   Wrench<T> bias;
-  bool extended = false;  ///< else I, H and the moment of bias are zero
   // what an entry of the mass matrix is compared with: mass, first moment and half the trace of I, rigid
   T mass = 0;
   Eigen::Vector3<T> first = Eigen::Vector3<T>::Zero();
   T polar = 0;
+  bool extended = false;  ///< else I, H and the moment of bias are zero
 };
 
 template <class T>
-struct alignas(link_alignment<T>) LinkOf {
+struct alignas(line_alignment<T>) LinkOf {
   LinkMotion<T> motion;
-  bool carries = false;       ///< in the pass inwards: a child has been added to
-  ArticulatedBody<T> body;    ///< what its children let it feel
-  Eigen::Vector3<T> turning;  ///< of a ball: wdot, had it no acceleration
-
-  bool collapsed = false;     ///< a ball: its angular acceleration is -at_rest - by_push (the linear one)
-  Eigen::Vector3<T> at_rest;  ///< I^-1 times bias' moment, less what acts on the coordinates
-  Eigen::Matrix3<T> by_push;  ///< I^-1 H
+  ArticulatedBody<T> body;            ///< what its children let it feel
+  Eigen::Vector3<T> turning;          ///< of a ball: wdot, had it no acceleration
+  Eigen::Vector3<T> at_rest;          ///< of a collapsed one: I^-1 times bias' moment, less what acts on it
+  Eigen::Matrix3<T> by_push;          ///< I^-1 H
   Eigen::Vector3<T> angular, linear;  ///< acceleration added
+  bool carries = false;               ///< in the pass inwards: a child has been added to
+  bool collapsed = false;  ///< a ball: its angular acceleration is -at_rest - by_push (the linear one)
 };
 
 /// What the inward pass leaves of a coordinate for the outward one.
 template <class T>
-struct alignas(link_alignment<T>) PivotOf {
+struct alignas(line_alignment<T>) PivotOf {
   Eigen::Vector3<T> angular, linear;  ///< its unit twist
   Wrench<T> U;                        ///< (I, H; H^T, M) times its twist
   T inverse;                          ///< of what meets it alone, 1/kg or 1/(kg m^2)

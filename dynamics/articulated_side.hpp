@@ -259,7 +259,10 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
           },
           parameters.kinds[step.steps[0]]);
       if (!followed) return false;
-      if (before && !step.stays) carried = moved<Quad>(carried, step.link.motion.r);
+      if (before && !step.stays)
+        carried = moved<Quad>(carried, step.link.motion.r);
+      else if (!carried.extended)
+        flatten(carried);
       if (s > body.first_step || !before) continue;
       if (b == 0) {
         for (int lane = 0; lane < side.trees.count; ++lane) {

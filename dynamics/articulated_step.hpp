@@ -105,7 +105,7 @@ ArticulatedBody<T> alone(const Inertia& inertial, const Eigen::Vector3d& gravity
   const T mass = inertial.mass;
   const Vector3<T> w = motion.w;
   const Vector3<T> d = motion.X.R * inertial.centre, wd = w.cross(d);
-  const Symmetric3<T> I_W = turned<T>(motion.X.R, inertial.tensor);
+  const Symmetric3<T> I_W = turned<T>(motion.X.R, inertial.tensor, has_principal_axes(inertial));
   const Vector3<T> momentum = I_W * w;
   Vector3<T> f = motion.vdot + w.cross(wd) - gravity, n = w.cross(momentum);
   if (turning) {
@@ -141,6 +141,14 @@ void add(const ArticulatedBody<T>& body, ArticulatedBody<T>& to) {
   to.I += body.I;
   to.H += body.H;
   to.bias.n += body.bias.n;
+}
+
+/// Of a body that is not extended: what the ball that has followed has left there.
+template <class T>
+void flatten(ArticulatedBody<T>& body) {
+  body.I = {};
+  body.H.setZero();
+  body.bias.n.setZero();
 }
 
 /// The same body at an origin that is -r away.
@@ -179,7 +187,8 @@ ArticulatedBody<T> moved(const ArticulatedBody<T>& link, const Vector3<T>& r) {
 }
 
 /// Lets a ball follow, with `torque` (world axes) on it: what it carries is then a mass to push. False where
-/// it is so thin that this must be done axis by axis.
+/// it is so thin that this must be done axis by axis. Unless something acts, what is then zero in a body is
+/// not set (see flatten): nearly always it is moved next.
 template <class T>
 bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBody<T>& body, LinkOf<T>& link) {
   const Symmetric3<T>& I = body.I;
@@ -208,8 +217,7 @@ bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBod
   body.bias.f -= H.transpose() * at_rest;
   body.extended = acted;
   if (acted) {
-    body.I = {};
-    body.H.setZero();
+    flatten(body);
     body.bias.n = torque;
   }
   return true;

@@ -62,15 +62,16 @@ void BatchWorkspace::set_inertial(int lane, int body, const Inertial& inertial) 
     to.centre[i].set(lane, inertial.centre[i]);
     for (int j = 0; j < 3; ++j) to.tensor(i, j).set(lane, inertial.tensor(i, j));
   }
+  to.principal = has_principal_axes(to.tensor);
 }
 
 namespace {
 
 BORELLI_LANES_FOR_PROCESSOR
 bool all_finite(const Eigen::VectorX<Lanes>& numbers) {
-  Lanes sum = 0;  // zero, but where a number is none
-  for (const Lanes& x : numbers) sum += 0 * x;
-  return everywhere(sum == 0);
+  Lanes sums[4] = {0, 0, 0, 0};  // zero, but where a number is none
+  for (Eigen::Index i = 0; i < numbers.size(); ++i) sums[i % 4] += 0 * numbers[i];
+  return everywhere(sums[0] + sums[1] + (sums[2] + sums[3]) == 0);
 }
 
 /// Solves one lane by itself, and puts what came of it in its place.

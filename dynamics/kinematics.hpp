@@ -8,17 +8,24 @@
 #include <type_traits>
 #include <vector>
 
+#include "dynamics/symmetric.hpp"
 #include "dynamics/system.hpp"
 
 namespace borelli {
 
 /// A body's inertial elements over a scalar that may carry derivatives (see Inertial).
 template <class T>
-struct VariedInertial {
+struct alignas(line_alignment<T>) VariedInertial {
   T mass = 0;                                            ///< kg
   Eigen::Vector3<T> centre = Eigen::Vector3<T>::Zero();  ///< m, body's frame
   Eigen::Matrix3<T> tensor = Eigen::Matrix3<T>::Zero();  ///< about the gravity centre, kg m^2
+  bool principal = false;  ///< the body's axes are known to be the tensor's: less is computed
 };
+inline bool has_principal_axes(const Inertial& inertial) { return has_principal_axes(inertial.tensor); }
+template <class T>
+bool has_principal_axes(const VariedInertial<T>& inertial) {
+  return inertial.principal;
+}
 template <class T>
 using InertialsOf = std::vector<std::conditional_t<std::is_same_v<T, double>, Inertial, VariedInertial<T>>>;
 

@@ -33,18 +33,30 @@ class LaneMask {
 
   const Vector& vector() const { return holds_; }
   bool operator[](int lane) const { return holds_[lane] != 0; }
-  bool all() const {
-    long long all = -1;
-    for (int i = 0; i < N; ++i) all &= holds_[i];
-    return all != 0;
-  }
-  bool any() const {
-    long long any = 0;
-    for (int i = 0; i < N; ++i) any |= holds_[i];
-    return any != 0;
-  }
+  bool all() const { return halved<true>(); }
+  bool any() const { return halved<false>(); }
 
  private:
+  /// Whether every (else any) lane holds: the lower half by the upper until one is left, in the fewest
+  /// instructions.
+  template <bool every>
+  bool halved() const {
+    typedef long long Four __attribute__((vector_size(32), aligned(16)));
+    typedef long long Two __attribute__((vector_size(16)));
+    Four four;
+    if constexpr (N == 8) {
+      const Four low = __builtin_shufflevector(holds_, holds_, 0, 1, 2, 3);
+      const Four high = __builtin_shufflevector(holds_, holds_, 4, 5, 6, 7);
+      four = every ? low & high : low | high;
+    } else {
+      four = holds_;
+    }
+    const Two low = __builtin_shufflevector(four, four, 0, 1),
+              high = __builtin_shufflevector(four, four, 2, 3);
+    const Two two = every ? low & high : low | high;
+    return (every ? two[0] & two[1] : two[0] | two[1]) != 0;
+  }
+
   Vector holds_;
 };
 

@@ -274,7 +274,7 @@ CompositeBody<T> alone(const Inertia& inertial, const BodyMotionOf<T>& m) {
   out.mass = inertial.mass;
   out.first = inertial.mass * d;
   out.second = point_inertia<T>(inertial.mass, d);
-  out.second += turned<T>(m.X.R, inertial.tensor);
+  out.second += turned<T>(m.X.R, inertial.tensor, has_principal_axes(inertial));
   return out;
 }
 

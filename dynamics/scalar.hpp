@@ -11,6 +11,11 @@ namespace borelli {
 template <class T>
 using RowsOf = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// Of structures that are many: those of numbers side by side begin where a line of the cache does. (Keep
+/// what is no number at their ends: it would push the others off their lines.)
+template <class T>
+inline constexpr std::size_t line_alignment = sizeof(T) == 64 || sizeof(T) == 32 ? sizeof(T) : alignof(T);
+
 /// `yes()` where the condition holds, else `no()`. Only the one that is asked for is evaluated; a type of
 /// several numbers overloads this to evaluate both and take of each what is asked.
 template <class Yes, class No>

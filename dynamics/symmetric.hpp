@@ -42,13 +42,16 @@ Symmetric3<typename A::Scalar> symmetric_product(const A& a, const B& b) {
   return {entry(0, 0), entry(0, 1), entry(0, 2), entry(1, 1), entry(1, 2), entry(2, 2)};
 }
 
-/// R tensor R^T; the tensor of a body in its own axes, R_WB. Less work where they are principal ones.
+/// Whether a tensor's axes are principal ones (of several tensors, each one's).
+template <class Tensor>
+bool has_principal_axes(const Tensor& tensor) {
+  return everywhere(tensor(0, 1) == 0) && everywhere(tensor(0, 2) == 0) && everywhere(tensor(1, 2) == 0);
+}
+
+/// R tensor R^T; the tensor of a body in its own axes, R_WB. Less work where they are `principal` ones.
 template <class T, class Tensor>
-Symmetric3<T> turned(const Eigen::Matrix3<T>& R, const Tensor& tensor) {
+Symmetric3<T> turned(const Eigen::Matrix3<T>& R, const Tensor& tensor, bool principal) {
   Eigen::Matrix3<T> half;
-  bool principal = false;
-  if constexpr (std::is_same_v<T, double>)
-    principal = tensor(0, 1) == 0 && tensor(0, 2) == 0 && tensor(1, 2) == 0;
   if (principal)
     for (int j = 0; j < 3; ++j) half.col(j) = tensor(j, j) * R.col(j);
   else

@@ -50,6 +50,21 @@ TEST(Lanes, FunctionsAreThoseOfEachNumber) {
   EXPECT_EQ(sin(odd)[0], std::sin(0.5));
 }
 
+TEST(Lanes, MasksHoldInAllOrInAny) {
+  for (int hit = -1; hit < count; ++hit) {
+    Lanes x(1);
+    if (hit >= 0) x.set(hit, 3);
+    EXPECT_EQ((x > 2).any(), hit >= 0);
+    EXPECT_EQ((x < 2).all(), hit < 0);
+    if (hit >= Quad::count) continue;
+    Quad y(1);
+    if (hit >= 0) y.set(hit, 3);
+    EXPECT_EQ((y > 2).any(), hit >= 0);
+    EXPECT_EQ((y < 2).all(), hit < 0);
+  }
+  EXPECT_TRUE((Lanes(3) > 2).all() && !(Lanes(3) < 2).any());
+}
+
 /// Eight random states of a system in a batch and in single file; everything that they give, compared to
 /// `bound` in parts of its largest number.
 void compare(const System& system, unsigned seed, double bound, const std::string& which) {
