@@ -65,6 +65,10 @@ SideBySide::SideBySide(const System& system, AlikeTrees found) : trees(std::move
   }
   bodies.emplace_back().first_step = int(steps.size());
   pivots.resize(pivot_count);
+  const AlikeTrees::Each& first = trees.bodies[0];
+  if (steps.size() == 1 && steps[0].before == by_world && system.bodies[first[0]].massive &&
+      std::holds_alternative<Rotation>(system.parameters.kinds[steps[0].steps[0]]))
+    swings.emplace(steps[0].steps, first);
 }
 
 namespace {
@@ -72,17 +76,30 @@ namespace {
 // The passes over alike trees are functions of their own, so that the others keep their registers.
 BORELLI_INLINED_FOR_PROCESSOR
 void move_trees(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
-                bool given, bool keep_bodies, Kinematics& k, Articulation& articulation) {
+                bool given, const Kinematics& k, Articulation& articulation) {
   for (SideBySide& side : articulation.trees)
-    move_side(system, parameters, inertials, given, keep_bodies, articulation, k, side);
+    move_side(system, parameters, inertials, given, articulation, k, side);
+}
+
+BORELLI_INLINED_FOR_PROCESSOR
+void find_bodies_of_trees(const System& system, const Parameters& parameters,
+                          const InertialsOf<double>& inertials, Kinematics& k, Articulation& articulation) {
+  for (SideBySide& side : articulation.trees)
+    find_bodies_of_side(system, parameters, inertials, articulation, k, side);
 }
 
 BORELLI_INLINED_FOR_PROCESSOR
 bool free_trees(const System& system, const Parameters& parameters, const EffortSums* efforts,
-                const double* given, Articulation& articulation, LagrangeTerms& terms) {
+                const double* given, Articulation& articulation) {
   for (SideBySide& side : articulation.trees)
-    if (!free_side(system, parameters, efforts, given, articulation, side, terms)) return false;
+    if (!free_side(system, parameters, efforts, given, articulation, side)) return false;
   return true;
+}
+
+BORELLI_INLINED_FOR_PROCESSOR
+void find_energies_of_trees(const System& system, const Parameters& parameters,
+                            const Articulation& articulation, LagrangeTerms& terms) {
+  for (const SideBySide& side : articulation.trees) find_energies_of_side(system, parameters, side, terms);
 }
 
 BORELLI_INLINED_FOR_PROCESSOR
@@ -91,9 +108,8 @@ void follow_trees(const System& system, const Parameters& parameters, Articulati
 }
 
 template <class T>
-void move_all(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
-              const T* q, const T* v, const T* a, bool keep_bodies, KinematicsOf<T>& k,
-              ArticulationOf<T>& articulation) {
+void move_all(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
+              const T* a, KinematicsOf<T>& k, ArticulationOf<T>& articulation) {
   set_coordinates<T>(system, parameters, t, q, v, a, k);
   for (int b : articulation.alone) {
     const Body& body = system.bodies[b];
@@ -112,7 +128,14 @@ void move_all(const System& system, const Parameters& parameters, const Inertial
           },
           parameters.kinds[s]);
     }
-    const LinkOf<T>* frame = keep_bodies ? articulation.link(b) : nullptr;
+  }
+}
+
+template <class T>
+void find_bodies_of(const System& system, const InertialsOf<T>& inertials, KinematicsOf<T>& k,
+                    const ArticulationOf<T>& articulation) {
+  for (int b : articulation.alone) {
+    const LinkOf<T>* frame = articulation.link(b);
     if (!frame) continue;
     const LinkMotion<T>& motion = frame->motion;
     BodyMotionOf<T>& m = k.bodies[b];
@@ -120,17 +143,17 @@ void move_all(const System& system, const Parameters& parameters, const Inertial
     m.w = motion.w;
     m.g = motion.X.p;
     m.v = motion.v;
-    if (!body.massive) continue;
+    if (!system.bodies[b].massive) continue;
     const Vector3<T> d = motion.X.R * inertials[b].centre;
     m.g += d;
     m.v += motion.w.cross(d);
   }
 }
 
-/// The energies of what is no body's.
 template <class T>
-void start_energies(const System& system, const Parameters& parameters, const KinematicsOf<T>& k,
-                    const EffortSumsOf<T>* efforts, LagrangeTermsOf<T>& terms) {
+void find_energies_of(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                      const KinematicsOf<T>& k, const EffortSumsOf<T>* efforts,
+                      const ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms) {
   terms.kinetic = terms.potential = 0;
   terms.group_kinetic.setZero();
   terms.group_potential.setZero();
@@ -139,6 +162,16 @@ void start_energies(const System& system, const Parameters& parameters, const Ki
     terms.group_potential = efforts->group_potential;
   }
   add_armature_energy(system, parameters, k, terms);
+  for (int b : articulation.alone) {
+    const Body& body = system.bodies[b];
+    if (!body.massive) continue;
+    const auto [kinetic, potential] =
+        energies<T>(inertials[b], parameters.gravity, articulation.link(b)->motion);
+    terms.kinetic += kinetic;
+    terms.potential += potential;
+    terms.group_kinetic[body.group] += kinetic;
+    terms.group_potential[body.group] += potential;
+  }
 }
 
 /// What a body carries, at its frame: itself and what its children let it feel, less what acts on it. Of one
@@ -146,16 +179,10 @@ void start_energies(const System& system, const Parameters& parameters, const Ki
 template <class T>
 void begin_body(const System& system, const Parameters& parameters, int b, const InertialsOf<T>& inertials,
                 const KinematicsOf<T>& k, const EffortSumsOf<T>* efforts, const LinkOf<T>& link, bool turning,
-                bool felt, LagrangeTermsOf<T>& terms, ArticulatedBody<T>& carried) {
+                bool felt, ArticulatedBody<T>& carried) {
   const Body& body = system.bodies[b];
   if (body.massive) {
-    const ArticulatedBody<T> own = alone<T>(inertials[b], parameters.gravity, link.motion, turning,
-                                            [&](const T& kinetic, const T& potential) {
-                                              terms.kinetic += kinetic;
-                                              terms.potential += potential;
-                                              terms.group_kinetic[body.group] += kinetic;
-                                              terms.group_potential[body.group] += potential;
-                                            });
+    const ArticulatedBody<T> own = alone<T>(inertials[b], parameters.gravity, link.motion, turning);
     if (felt)
       add(own, carried);
     else
@@ -175,7 +202,7 @@ void begin_body(const System& system, const Parameters& parameters, int b, const
 template <class T>
 bool accelerate_all(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                     const KinematicsOf<T>& k, const EffortSumsOf<T>* efforts, const T* given,
-                    ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms, T* a, T* drive_efforts) {
+                    ArticulationOf<T>& articulation, T* a, T* drive_efforts) {
   const auto stays = [&]<class Kind>(const Kind&, int s) {
     return !Kind::slides && parameters.placements[s].form == Placement::Form::identity;
   };
@@ -188,8 +215,7 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
     const bool loose = std::visit(
         [&]<class Kind>(const Kind&) { return is_loose<Kind>(parameters, system.steps[last], last); },
         parameters.kinds[last]);
-    begin_body(system, parameters, b, inertials, k, efforts, articulation.links[last], !loose, felt, terms,
-               carried);
+    begin_body(system, parameters, b, inertials, k, efforts, articulation.links[last], !loose, felt, carried);
     for (int s = last; s >= body.first_step; --s) {
       const Step& step = system.steps[s];
       LinkOf<T>& link = articulation.links[s];
@@ -238,69 +264,75 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
 }
 
 // Over numbers themselves everything is inlined, and compiled for several processors.
-BORELLI_INLINED_FOR_PROCESSOR
-void move_numbers(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
-                  double t, const double* q, const double* v, const double* a, bool keep_bodies,
-                  Kinematics& kinematics, Articulation& articulation) {
-  move_all(system, parameters, inertials, t, q, v, a, keep_bodies, kinematics, articulation);
-}
-
-BORELLI_LANES_FOR_PROCESSOR
-void move_numbers(const System& system, const Parameters& parameters, const InertialsOf<Lanes>& inertials,
-                  double t, const Lanes* q, const Lanes* v, const Lanes* a, bool keep_bodies,
-                  KinematicsOf<Lanes>& kinematics, ArticulationOf<Lanes>& articulation) {
-  move_all(system, parameters, inertials, t, q, v, a, keep_bodies, kinematics, articulation);
-}
-
-BORELLI_INLINED_FOR_PROCESSOR
-bool accelerate_numbers(const System& system, const Parameters& parameters,
-                        const InertialsOf<double>& inertials, const Kinematics& kinematics,
-                        const EffortSums* efforts, const double* given, Articulation& articulation,
-                        LagrangeTerms& terms, double* a, double* drive_efforts) {
-  return accelerate_all(system, parameters, inertials, kinematics, efforts, given, articulation, terms, a,
-                        drive_efforts);
-}
-
-BORELLI_LANES_FOR_PROCESSOR
-bool accelerate_numbers(const System& system, const Parameters& parameters,
-                        const InertialsOf<Lanes>& inertials, const KinematicsOf<Lanes>& kinematics,
-                        const EffortSumsOf<Lanes>* efforts, const Lanes* given,
-                        ArticulationOf<Lanes>& articulation, LagrangeTermsOf<Lanes>& terms, Lanes* a,
-                        Lanes* drive_efforts) {
-  return accelerate_all(system, parameters, inertials, kinematics, efforts, given, articulation, terms, a,
-                        drive_efforts);
-}
+#define BORELLI_ARTICULATED_OVER_NUMBERS(T, FOR_PROCESSOR)                                                   \
+  FOR_PROCESSOR                                                                                              \
+  void move_numbers(const System& system, const Parameters& parameters, double t, const T* q, const T* v,    \
+                    const T* a, KinematicsOf<T>& k, ArticulationOf<T>& articulation) {                       \
+    move_all(system, parameters, t, q, v, a, k, articulation);                                               \
+  }                                                                                                          \
+  FOR_PROCESSOR                                                                                              \
+  void find_bodies_of_numbers(const System& system, const InertialsOf<T>& inertials, KinematicsOf<T>& k,     \
+                              const ArticulationOf<T>& articulation) {                                       \
+    find_bodies_of(system, inertials, k, articulation);                                                      \
+  }                                                                                                          \
+  FOR_PROCESSOR                                                                                              \
+  bool accelerate_numbers(const System& system, const Parameters& parameters,                                \
+                          const InertialsOf<T>& inertials, const KinematicsOf<T>& k,                         \
+                          const EffortSumsOf<T>* efforts, const T* given, ArticulationOf<T>& articulation,   \
+                          T* a, T* drive_efforts) {                                                          \
+    return accelerate_all(system, parameters, inertials, k, efforts, given, articulation, a, drive_efforts); \
+  }                                                                                                          \
+  FOR_PROCESSOR                                                                                              \
+  void find_energies_of_numbers(const System& system, const Parameters& parameters,                          \
+                                const InertialsOf<T>& inertials, const KinematicsOf<T>& k,                   \
+                                const EffortSumsOf<T>* efforts, const ArticulationOf<T>& articulation,       \
+                                LagrangeTermsOf<T>& terms) {                                                 \
+    find_energies_of(system, parameters, inertials, k, efforts, articulation, terms);                        \
+  }
+BORELLI_ARTICULATED_OVER_NUMBERS(double, BORELLI_INLINED_FOR_PROCESSOR)
+BORELLI_ARTICULATED_OVER_NUMBERS(Lanes, BORELLI_LANES_FOR_PROCESSOR)
 
 }  // namespace
 
 template <class T>
 void move_links(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
-                const T* q, const T* v, const T* a, bool keep_bodies, KinematicsOf<T>& kinematics,
+                const T* q, const T* v, const T* a, KinematicsOf<T>& kinematics,
                 ArticulationOf<T>& articulation) {
   if constexpr (std::is_same_v<T, DualNumber>)
-    move_all(system, parameters, inertials, t, q, v, a, keep_bodies, kinematics, articulation);
+    move_all(system, parameters, t, q, v, a, kinematics, articulation);
   else
-    move_numbers(system, parameters, inertials, t, q, v, a, keep_bodies, kinematics, articulation);
+    move_numbers(system, parameters, t, q, v, a, kinematics, articulation);
   if constexpr (std::is_same_v<T, double>)
     if (!articulation.trees.empty())
-      move_trees(system, parameters, inertials, a != nullptr, keep_bodies, kinematics, articulation);
+      move_trees(system, parameters, inertials, a != nullptr, kinematics, articulation);
+}
+
+template <class T>
+void find_bodies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                 KinematicsOf<T>& kinematics, ArticulationOf<T>& articulation) {
+  if constexpr (std::is_same_v<T, DualNumber>)
+    find_bodies_of(system, inertials, kinematics, articulation);
+  else
+    find_bodies_of_numbers(system, inertials, kinematics, articulation);
+  if constexpr (std::is_same_v<T, double>)
+    if (!articulation.trees.empty())
+      find_bodies_of_trees(system, parameters, inertials, kinematics, articulation);
 }
 
 template <class T>
 bool find_accelerations(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                         const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts, const T* given,
-                        ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms, T* a, T* drive_efforts) {
-  start_energies(system, parameters, kinematics, efforts, terms);
+                        ArticulationOf<T>& articulation, T* a, T* drive_efforts) {
   if constexpr (std::is_same_v<T, DualNumber>) {
-    return accelerate_all(system, parameters, inertials, kinematics, efforts, given, articulation, terms, a,
+    return accelerate_all(system, parameters, inertials, kinematics, efforts, given, articulation, a,
                           drive_efforts);
   } else if constexpr (std::is_same_v<T, Lanes>) {
-    return accelerate_numbers(system, parameters, inertials, kinematics, efforts, given, articulation, terms,
-                              a, drive_efforts);
+    return accelerate_numbers(system, parameters, inertials, kinematics, efforts, given, articulation, a,
+                              drive_efforts);
   } else {
     const bool any_trees = !articulation.trees.empty();
-    if (any_trees && !free_trees(system, parameters, efforts, given, articulation, terms)) return false;
-    if (!accelerate_numbers(system, parameters, inertials, kinematics, efforts, given, articulation, terms, a,
+    if (any_trees && !free_trees(system, parameters, efforts, given, articulation)) return false;
+    if (!accelerate_numbers(system, parameters, inertials, kinematics, efforts, given, articulation, a,
                             drive_efforts))
       return false;
     if (any_trees) follow_trees(system, parameters, articulation, a);
@@ -308,13 +340,30 @@ bool find_accelerations(const System& system, const Parameters& parameters, cons
   }
 }
 
-#define BORELLI_ARTICULATED_OVER(T)                                                                   \
-  template struct ArticulationOf<T>;                                                                  \
-  template void move_links(const System&, const Parameters&, const InertialsOf<T>&, double, const T*, \
-                           const T*, const T*, bool, KinematicsOf<T>&, ArticulationOf<T>&);           \
-  template bool find_accelerations(const System&, const Parameters&, const InertialsOf<T>&,           \
-                                   const KinematicsOf<T>&, const EffortSumsOf<T>*, const T*,          \
-                                   ArticulationOf<T>&, LagrangeTermsOf<T>&, T*, T*);
+template <class T>
+void find_energies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                   const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts,
+                   const ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms) {
+  if constexpr (std::is_same_v<T, DualNumber>)
+    find_energies_of(system, parameters, inertials, kinematics, efforts, articulation, terms);
+  else
+    find_energies_of_numbers(system, parameters, inertials, kinematics, efforts, articulation, terms);
+  if constexpr (std::is_same_v<T, double>)
+    if (!articulation.trees.empty()) find_energies_of_trees(system, parameters, articulation, terms);
+}
+
+#define BORELLI_ARTICULATED_OVER(T)                                                                     \
+  template struct ArticulationOf<T>;                                                                    \
+  template void move_links(const System&, const Parameters&, const InertialsOf<T>&, double, const T*,   \
+                           const T*, const T*, KinematicsOf<T>&, ArticulationOf<T>&);                   \
+  template void find_bodies(const System&, const Parameters&, const InertialsOf<T>&, KinematicsOf<T>&,  \
+                            ArticulationOf<T>&);                                                        \
+  template bool find_accelerations(const System&, const Parameters&, const InertialsOf<T>&,             \
+                                   const KinematicsOf<T>&, const EffortSumsOf<T>*, const T*,            \
+                                   ArticulationOf<T>&, T*, T*);                                         \
+  template void find_energies(const System&, const Parameters&, const InertialsOf<T>&,                  \
+                              const KinematicsOf<T>&, const EffortSumsOf<T>*, const ArticulationOf<T>&, \
+                              LagrangeTermsOf<T>&);
 BORELLI_ARTICULATED_OVER(double)
 BORELLI_ARTICULATED_OVER(DualNumber)
 BORELLI_ARTICULATED_OVER(Lanes)

@@ -12,10 +12,13 @@
 // reference motion need not turn with it, and it needs no axes.
 #pragma once
 
+#include <optional>
+
 #include "dynamics/alike_trees.hpp"
 #include "dynamics/kinematics.hpp"
 #include "dynamics/lagrange.hpp"
 #include "dynamics/scan.hpp"
+#include "dynamics/swings.hpp"
 #include "dynamics/symmetric.hpp"
 #include "dynamics/wrench.hpp"
 
@@ -89,6 +92,8 @@ struct SideBySide {
   std::vector<PivotOf<Quad>> pivots;
   static constexpr int by_carrier = -1, by_world = -2;  ///< for `before`
   LinkOf<Quad> carrier;                                 ///< what carries them, if it is not the world
+  std::optional<Swings> swings;  ///< where each tree is one body that swings about an axis of the world
+  bool swung = false;            ///< in these passes: `swings` are all that has been moved
 };
 
 /// Scratch; one per thread.
@@ -104,24 +109,36 @@ struct ArticulationOf {
 
   /// Of body b; null: the world's.
   LinkOf<T>* link(int b) { return frames[b] < 0 ? nullptr : &links[frames[b]]; }
+  const LinkOf<T>* link(int b) const { return frames[b] < 0 ? nullptr : &links[frames[b]]; }
 };
 using Articulation = ArticulationOf<double>;
 
 /// The pass outwards, in the reference motion or (for inverse_dynamics) with given accelerations a (nv, else
-/// null). `keep_bodies`: whether the poses and velocities of `kinematics` are asked for (not its
-/// accelerations, nor what it keeps per coordinate).
+/// null). Of `kinematics` it fills the coordinates alone.
 template <class T>
 void move_links(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
-                const T* q, const T* v, const T* a, bool keep_bodies, KinematicsOf<T>& kinematics,
+                const T* q, const T* v, const T* a, KinematicsOf<T>& kinematics,
                 ArticulationOf<T>& articulation);
 
-/// After move_links without them: the free accelerations a (nv) without constraints, what the drives exert
-/// (driven_nv), and the energies of `terms`. `efforts` may be null for none; `given` (nv, or null) is added
-/// to the generalized efforts. False where a coordinate meets so little inertia beside what it carries that
+/// After move_links: the poses and velocities of the bodies of `kinematics` (not its accelerations, nor what
+/// it keeps per coordinate). What acts on bodies asks for them.
+template <class T>
+void find_bodies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                 KinematicsOf<T>& kinematics, ArticulationOf<T>& articulation);
+
+/// After move_links without them: the free accelerations a (nv) without constraints, and what the drives
+/// exert (driven_nv). `efforts` (after find_bodies) may be null for none; `given` (nv, or null) is added to
+/// the generalized efforts. False where a coordinate meets so little inertia beside what it carries that
 /// rounding may have made it: then A must decide (factor_mass_matrix).
 template <class T>
 bool find_accelerations(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                         const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts, const T* given,
-                        ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms, T* a, T* drive_efforts);
+                        ArticulationOf<T>& articulation, T* a, T* drive_efforts);
+
+/// After move_links: the energies of `terms`. `efforts` may be null for none.
+template <class T>
+void find_energies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
+                   const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts,
+                   const ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms);
 
 }  // namespace borelli

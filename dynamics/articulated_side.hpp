@@ -137,10 +137,23 @@ inline LinkOf<double>& carrying_link(const System& system, const SideBySide& sid
   return *articulation.link(system.bodies[side.trees.bodies[0][lane]].parent);
 }
 
+/// Turns of `swings`.
+inline void swing(const Parameters& parameters, const Kinematics& k, SideBySide& side) {
+  Swings& swings = *side.swings;
+  side.swung = true;
+  swings.update(parameters);
+  const SideBySide::StepOf& step = side.steps[0];
+  const Quad q = gather([&](int lane) { return k.q[step.q[lane]]; });
+  swings.u = gather([&](int lane) { return k.u[step.u[lane]]; });
+  swings.cos_q = cos(q);
+  swings.sin_q = sin(q);
+}
+
 /// `given`: whether the accelerations of k are.
-inline void move_side(const System& system, const Parameters& parameters,
-                      const InertialsOf<double>& inertials, bool given, bool keep_bodies,
-                      Articulation& articulation, Kinematics& k, SideBySide& side) {
+inline void move_links_of_side(const System& system, const Parameters& parameters,
+                               const InertialsOf<double>& inertials, bool given, Articulation& articulation,
+                               const Kinematics& k, SideBySide& side) {
+  side.swung = false;
   if (side.steps[0].before == SideBySide::by_carrier) {
     LinkMotion<Quad>& to = side.carrier.motion;
     const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, articulation).motion; };
@@ -195,10 +208,28 @@ inline void move_side(const System& system, const Parameters& parameters,
     } else {
       body.arm.setZero();
     }
-    if (!keep_bodies) continue;
+  }
+}
+
+inline void move_side(const System& system, const Parameters& parameters,
+                      const InertialsOf<double>& inertials, bool given, Articulation& articulation,
+                      const Kinematics& k, SideBySide& side) {
+  if (side.swings && !given)
+    swing(parameters, k, side);
+  else
+    move_links_of_side(system, parameters, inertials, given, articulation, k, side);
+}
+
+inline void find_bodies_of_side(const System& system, const Parameters& parameters,
+                                const InertialsOf<double>& inertials, Articulation& articulation,
+                                Kinematics& k, SideBySide& side) {
+  if (side.swung) move_links_of_side(system, parameters, inertials, false, articulation, k, side);
+  for (std::size_t b = 0; b < side.trees.bodies.size(); ++b) {
+    const SideBySide::BodyOf& body = side.bodies[b];
+    const LinkMotion<Quad>& motion = side.steps[side.bodies[b + 1].first_step - 1].link.motion;
     const Vector3<Quad> g = motion.X.p + body.arm, v = motion.v + motion.w.cross(body.arm);
     for (int lane = 0; lane < Quad::count; ++lane) {
-      BodyMotion& m = k.bodies[each[lane]];
+      BodyMotion& m = k.bodies[side.trees.bodies[b][lane]];
       lane_of(motion.X.R, lane, m.X.R);
       lane_of(motion.X.p, lane, m.X.p);
       lane_of(motion.w, lane, m.w);
@@ -208,12 +239,42 @@ inline void move_side(const System& system, const Parameters& parameters,
   }
 }
 
+inline void find_energies_of_side(const System& system, const Parameters& parameters, const SideBySide& side,
+                                  LagrangeTerms& terms) {
+  Quad kinetic = 0, potential = 0;
+  if (side.swung) {
+    const Swings& swings = *side.swings;
+    kinetic = 0.5 * swings.inertia * swings.u * swings.u;
+    potential = swings.level + swings.cosine * swings.cos_q + swings.sine * swings.sin_q;
+  } else {
+    for (std::size_t b = 0; b < side.trees.bodies.size(); ++b) {
+      if (!system.bodies[side.trees.bodies[b][0]].massive) continue;
+      const auto [moving, lying] = energies<Quad>(side.bodies[b].inertial, parameters.gravity,
+                                                  side.steps[side.bodies[b + 1].first_step - 1].link.motion);
+      kinetic += moving;
+      potential += lying;
+    }
+  }
+  for (int lane = 0; lane < side.trees.count; ++lane) {
+    const int group = system.bodies[side.trees.bodies[0][lane]].group;  // the whole tree's
+    terms.kinetic += kinetic[lane];
+    terms.potential += potential[lane];
+    terms.group_kinetic[group] += kinetic[lane];
+    terms.group_potential[group] += potential[lane];
+  }
+}
+
 /// What the trees carry, at their frames, added to what carries them. False where a coordinate meets no
 /// inertia to speak of.
 inline bool free_side(const System& system, const Parameters& parameters, const EffortSums* efforts,
-                      const double* given, Articulation& articulation, SideBySide& side,
-                      LagrangeTerms& terms) {
-  Quad kinetic = 0, potential = 0;
+                      const double* given, Articulation& articulation, SideBySide& side) {
+  if (side.swung) {
+    const Swings& swings = *side.swings;
+    Quad& rest = side.pivots[0].rest;
+    rest = swings.cosine * swings.sin_q - swings.sine * swings.cos_q;
+    if (given) rest += gather([&](int lane) { return given[side.steps[0].u[lane]]; });
+    return swings.sound;
+  }
   for (int b = int(side.trees.bodies.size()) - 1; b >= 0; --b) {
     const SideBySide::BodyOf& body = side.bodies[b];
     const Each& each = side.trees.bodies[b];
@@ -221,11 +282,7 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
     const LinkOf<Quad>& link = side.steps[last].link;
     ArticulatedBody<Quad> carried;
     if (system.bodies[each[0]].massive) {
-      carried = alone<Quad>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose,
-                            [&](const Quad& more_kinetic, const Quad& more_potential) {
-                              kinetic += more_kinetic;
-                              potential += more_potential;
-                            });
+      carried = alone<Quad>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose);
       if (link.carries) add(link.body, carried);
     } else if (link.carries) {
       carried = link.body;
@@ -282,18 +339,16 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
       }
     }
   }
-  for (int lane = 0; lane < side.trees.count; ++lane) {
-    const int group = system.bodies[side.trees.bodies[0][lane]].group;  // the whole tree's
-    terms.kinetic += kinetic[lane];
-    terms.potential += potential[lane];
-    terms.group_kinetic[group] += kinetic[lane];
-    terms.group_potential[group] += potential[lane];
-  }
   return true;
 }
 
 inline void follow_side(const System& system, const Parameters& parameters, Articulation& articulation,
                         SideBySide& side, double* a) {
+  if (side.swung) {
+    const Quad rate = side.swings->inverse * side.pivots[0].rest;
+    for (int lane = 0; lane < Quad::count; ++lane) a[side.steps[0].u[lane]] = rate[lane];
+    return;
+  }
   if (side.steps[0].before == SideBySide::by_carrier) {
     const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, articulation); };
     gather(

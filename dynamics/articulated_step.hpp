@@ -97,11 +97,21 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
 
 // ---- inwards: what each joint meets ----
 
-/// A body by itself, with its inertial force less its weight; its kinetic and potential energy are booked.
-/// `turning`: whether wdot is more than zero.
-template <class T, class Inertia, class Book>
+/// A body's kinetic and potential energy.
+template <class T, class Inertia>
+std::pair<T, T> energies(const Inertia& inertial, const Eigen::Vector3d& gravity,
+                         const LinkMotion<T>& motion) {
+  const T mass = inertial.mass;
+  const Vector3<T> d = motion.X.R * inertial.centre, w = motion.X.R.transpose() * motion.w;
+  const Vector3<T> v = motion.v + motion.w.cross(d), momentum = inertial.tensor * w;
+  return {0.5 * (mass * v.squaredNorm() + w.dot(momentum)),
+          -mass * (gravity.dot(motion.X.p) + gravity.dot(d))};
+}
+
+/// A body by itself, with its inertial force less its weight. `turning`: whether wdot is more than zero.
+template <class T, class Inertia>
 ArticulatedBody<T> alone(const Inertia& inertial, const Eigen::Vector3d& gravity, const LinkMotion<T>& motion,
-                         bool turning, Book&& book) {
+                         bool turning) {
   const T mass = inertial.mass;
   const Vector3<T> w = motion.w;
   const Vector3<T> d = motion.X.R * inertial.centre, wd = w.cross(d);
@@ -112,8 +122,6 @@ ArticulatedBody<T> alone(const Inertia& inertial, const Eigen::Vector3d& gravity
     f += motion.wdot.cross(d);
     n += I_W * motion.wdot;
   }
-  book(0.5 * (mass * (motion.v + wd).squaredNorm() + w.dot(momentum)),
-       -mass * (gravity.dot(motion.X.p) + gravity.dot(d)));
   ArticulatedBody<T> out;
   out.bias.f = mass * f;
   out.bias.n = n + d.cross(out.bias.f);

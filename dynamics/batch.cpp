@@ -91,31 +91,29 @@ Fault accelerate_alone(const System& system, const Parameters& parameters, const
     for (int i = 0; i < system.nv; ++i) w.given[i] = applied[i][lane];
   const State one = state.state(lane);
   const Fault fault = accelerate(system, w.numbers, one.t, one.q.data(), one.v.data(), {}, w.single,
-                                 applied ? w.given.data() : nullptr);
+                                 applied ? w.given.data() : nullptr, Wanted::accelerations);
   for (int i = 0; i < system.nv; ++i) w.a[i].set(lane, w.single.a[i]);
   for (int d = 0; d < system.driven_nv; ++d) w.drive_efforts[d].set(lane, w.single.drive_efforts[d]);
-  w.terms.kinetic.set(lane, w.single.terms.kinetic);
-  w.terms.potential.set(lane, w.single.terms.potential);
-  for (int g = 0; g < system.groups; ++g) {
-    w.terms.group_kinetic[g].set(lane, w.single.terms.group_kinetic[g]);
-    w.terms.group_potential[g].set(lane, w.single.terms.group_potential[g]);
-    w.group_power[g].set(lane, w.single.group_power[g]);
-  }
+  for (int g = 0; g < system.groups; ++g) w.group_power[g].set(lane, w.single.group_power[g]);
   return fault;
 }
 
 }  // namespace
 
 bool accelerate(const System& system, const Parameters& parameters, const BatchState& state,
-                BatchWorkspace& w, const Lanes* applied) {
+                BatchWorkspace& w, const Lanes* applied, Wanted wanted) {
   const bool acted = !system.efforts.empty();
-  move_links<Lanes>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), nullptr, acted,
+  move_links<Lanes>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), nullptr,
                     w.kinematics, w.articulation);
-  if (acted) scan_efforts(system, parameters, w.kinematics, w.efforts);
+  if (acted) {
+    find_bodies<Lanes>(system, parameters, w.inertials, w.kinematics, w.articulation);
+    scan_efforts(system, parameters, w.kinematics, w.efforts);
+  }
   w.faults.fill({});
   bool together =
       find_accelerations(system, parameters, w.inertials, w.kinematics, acted ? &w.efforts : nullptr, applied,
-                         w.articulation, w.terms, w.a.data(), w.drive_efforts.data());
+                         w.articulation, w.a.data(), w.drive_efforts.data());
+  if (wanted == Wanted::all) find_energies(system, parameters, w);
   if (together) {
     w.group_power = w.efforts.group_power;
     for (int d = 0; d < system.driven_nv; ++d)
@@ -130,6 +128,11 @@ bool accelerate(const System& system, const Parameters& parameters, const BatchS
     if (w.faults[lane]) solved = false;
   }
   return solved;
+}
+
+void find_energies(const System& system, const Parameters& parameters, BatchWorkspace& w) {
+  find_energies(system, parameters, w.inertials, w.kinematics, system.efforts.empty() ? nullptr : &w.efforts,
+                w.articulation, w.terms);
 }
 
 void inverse_dynamics(const System& system, const Parameters& parameters, const BatchState& state,

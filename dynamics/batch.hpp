@@ -56,10 +56,14 @@ struct BatchWorkspace {
   Eigen::VectorXd given;  ///< nv
 };
 
-/// Accelerations, what drives exert, energies and powers of eight states. `applied` (nv, or null) is added to
-/// the generalized efforts. False: of some lane the equations cannot be solved; see `faults`.
+/// Accelerations, what drives exert, energies (unless accelerations alone are wanted) and powers of eight
+/// states. `applied` (nv, or null) is added to the generalized efforts. False: of some lane the equations
+/// cannot be solved; see `faults`.
 bool accelerate(const System& system, const Parameters& parameters, const BatchState& state,
-                BatchWorkspace& workspace, const Lanes* applied = nullptr);
+                BatchWorkspace& workspace, const Lanes* applied = nullptr, Wanted wanted = Wanted::all);
+
+/// The energies, after accelerate() without them.
+void find_energies(const System& system, const Parameters& parameters, BatchWorkspace& workspace);
 
 /// efforts <- A a + B - Q (nv), what the accelerations a (nv) ask for beside the scene's own efforts.
 void inverse_dynamics(const System& system, const Parameters& parameters, const BatchState& state,

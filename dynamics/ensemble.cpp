@@ -72,7 +72,7 @@ class BatchFlow : public Flow {
     if (turned_too_far()) return false;
     from_chart(system_, centre_.data(), x_.data(), state_.q.data());
     state_.t = t;
-    if (!accelerate(system_, system_.parameters, state_, w_)) {
+    if (!accelerate(system_, system_.parameters, state_, w_, nullptr, Wanted::accelerations)) {
       for (int lane = 0; lane < count; ++lane) failed_[lane] = bool(w_.faults[lane]);
       return false;
     }
@@ -285,6 +285,7 @@ class BatchRun {
       stops_.look(w_.kinematics, [&](int lane) { replace(lane); });
       if (!left_) break;
     }
+    find_energies(system_, system_.parameters, w_);
     for (int g = 0; g < system_.groups; ++g)
       for (int lane = 0; lane < count; ++lane)
         balances_[g][lane].observe(state_.t, w_.terms.group_kinetic[g][lane],

@@ -99,6 +99,7 @@ Fault find_rows(const System& system, const Parameters& parameters, Workspace& w
 Fault update_terms(const System& system, const Parameters& parameters, double t, const double* q,
                    const double* v, Workspace& w) {
   ++w.evaluations;
+  w.complete = true;
   update_motion(system, parameters, t, q, v, w);
   if (const Fault fault = find_terms(system, parameters, w)) return fault;
   return find_rows(system, parameters, w);
@@ -107,6 +108,7 @@ Fault update_terms(const System& system, const Parameters& parameters, double t,
 Fault update_energies(const System& system, const Parameters& parameters, double t, const double* q,
                       const double* v, Workspace& w) {
   if (w.kinematics.equations != Equations::recursive) return update_terms(system, parameters, t, q, v, w);
+  w.complete = true;
   update_motion(system, parameters, t, q, v, w);
   return {};
 }
@@ -136,29 +138,33 @@ void find_drive_efforts(const System& system, Workspace& w) {
   }
 }
 
-/// The accelerations by articulated bodies, with kinematics, efforts and energies. False where they do not
-/// apply or A must decide.
+/// The accelerations by articulated bodies, with what acts. False where they do not apply or A must decide.
 bool articulate(const System& system, const Parameters& parameters, double t, const double* q,
                 const double* v, Workspace& w, const double* applied) {
   if (w.kinematics.equations != Equations::recursive || w.has_rows() || !w.articulation.every_body_moves)
     return false;
   empty_rows(w);
   const bool acted = !system.efforts.empty();
-  move_links<double>(system, parameters, parameters.inertials, t, q, v, nullptr, true, w.kinematics,
+  move_links<double>(system, parameters, parameters.inertials, t, q, v, nullptr, w.kinematics,
                      w.articulation);
-  if (acted) scan_efforts(system, parameters, w.kinematics, w.efforts);
+  if (acted) {
+    find_bodies<double>(system, parameters, parameters.inertials, w.kinematics, w.articulation);
+    scan_efforts(system, parameters, w.kinematics, w.efforts);
+  }
   return find_accelerations(system, parameters, parameters.inertials, w.kinematics,
-                            acted ? &w.efforts : nullptr, applied, w.articulation, w.terms, w.a.data(),
+                            acted ? &w.efforts : nullptr, applied, w.articulation, w.a.data(),
                             w.drive_efforts.data());
 }
 
 }  // namespace
 
 Fault accelerate(const System& system, const Parameters& parameters, double t, const double* q,
-                 const double* v, const RowHandling& handling, Workspace& w, const double* applied) {
+                 const double* v, const RowHandling& handling, Workspace& w, const double* applied,
+                 Wanted wanted) {
   const int n = system.nv;
   ++w.evaluations;
-  if (!articulate(system, parameters, t, q, v, w, applied)) {
+  w.complete = !articulate(system, parameters, t, q, v, w, applied);
+  if (w.complete) {
     update_motion(system, parameters, t, q, v, w);
     if (const Fault fault = find_terms(system, parameters, w)) return fault;
     if (const Fault fault = find_rows(system, parameters, w)) return fault;
@@ -170,6 +176,8 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
     if (w.has_rows()) add_constraints(system, handling, w);
     if (!system.contacts.empty() && !w.leaves_contacts) add_sliding_friction(system, parameters, w);
     if (system.driven_nv > 0) find_drive_efforts(system, w);
+  } else if (wanted == Wanted::all) {
+    complete(system, parameters, w);
   }
   for (int i = 0; i < n; ++i)
     if (!std::isfinite(w.a[i])) return {Fault::Kind::not_finite, i};
@@ -190,6 +198,15 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
     w.group_power[system.constraints[system.row_constraint[r]].group] +=
         w.multipliers[r] * (w.rows.rate[r] - w.rows.partial_rate[r]);
   return {};
+}
+
+void complete(const System& system, const Parameters& parameters, Workspace& w) {
+  if (w.complete) return;
+  w.complete = true;
+  const bool acted = !system.efforts.empty();
+  if (!acted) find_bodies<double>(system, parameters, parameters.inertials, w.kinematics, w.articulation);
+  find_energies(system, parameters, parameters.inertials, w.kinematics, acted ? &w.efforts : nullptr,
+                w.articulation, w.terms);
 }
 
 }  // namespace borelli

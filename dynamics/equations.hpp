@@ -41,7 +41,7 @@ struct Workspace {
   explicit Workspace(const System& system) : Workspace(system, system.settings.equations) {}
   Workspace(const System& system, Equations equations);
   // after `accelerate` by the recursive equations without constraints of the first: poses and velocities
-  // alone, of the terms: energies alone
+  // alone, of the terms: energies alone (neither before `complete` where accelerations alone were wanted)
   Kinematics kinematics;
   EffortSums efforts;
   LagrangeTerms terms;
@@ -68,6 +68,7 @@ struct Workspace {
 
   Eigen::VectorXd wanted, correction;  ///< scratch: rows, nv
   SlidingFriction friction;
+  bool complete = true;    ///< poses, velocities and energies are those of the last evaluation
   bool rows_empty = true;  ///< rows, multipliers and friction are those of a state in which none holds
 
   /// What outlasts an evaluation.
@@ -93,10 +94,17 @@ Fault update_terms(const System& system, const Parameters& parameters, double t,
 Fault update_energies(const System& system, const Parameters& parameters, double t, const double* q,
                       const double* v, Workspace& workspace);
 
+/// What is wanted of an evaluation: most of those within a step need no poses and no energies, which
+/// complete() adds.
+enum class Wanted { all, accelerations };
+
 /// update_terms, then accelerations, multipliers, efforts of the drives and powers. `applied` (nv or null) is
 /// added to Q.
 Fault accelerate(const System& system, const Parameters& parameters, double t, const double* q,
                  const double* v, const RowHandling& handling, Workspace& workspace,
-                 const double* applied = nullptr);
+                 const double* applied = nullptr, Wanted wanted = Wanted::all);
+
+/// After accelerate() for the accelerations alone: what it left out.
+void complete(const System& system, const Parameters& parameters, Workspace& workspace);
 
 }  // namespace borelli

@@ -183,8 +183,11 @@ void inverse_dynamics(const System& system, const Parameters& parameters, const 
                       double t, const T* q, const T* v, const T* a, KinematicsOf<T>& kinematics,
                       EffortSumsOf<T>& efforts, ArticulationOf<T>& articulation, T* needed) {
   const bool acted = !system.efforts.empty();
-  move_links(system, parameters, inertials, t, q, v, a, acted, kinematics, articulation);
-  if (acted) scan_efforts(system, parameters, kinematics, efforts);
+  move_links(system, parameters, inertials, t, q, v, a, kinematics, articulation);
+  if (acted) {
+    find_bodies(system, parameters, inertials, kinematics, articulation);
+    scan_efforts(system, parameters, kinematics, efforts);
+  }
   const EffortSumsOf<T>* const acting = acted ? &efforts : nullptr;
   if constexpr (std::is_same_v<T, double>)
     if (!articulation.trees.empty()) hold_trees(system, parameters, kinematics, acting, articulation, needed);

@@ -84,11 +84,13 @@ void MoreauStepping::look(const MotionFlow& motion, double t, const VectorXd& y)
   Scratch& s = *scratch_;
   motion.take(y, s.state, s.work);
   const double *q = s.state.q.data(), *v = s.state.v.data();
-  if (s.landed.equations == Equations::recursive && s.links.every_body_moves)
-    move_links<double>(system, system.parameters, system.parameters.inertials, t, q, v, nullptr, true,
-                       s.landed, s.links);
-  else
+  if (s.landed.equations == Equations::recursive && s.links.every_body_moves) {
+    const Parameters& p = system.parameters;
+    move_links<double>(system, p, p.inertials, t, q, v, nullptr, s.landed, s.links);
+    find_bodies<double>(system, p, p.inertials, s.landed, s.links);
+  } else {
     update_kinematics(system, system.parameters, t, q, v, s.landed);
+  }
   s.far.mark(s.landed, 0, 0, s.end);
   scan_constraints(system, system.parameters, s.landed, s.end);
 }

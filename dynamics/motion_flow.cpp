@@ -53,6 +53,8 @@ bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y,
     fault_ = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(), handling_, w_);
     if (fault_) return false;
     w_.solver.remember();
+  } else {
+    complete(system_, system_.parameters, w_);
   }
   set_work_scale();
   fill(y, dy);
@@ -80,7 +82,8 @@ bool MotionFlow::derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd&
   if (turned_too_far(y)) return false;
   from_chart(system_, q0_.data(), y.data(), q_.data());
   last_v_ = y.segment(system_.nv, system_.nv);
-  fault_ = accelerate(system_, system_.parameters, t, q_.data(), last_v_.data(), within_step_, w_);
+  fault_ = accelerate(system_, system_.parameters, t, q_.data(), last_v_.data(), within_step_, w_, nullptr,
+                      Wanted::accelerations);
   if (fault_) return false;
   fill(y, dy);
   solved_ = !w_.has_rows();

@@ -36,8 +36,11 @@ class MotionFlow : public Flow {
 
   const MotionFlow* motion() const override { return this; }
   const System& system() const { return system_; }
-  /// The equations as last solved.
-  const Workspace& workspace() const { return w_; }
+  /// The equations as last solved, with all that they give there.
+  const Workspace& workspace() const {
+    complete(system_, system_.parameters, w_);
+    return w_;
+  }
   /// Whether constraint rows are kept by projection.
   bool projects() const { return system_.rows > 0 && projects_; }
 

@@ -80,12 +80,13 @@ struct Pair {
 using Evaluate = void (*)(Pair&);
 
 void accelerations(Pair& p) {
-  if (accelerate(p.system, p.system.parameters, 0, p.q.data(), p.v.data(), {}, *p.workspace))
+  if (accelerate(p.system, p.system.parameters, 0, p.q.data(), p.v.data(), {}, *p.workspace, nullptr,
+                 Wanted::accelerations))
     throw std::runtime_error("the equations could not be solved");
   benchmark::DoNotOptimize(p.workspace->a.data());
 }
 void accelerations_of_eight(Pair& p) {
-  if (!accelerate(p.system, p.system.parameters, *p.eight, *p.batch))
+  if (!accelerate(p.system, p.system.parameters, *p.eight, *p.batch, nullptr, Wanted::accelerations))
     throw std::runtime_error("the equations could not be solved");
   benchmark::DoNotOptimize(p.batch->a.data());
 }

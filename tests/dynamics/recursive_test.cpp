@@ -102,6 +102,22 @@ void compare(const System& system, const Parameters& p, const State& state, cons
                      : 0);
     EXPECT_LT(residual.cwiseAbs().maxCoeff(), 1e-12 * part) << which;
   }
+
+  // what is left out within a step is the same when it is asked for afterwards
+  const LagrangeTerms all = w.recursive.terms;
+  const std::vector<BodyMotion> bodies = w.recursive.kinematics.bodies;
+  Workspace later(system, Equations::recursive);
+  ASSERT_FALSE(accelerate(system, p, state.t, state.q.data(), state.v.data(), {}, later, nullptr,
+                          Wanted::accelerations));
+  EXPECT_EQ(relative(later.a, w.recursive.a), 0) << which;
+  complete(system, p, later);
+  EXPECT_EQ(later.terms.kinetic, all.kinetic) << which;
+  EXPECT_EQ(relative(later.terms.group_potential, all.group_potential), 0) << which;
+  for (std::size_t b = 1; b < bodies.size(); ++b) {
+    if (!system.bodies[b].touched) continue;
+    EXPECT_TRUE(later.kinematics.bodies[b].g == bodies[b].g && later.kinematics.bodies[b].v == bodies[b].v)
+        << which;
+  }
 }
 
 void compare(const System& system, const State& state, const std::string& which) {
@@ -196,6 +212,66 @@ TEST(Recursive, AlikeLimbsEqualLagrange) {
   }
   EXPECT_GT(compared, 30);
   for (int lanes = 2; lanes <= Quad::count; ++lanes) EXPECT_GT(lanes_used[lanes], 10) << lanes;
+}
+
+// A rack of pendulums, each alone on the world: what they need of their parameters is found once, and again
+// when these change.
+TEST(Recursive, PendulumsFollowTheirParameters) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    SCOPED_TRACE(seed);
+    Random random(seed);
+    Scene scene;
+    scene.gravity = random.vector(10);
+    for (int i = 0; i < 7; ++i) {
+      Switch turn = hinge(fmt::format("q{}", i), random.direction());
+      if (random.integer(0, 1)) turn.armature = random.number(0.1, 1);
+      scene.solids.push_back(solid(fmt::format("bar{}", i), "world",
+                                   {fixed(random.vector(1e3), rotation_matrix(random.turn())), turn},
+                                   {random.inertia().inertial()}));
+    }
+    const System system = compiled(scene);
+    const State state = random.state(system);
+    const double *q = state.q.data(), *v = state.v.data();
+    Pair w(system);
+    ASSERT_TRUE(w.recursive.articulation.trees.size() == 2 && w.recursive.articulation.trees[0].swings);
+    Parameters p = system.parameters;
+    const int body = random.integer(1, 7), step = system.bodies[body].first_step;
+    const auto change = [&](int which) {
+      if (which == 1) p.gravity = random.vector(10);
+      if (which == 2) p.placements[step] = Placement({rotation_matrix(random.turn()), random.vector(5)});
+      if (which == 3) std::get<Rotation>(p.kinds[step]).axis = random.direction();
+      if (which == 4) p.inertials[body] = random.inertia().inertial();
+      if (which == 5) p.inertials[body].tensor(2, 2) *= 1.5;
+      if (which == 6) p.armatures[step] += 0.5;
+    };
+    const auto same = [&](const Workspace& a, const Workspace& b) {
+      EXPECT_LT(relative(a.a, b.a), 1e-12);
+      EXPECT_NEAR(a.terms.kinetic, b.terms.kinetic, 1e-12 * b.terms.kinetic);
+      EXPECT_LT(relative(a.terms.group_kinetic, b.terms.group_kinetic), 1e-12);
+      EXPECT_LT(relative(a.terms.group_potential, b.terms.group_potential), 1e-12);
+      for (std::size_t i = 1; i < system.bodies.size(); ++i) {
+        EXPECT_LT(relative(a.kinematics.bodies[i].g, b.kinematics.bodies[i].g), 1e-12);
+        EXPECT_LT(relative(a.kinematics.bodies[i].X.R, b.kinematics.bodies[i].X.R), 1e-12);
+        EXPECT_LT(relative(a.kinematics.bodies[i].v, b.kinematics.bodies[i].v), 1e-12);
+      }
+    };
+    for (int which = 0; which <= 6; ++which) {
+      SCOPED_TRACE(which);
+      change(which);
+      ASSERT_FALSE(accelerate(system, p, 0, q, v, {}, w.lagrange));
+      ASSERT_FALSE(accelerate(system, p, 0, q, v, {}, w.recursive, nullptr, Wanted::accelerations));
+      EXPECT_TRUE(w.recursive.articulation.trees[0].swung);
+      EXPECT_LT(relative(w.recursive.a, w.lagrange.a), 1e-12);
+      complete(system, p, w.recursive);
+      same(w.recursive, w.lagrange);
+    }
+    // one without mass on its axis meets nothing, and is named
+    p.inertials[body] = {1, Vector3d::Zero(), Eigen::Matrix3d::Zero()};
+    p.armatures[step] = 0;
+    const Fault fault = accelerate(system, p, 0, q, v, {}, w.recursive, nullptr, Wanted::accelerations);
+    EXPECT_EQ(fault.kind, Fault::Kind::singular_mass);
+    EXPECT_EQ(fault.index, system.steps[step].u);
+  }
 }
 
 // The mass matrix asks for poses only; over drives that carry free coordinates, over balls and over many
