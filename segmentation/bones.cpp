@@ -59,15 +59,17 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
       mark(limbs.arm(side), arm_joints(limbs.arm(side), trunk.scale), "upper_arm", "forearm", "hand");
   }
   Volume<std::uint8_t> bones = nearest_seeds(cost, seeds);
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        auto& label = bones.at(i, j, k);
-        if (!a.bone.at(i, j, k)) label = 0;
-        if (label == part_label("lower_trunk"))
-          label = static_cast<std::uint8_t>(planes.axial_part(
-              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)))));
-      }
+  in_slabs(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t k = first; k < last; ++k)
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i) {
+          auto& label = bones.at(i, j, k);
+          if (!a.bone.at(i, j, k)) label = 0;
+          if (label == part_label("lower_trunk"))
+            label = static_cast<std::uint8_t>(planes.axial_part(
+                g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)))));
+        }
+  });
   return bones;
 }
 

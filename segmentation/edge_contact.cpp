@@ -22,7 +22,7 @@ Vector3d point_of(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k)
 std::array<float, 256> deepest_of(const Volume<float>& depth, const Volume<std::uint8_t>& owner) {
   std::array<float, 256> deepest{};
   for (std::size_t o = 0; o < depth.voxels.size(); ++o)
-    deepest[owner.voxels[o]] = std::max(deepest[owner.voxels[o]], depth.voxels[o]);
+    if (owner.voxels[o]) deepest[owner.voxels[o]] = std::max(deepest[owner.voxels[o]], depth.voxels[o]);
   return deepest;
 }
 

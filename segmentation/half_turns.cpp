@@ -35,7 +35,9 @@ Nearer nearer_skin(const Anatomy& a) {
     double sum = 0, weight = 0;
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const double w = std::pow(a.depth.at(i, j, k), 2);
+        const float depth = a.depth.at(i, j, k);
+        if (depth == 0) continue;
+        const double w = std::pow(depth, 2);
         sum += w * static_cast<double>(i), weight += w;
       }
     if (weight == 0) continue;

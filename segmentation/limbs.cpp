@@ -148,13 +148,15 @@ constexpr float longest_limb = 3000;  // mm of way
 Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
   Limbs limbs;
   limbs.territory = std::move(territory);
-  for (std::size_t n = 1; n < limbs.way.size(); ++n) {
-    const bool leg = n <= 2;
-    const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
-    const bool headless = leg && trunk.femur[n - 1];
-    if (head || headless) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
-    limbs.way[n].headless = headless;
-  }
+  in_slabs(std::ssize(limbs.way) - 1, a.threads, [&](std::int64_t first, std::int64_t last) {
+    for (auto n = static_cast<std::size_t>(first) + 1; n <= static_cast<std::size_t>(last); ++n) {
+      const bool leg = n <= 2;
+      const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
+      const bool headless = leg && trunk.femur[n - 1];
+      if (head || headless) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
+      limbs.way[n].headless = headless;
+    }
+  });
   return limbs;
 }
 
@@ -210,11 +212,13 @@ bool arms_meet(const Geodesic& territory) {
                  right = static_cast<std::uint8_t>(Limb::arm_right);
   const auto& owner = territory.owner;
   const auto nx = static_cast<std::size_t>(owner.grid.size[0]);
-  for (const std::size_t stride : {std::size_t{1}, nx, nx * static_cast<std::size_t>(owner.grid.size[1])})
-    for (std::size_t o = stride; o < owner.voxels.size(); ++o) {
-      const auto p = owner.voxels[o], q = owner.voxels[o - stride];
-      if ((p == left && q == right) || (p == right && q == left)) return true;
-    }
+  for (std::size_t o = 0; o < owner.voxels.size(); ++o) {
+    const auto p = owner.voxels[o];
+    if (p != left && p != right) continue;
+    const auto other = p == left ? right : left;
+    for (const std::size_t stride : {std::size_t{1}, nx, nx * static_cast<std::size_t>(owner.grid.size[1])})
+      if (o >= stride && owner.voxels[o - stride] == other) return true;
+  }
   return false;
 }
 
