@@ -141,7 +141,7 @@ double border(double gap, double first, double second) {
 
 }  // namespace
 
-Mask lean_flesh(const Anatomy& a) {
+LeanFlesh lean_flesh(const Anatomy& a) {
   const auto& g = a.grid();
   const double thin = std::max(3.0, a.step()) * 1.01;  // half of what is too thin
   const Mask dense = where(g, [&](std::size_t o) {
@@ -150,7 +150,10 @@ Mask lean_flesh(const Anatomy& a) {
   const Mask thick = eroded(dense, thin, true);
   const Mask near_core =
       dilated(where(g, [&](std::size_t o) { return a.bone.voxels[o] || thick.voxels[o]; }), thin);
-  return where(g, [&](std::size_t o) { return dense.voxels[o] && near_core.voxels[o]; });
+  LeanFlesh lean;
+  lean.mask = where(g, [&](std::size_t o) { return dense.voxels[o] && near_core.voxels[o]; });
+  lean.depth = distance_to(complement(lean.mask), 200, false, a.threads);
+  return lean;
 }
 
 namespace {
