@@ -232,11 +232,17 @@ std::vector<std::uint32_t> too_far(const TriangleSurface& surface, const Triangl
   std::vector<std::vector<std::uint32_t>> around(fewer.points.size());
   for (std::uint32_t t = 0; t < fewer.triangles.size(); ++t)
     for (const std::uint32_t v : fewer.triangles[t]) around[v].push_back(t);
+  const auto near = [&](const Vector3d& p, std::uint32_t t) {
+    const Triangle& c = fewer.triangles[t];
+    return distance(p, fewer.points[c[0]], fewer.points[c[1]], fewer.points[c[2]]) <= tolerance;
+  };
+  std::uint32_t last = 0;  // the triangle that the point before was near: often the next one is, too
   const auto near_one = [&](const Vector3d& p, std::uint32_t v) {
-    return std::ranges::any_of(around[v], [&](std::uint32_t t) {
-      const Triangle& c = fewer.triangles[t];
-      return distance(p, fewer.points[c[0]], fewer.points[c[1]], fewer.points[c[2]]) <= tolerance;
-    });
+    if (std::ranges::find(fewer.triangles[last], v) != fewer.triangles[last].end() && near(p, last))
+      return true;
+    const auto found = std::ranges::find_if(around[v], [&](std::uint32_t t) { return near(p, t); });
+    if (found != around[v].end()) last = *found;
+    return found != around[v].end();
   };
   std::vector<std::uint32_t> far;
   for (std::uint32_t n = 0; n < surface.points.size(); ++n) {

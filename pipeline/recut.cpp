@@ -85,11 +85,17 @@ constexpr std::array<Disc, 3> axial_discs{
 Recut::Recut(const LabelMap& labels, const GreyVolume& volume, const GreyWeights& weights,
              const PartPlanes& nominal, double deviation) {
   const double near = 6 * deviation + 5;
-  sample_parts(labels, volume, weights, [&](CutSample sample) {
-    if (nominal.distance(sample.label, sample.point) > near) return;
-    sample.nominal = static_cast<std::uint8_t>(nominal.part(sample.label, sample.point));
-    samples_.push_back(sample);
+  sample_parts(labels, volume, weights, [&](const CutSample& sample) { samples_.push_back(sample); });
+  in_slabs(std::ssize(samples_), 0, [&](std::int64_t first, std::int64_t last) {
+    for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n) {
+      CutSample& s = samples_[n];
+      if (nominal.distance(s.label, s.point) > near)
+        s.label = 0;
+      else
+        s.nominal = static_cast<std::uint8_t>(nominal.part(s.label, s.point));
+    }
   });
+  std::erase_if(samples_, [](const CutSample& s) { return s.label == 0; });
 }
 
 std::array<PartGain, 17> Recut::gains(const PartPlanes& planes) const {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <future>
 
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/cut_lines.hpp"
@@ -285,31 +286,35 @@ Result<std::string> report_page(const ReportInputs& inputs) {
   if (inputs.grey) report["histogram"] = histogram_of(*inputs.grey, inputs.labels);
   if (inputs.trajectory) report["motion"] = motion_of(*inputs.trajectory);
 
-  std::vector<std::pair<const char*, std::string_view>> blocks;
   Thumbnail copy;
+  std::vector<std::uint8_t> fits;
+  // packed beside what follows
+  std::vector<std::future<Result<std::string>>> blocks;
+  const auto add_block = [&](const char* name, std::string_view bytes) {
+    blocks.push_back(std::async(std::launch::async, block, name, bytes));
+  };
   if (inputs.grey || inputs.labels) {
     copy = thumbnail(inputs.grey, inputs.labels);
     if (inputs.deface) report["face"] = take_face(inputs, copy);
+    if (inputs.grey) add_block("grey", view_of(copy.grey));
+    if (inputs.labels) add_block("labels", view_of(copy.labels));
     report["volume"] = {{"size", copy.size},
                         {"spacing", copy.spacing},
                         {"origin", vector_of(copy.origin)},
                         {"low", copy.low},
                         {"high", copy.high}};
     report["cuts"] = cuts_of(inputs, copy);
-    if (inputs.grey) blocks.emplace_back("grey", view_of(copy.grey));
-    if (inputs.labels) blocks.emplace_back("labels", view_of(copy.labels));
   }
-  std::vector<std::uint8_t> fits;
   if (inputs.grey && inputs.landmarks) {
     report["fits"] = fits_of(fit_pictures(*inputs.grey, *inputs.landmarks), fits);
-    if (!fits.empty()) blocks.emplace_back("fits", view_of(fits));
+    if (!fits.empty()) add_block("fits", view_of(fits));
   }
-  if (!inputs.glb.empty()) blocks.emplace_back("body", inputs.glb);
+  if (!inputs.glb.empty()) add_block("body", inputs.glb);
 
   std::string page = head_of(inputs.subject);
   page += "<script type=\"application/json\" id=\"report\">" + script_json(report) + "</script>\n";
-  for (const auto& [name, bytes] : blocks) {
-    const auto packed = block(name, bytes);
+  for (auto& one : blocks) {
+    const auto packed = one.get();
     if (!packed) return tl::unexpected(packed.error());
     page += *packed;
   }

@@ -41,12 +41,13 @@ bool Anatomy::near_edge(const Eigen::Vector3d& point, double reach) const {
 
 void measure_depths(Anatomy& a, int threads) {
   // what the scan does not show may be body as well: it is no skin
-  Mask outside = complement(a.body);
-  for (std::size_t o = 0; o < outside.voxels.size(); ++o)
-    outside.voxels[o] = outside.voxels[o] && a.scan.seen.voxels[o];
+  const Mask outside =
+      where(a.grid(), [&](std::size_t o) { return !a.body.voxels[o] && a.scan.seen.voxels[o]; });
   a.depth = distance_to(outside, 200, false, threads);
-  for (std::size_t o = 0; o < outside.voxels.size(); ++o)
-    if (!a.body.voxels[o]) a.depth.voxels[o] = 0;
+  in_slabs(std::ssize(a.depth.voxels), threads, [&](std::int64_t first, std::int64_t last) {
+    for (auto o = static_cast<std::size_t>(first); o < static_cast<std::size_t>(last); ++o)
+      if (!a.body.voxels[o]) a.depth.voxels[o] = 0;
+  });
   a.off_bone = distance_to(a.bone, 60, false, threads);
   a.within_bone = distance_to(complement(a.bone), 60, false, threads);
 }

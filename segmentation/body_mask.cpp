@@ -41,24 +41,21 @@ Mask without_sheets(const Mask& dense, const Mask& seen, double step) {
   const auto& g = dense.grid;
   const Mask thick =
       eroded(where(g, [&](std::size_t o) { return dense.voxels[o] || !seen.voxels[o]; }), thin, true);
-  Mask core = where(g, [&](std::size_t o) { return thick.voxels[o] && dense.voxels[o]; });
+  bool any = false;
   // cores of cushions and rails: small beside the body's
-  const Regions cores = connected_regions(core);
-  if (cores.list.empty()) return core;
-  std::vector<bool> keep(cores.list.size());
-  for (std::size_t n = 0; n < keep.size(); ++n)
-    keep[n] = static_cast<double>(cores.list[n].voxels) > 0.005 * static_cast<double>(cores.list[0].voxels);
-  drop_regions(core, cores, keep);
+  const Mask core =
+      kept_regions(where(g, [&](std::size_t o) { return thick.voxels[o] && dense.voxels[o]; }), 26,
+                   [&](const Region& one, const Region& largest) {
+                     any = true;
+                     return static_cast<double>(one.voxels) > 0.005 * static_cast<double>(largest.voxels);
+                   });
+  if (!any) return core;
 
-  const auto to_core = distance_to(core, 4 * thin);
-  const auto near = static_cast<float>(thin + step);
-  Mask body = where(g, [&](std::size_t o) { return dense.voxels[o] && to_core.voxels[o] <= near; });
-  const Mask rest = where(g, [&](std::size_t o) { return dense.voxels[o] && !body.voxels[o]; });
-  const Regions pieces = connected_regions(rest);
-  for (std::size_t o = 0; o < rest.voxels.size(); ++o)
-    if (const auto number = pieces.number.voxels[o])
-      body.voxels[o] = extent(pieces.list[static_cast<std::size_t>(number - 1)], step) < small_extent;
-  return body;
+  const Mask near_core = dilated(core, thin + step);
+  const Mask rest = where(g, [&](std::size_t o) { return dense.voxels[o] && !near_core.voxels[o]; });
+  const Mask small = kept_regions(
+      rest, 26, [&](const Region& one, const Region&) { return extent(one, step) < small_extent; });
+  return where(g, [&](std::size_t o) { return dense.voxels[o] && (near_core.voxels[o] || small.voxels[o]); });
 }
 
 // What of a small piece speaks for a finger: bone within flesh.
@@ -71,15 +68,15 @@ struct Flesh {
   }
 };
 
-std::vector<Flesh> flesh_of(const Mask& body, const Regions& pieces, const Volume<std::int16_t>& hu) {
-  std::vector<Flesh> out(pieces.list.size());
-  const auto& g = body.grid;
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const auto number = pieces.number.at(i, j, k);
-        if (!number) continue;
-        Flesh& piece = out[static_cast<std::size_t>(number - 1)];
+Flesh flesh_of(const Regions& pieces, std::size_t n, const Volume<std::int16_t>& hu) {
+  Flesh piece;
+  const Region& box = pieces.list[n];
+  const auto number = static_cast<std::int32_t>(n + 1);
+  const auto& g = hu.grid;
+  for (std::int64_t k = box.low[2]; k <= box.high[2]; ++k)
+    for (std::int64_t j = box.low[1]; j <= box.high[1]; ++j)
+      for (std::int64_t i = box.low[0]; i <= box.high[0]; ++i) {
+        if (pieces.number.at(i, j, k) != number) continue;
         const Tissue tissue = tissue_of(hu.at(i, j, k));
         piece.flesh += tissue == Tissue::fat || tissue == Tissue::soft;
         if (tissue != Tissue::bone) continue;
@@ -91,7 +88,7 @@ std::vector<Flesh> flesh_of(const Mask& body, const Regions& pieces, const Volum
           piece.bare += !g.holds(a[0], a[1], a[2]) || pieces.number.at(a[0], a[1], a[2]) != number;
         }
       }
-  return out;
+  return piece;
 }
 
 // Joins a finger to the body beside it by a row of voxels over the gap, since flesh and bones are followed
@@ -139,12 +136,13 @@ void keep_pieces(Mask& body, const Volume<std::int16_t>& hu, double step) {
   std::vector<bool> keep(pieces.list.size());
   for (std::size_t n = 0; n < keep.size(); ++n)
     keep[n] = static_cast<double>(pieces.list[n].voxels) > 0.003 * static_cast<double>(pieces.list[0].voxels);
-  const auto flesh = flesh_of(body, pieces, hu);
   drop_regions(body, pieces, keep);
   Volume<float> off_bone;
   for (std::size_t n = 0; n < keep.size(); ++n) {
     const Region& region = pieces.list[n];
-    if (keep[n] || !flesh[n].finger(region.voxels, step) || extent(region, step) >= small_extent) continue;
+    if (keep[n] || extent(region, step) >= small_extent ||
+        !flesh_of(pieces, n, hu).finger(region.voxels, step))
+      continue;
     if (off_bone.voxels.empty()) {
       off_bone = distance_to(
           where(body.grid,
@@ -175,29 +173,26 @@ void fill(Mask& body, const Mask& seen) {
       dilated(where(g, [&](std::size_t o) { return flooded.voxels[o] || !seen.voxels[o]; }), passage + 1e-3);
   const Mask hollow = where(g, [&](std::size_t o) { return air.voxels[o] && !outside.voxels[o]; });
   const Regions hollows = connected_regions(hollow, 6);
-  std::vector<bool> inside(hollows.list.size(), true);
   // open crevices: touch outside air and hold no ball of the passage's size
-  std::vector<float> widest(hollows.list.size(), 0);
-  std::vector<std::int64_t> open(hollows.list.size(), 0);
-  const auto depth = distance_to(body, 2 * passage, true);
+  std::vector<bool> open(hollows.list.size()), wider(hollows.list.size());
+  const Mask ball = eroded(air, passage);
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const auto number = hollows.number.at(i, j, k);
-        if (!number) continue;
-        const auto n = static_cast<std::size_t>(number - 1);
-        widest[n] = std::max(widest[n], depth.at(i, j, k));
+        if (!hollow.at(i, j, k)) continue;
+        const auto n = static_cast<std::size_t>(hollows.number.at(i, j, k) - 1);
+        if (ball.at(i, j, k)) wider[n] = true;
         const std::array<std::array<std::int64_t, 3>, 6> around{
             {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
         for (const auto& a : around)
           if (g.holds(a[0], a[1], a[2]) && outside.at(a[0], a[1], a[2]) && air.at(a[0], a[1], a[2]))
-            ++open[n];
+            open[n] = true;
       }
-  for (std::size_t n = 0; n < inside.size(); ++n)
-    inside[n] = open[n] == 0 || widest[n] > static_cast<float>(passage);
-  for (std::size_t o = 0; o < hollow.voxels.size(); ++o)
-    if (const auto number = hollows.number.voxels[o])
-      if (inside[static_cast<std::size_t>(number - 1)]) body.voxels[o] = 1;
+  body = where(g, [&](std::size_t o) {
+    if (!hollow.voxels[o]) return body.voxels[o] != 0;
+    const auto n = static_cast<std::size_t>(hollows.number.voxels[o] - 1);
+    return !open[n] || wider[n];
+  });
 }
 
 // A lung that the scan's side lays open: airy tissue (not air), that meets what the scan does not show, and

@@ -47,7 +47,7 @@ void CloseUp::along(const Vector3d& from, const Vector3d& step, int count, doubl
     const double tx = x - static_cast<double>(i), ty = y - static_cast<double>(j),
                  tz = z - static_cast<double>(k);
     const auto* p = &hu.voxels[static_cast<std::size_t>(k * sz + j * sy + i)];
-    const auto line = [&](const std::int16_t* q) { return q[0] + tx * (q[1] - q[0]); };
+    const auto line = [&](const double* q) { return q[0] + tx * (q[1] - q[0]); };
     const double low = line(p) + ty * (line(p + sy) - line(p));
     const double high = line(p + sz) + ty * (line(p + sz + sy) - line(p + sz));
     values[n] = low + tz * (high - low);
@@ -73,8 +73,7 @@ CloseUp close_up(const GreyVolume& volume, const Vector3d& centre, double half) 
             g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
         double value = 0;
         const bool held = sample(volume, to_index * (p - volume.grid.origin), value);
-        view.hu.at(i, j, k) =
-            held ? static_cast<std::int16_t>(std::lround(hu_of(value, volume.quantity))) : padding_hu;
+        view.hu.at(i, j, k) = held ? std::round(hu_of(value, volume.quantity)) : padding_hu;
       }
   return view;
 }

@@ -10,9 +10,11 @@ namespace borelli {
 
 /// A stretch of a scan along the patient's axes, as CT numbers.
 struct CloseUp {
-  Volume<std::int16_t> hu;  ///< isotropic; padding_hu where the scan shows nothing
-  double blur = 1;          ///< over which the scan itself blurs an edge, mm (its middling voxel size)
-  double coarsest = 1;      ///< the scan's largest spacing, mm
+  /// Whole numbers, isotropic; padding_hu where the scan shows nothing. As doubles, since a hundred million
+  /// values between them are asked for.
+  Volume<double> hu;
+  double blur = 1;      ///< over which the scan itself blurs an edge, mm (its middling voxel size)
+  double coarsest = 1;  ///< the scan's largest spacing, mm
 
   /// Trilinear value at a patient point, padding_hu beyond.
   double at(const Eigen::Vector3d& point) const;

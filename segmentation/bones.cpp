@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "segmentation/joints_along_way.hpp"
 #include "segmentation/parts.hpp"
@@ -28,7 +29,7 @@ void mark_way(const Anatomy& a, const LimbWay& way, double from, double to, int 
 Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
                                  const PartPlanes& planes) {
   const auto& g = a.grid();
-  const Volume<float> cost = costs(g, a.threads, [&](std::size_t o) {
+  Places places(g, a.threads, [&](std::size_t o) {
     const float off = a.off_bone.voxels[o];
     if (!a.body.voxels[o] || off > 15) return no_way;
     return off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone.voxels[o] / 10);
@@ -58,16 +59,18 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
     if (trunk.shoulder[n] && limbs.arm(side).present)
       mark(limbs.arm(side), arm_joints(limbs.arm(side), trunk.scale), "upper_arm", "forearm", "hand");
   }
-  Volume<std::uint8_t> bones = nearest_seeds(cost, seeds);
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        auto& label = bones.at(i, j, k);
-        if (!a.bone.at(i, j, k)) label = 0;
-        if (label == part_label("lower_trunk"))
-          label = static_cast<std::uint8_t>(planes.axial_part(
-              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)))));
-      }
+  Volume<std::uint8_t> bones = nearest_seeds(std::move(places), seeds);
+  in_slabs(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t k = first; k < last; ++k)
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i) {
+          auto& label = bones.at(i, j, k);
+          if (!a.bone.at(i, j, k)) label = 0;
+          if (label == part_label("lower_trunk"))
+            label = static_cast<std::uint8_t>(planes.axial_part(
+                g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)))));
+        }
+  });
   return bones;
 }
 

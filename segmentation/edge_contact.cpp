@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 
 #include "segmentation/class_map.hpp"
 #include "segmentation/slabs.hpp"
@@ -21,8 +22,14 @@ Vector3d point_of(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k)
 
 std::array<float, 256> deepest_of(const Volume<float>& depth, const Volume<std::uint8_t>& owner) {
   std::array<float, 256> deepest{};
-  for (std::size_t o = 0; o < depth.voxels.size(); ++o)
-    deepest[owner.voxels[o]] = std::max(deepest[owner.voxels[o]], depth.voxels[o]);
+  std::mutex mutex;
+  in_slabs(std::ssize(depth.voxels), 0, [&](std::int64_t first, std::int64_t last) {
+    std::array<float, 256> own{};
+    for (auto o = static_cast<std::size_t>(first); o < static_cast<std::size_t>(last); ++o)
+      if (const auto label = owner.voxels[o]) own[label] = std::max(own[label], depth.voxels[o]);
+    const std::lock_guard lock(mutex);
+    for (std::size_t n = 0; n < own.size(); ++n) deepest[n] = std::max(deepest[n], own[n]);
+  });
   return deepest;
 }
 

@@ -3,32 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <memory>
-#include <new>
 
 namespace borelli {
 
 namespace {
 
-/// What is looked at together, side by side. As memory comes from the system, closed: what is not entered
-/// is not even written.
-struct Place {
-  float cost;    ///< 0: closed, since the length is final or the place not to be entered
-  float length;  ///< so far
-};
-struct Free {
-  void operator()(void* memory) const { std::free(memory); }
-};
-using Places = std::unique_ptr<Place[], Free>;
-
-/// Owners, lengths where there is an owner, and `from` (of as many voxels; null: not asked for).
-Places follow_ways(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, float longest,
-                   Volume<std::uint8_t>& owner, std::uint32_t* from) {
-  const auto& g = cost.grid;
-  owner = {g, std::vector<std::uint8_t>(g.count(), 0)};
-  Places places(static_cast<Place*>(std::calloc(std::max<std::size_t>(1, g.count()), sizeof(Place))));
-  if (!places) throw std::bad_alloc();
+/// Owners, and `from` (of as many voxels; null: not asked for); lengths where there is an owner stay in
+/// `places`.
+Volume<std::uint8_t> follow_ways(Places& places, const Volume<std::uint8_t>& seeds, float longest,
+                                 std::uint32_t* from) {
+  const auto& g = places.grid;
+  Places::Place* const place = places.place.get();
+  Volume<std::uint8_t> owner{g, std::vector<std::uint8_t>(g.count(), 0)};
 
   struct Step {
     int i, j, k;
@@ -45,21 +31,16 @@ Places follow_ways(const Volume<float>& cost, const Volume<std::uint8_t>& seeds,
                            0.5F * h * std::sqrt(static_cast<float>(a * a + b * b + c * c))});
 
   std::vector<std::vector<std::uint32_t>> buckets(1);
-  float cheapest = no_way;
   for (std::size_t o = 0; o < g.count(); ++o) {
-    const float here = cost.voxels[o];
-    if (here == no_way) continue;
-    cheapest = std::min(cheapest, here);
-    places[o] = {here, no_way};
-    if (!seeds.voxels[o]) continue;
-    places[o].length = 0;
+    if (!seeds.voxels[o] || place[o].cost == 0) continue;
+    place[o].length = 0;
     owner.voxels[o] = seeds.voxels[o];
     if (from) from[o] = static_cast<std::uint32_t>(o);
     buckets[0].push_back(static_cast<std::uint32_t>(o));
   }
   // buckets as wide as the cheapest step: what is taken from the lowest one is final, save for rounding,
   // which the check against the stored length takes care of
-  const float width = std::max(1e-6F, cheapest * h);
+  const float width = std::max(1e-6F, places.cheapest * h);
   constexpr std::size_t most_buckets = 1 << 20;
   const auto push = [&](float length, std::uint32_t o) {
     const std::size_t n = std::min(most_buckets - 1, static_cast<std::size_t>(length / width));
@@ -76,11 +57,11 @@ Places follow_ways(const Volume<float>& cost, const Volume<std::uint8_t>& seeds,
   for (std::size_t b = 0; b < buckets.size(); ++b) {
     for (std::size_t n = 0; n < buckets[b].size(); ++n) {
       if (n + ahead < buckets[b].size())
-        for (const std::ptrdiff_t row : rows) __builtin_prefetch(places.get() + buckets[b][n + ahead] + row);
+        for (const std::ptrdiff_t row : rows) __builtin_prefetch(place + buckets[b][n + ahead] + row);
       const std::uint32_t o = buckets[b][n];
-      const auto [c, here] = places[o];
+      const auto [c, here] = place[o];
       if (c == 0) continue;
-      places[o].cost = 0;
+      place[o].cost = 0;
       const auto i = static_cast<int>(o % nx), j = static_cast<int>(o / nx % ny),
                  k = static_cast<int>(o / nx / ny);
       const bool within =
@@ -88,11 +69,10 @@ Places follow_ways(const Volume<float>& cost, const Volume<std::uint8_t>& seeds,
       for (const auto& s : steps) {
         if (!within && !g.holds(i + s.i, j + s.j, k + s.k)) continue;
         const auto to = static_cast<std::uint32_t>(static_cast<std::ptrdiff_t>(o) + s.offset);
-        Place& place = places[to];
-        if (place.cost == 0) continue;
-        const float length = here + s.half * (c + place.cost);
-        if (length >= place.length || length > longest) continue;
-        place.length = length;
+        if (place[to].cost == 0) continue;
+        const float length = here + s.half * (c + place[to].cost);
+        if (length >= place[to].length || length > longest) continue;
+        place[to].length = length;
         owner.voxels[to] = owner.voxels[o];
         if (from) from[to] = o;
         push(length, to);
@@ -100,27 +80,24 @@ Places follow_ways(const Volume<float>& cost, const Volume<std::uint8_t>& seeds,
     }
     std::vector<std::uint32_t>().swap(buckets[b]);
   }
-  return places;
+  return owner;
 }
 
 }  // namespace
 
-Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, bool keep_ways,
-                  float longest) {
-  const auto& g = cost.grid;
-  Geodesic out{{g, std::vector<float>(g.count(), no_way)}, {}, {}};
+Geodesic geodesic(Places places, const Volume<std::uint8_t>& seeds, bool keep_ways, float longest) {
+  const Grid& g = places.grid;
+  Geodesic out;
   if (keep_ways) out.from.resize(g.count());
-  const Places places = follow_ways(cost, seeds, longest, out.owner, keep_ways ? out.from.data() : nullptr);
+  out.owner = follow_ways(places, seeds, longest, keep_ways ? out.from.data() : nullptr);
+  out.length = {g, std::vector<float>(g.count(), no_way)};
   for (std::size_t o = 0; o < g.count(); ++o)
-    if (out.owner.voxels[o]) out.length.voxels[o] = places[o].length;
+    if (out.owner.voxels[o]) out.length.voxels[o] = places.place[o].length;
   return out;
 }
 
-Volume<std::uint8_t> nearest_seeds(const Volume<float>& cost, const Volume<std::uint8_t>& seeds,
-                                   float longest) {
-  Volume<std::uint8_t> owner;
-  follow_ways(cost, seeds, longest, owner, nullptr);
-  return owner;
+Volume<std::uint8_t> nearest_seeds(Places places, const Volume<std::uint8_t>& seeds, float longest) {
+  return follow_ways(places, seeds, longest, nullptr);
 }
 
 std::vector<std::uint32_t> way_to(const Geodesic& geodesic, std::uint32_t to) {

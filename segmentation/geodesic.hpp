@@ -1,8 +1,13 @@
 // Shortest ways through a volume whose places differ in how dear they are to cross.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
+#include <memory>
+#include <mutex>
+#include <new>
 #include <vector>
 
 #include "segmentation/slabs.hpp"
@@ -12,16 +17,41 @@ namespace borelli {
 
 inline constexpr float no_way = std::numeric_limits<float>::infinity();
 
-/// Costs by offset, filled by `threads`.
-template <class Cost>
-Volume<float> costs(const Grid& grid, int threads, const Cost& cost_at) {
-  Volume<float> out{grid, std::vector<float>(grid.count())};
-  in_slabs(std::ssize(out.voxels), threads, [&](std::int64_t first, std::int64_t last) {
-    for (auto o = static_cast<std::size_t>(first); o < static_cast<std::size_t>(last); ++o)
-      out.voxels[o] = cost_at(o);
-  });
-  return out;
-}
+/// What ways may enter. Cost and length are looked at together, side by side; as memory comes from the
+/// system, all is closed: what is not entered is not even written.
+struct Places {
+  struct Place {
+    float cost;    ///< 0: closed, since the length is final or the place not to be entered
+    float length;  ///< so far
+  };
+  struct Free {
+    void operator()(void* memory) const { std::free(memory); }
+  };
+  Grid grid;
+  std::unique_ptr<Place[], Free> place;
+  float cheapest = no_way;
+
+  /// Costs by offset, asked for by `threads`.
+  template <class Cost>
+  Places(const Grid& of, int threads, const Cost& cost_at)
+      : grid(of), place(static_cast<Place*>(std::calloc(of.count() + 1, sizeof(Place)))) {
+    if (!place) throw std::bad_alloc();
+    std::mutex mutex;
+    in_slabs(static_cast<std::int64_t>(of.count()), threads, [&](std::int64_t first, std::int64_t last) {
+      float least = no_way;
+      for (auto o = static_cast<std::size_t>(first); o < static_cast<std::size_t>(last); ++o) {
+        const float here = cost_at(o);
+        if (here == no_way) continue;
+        least = std::min(least, here);
+        place[o] = {here, no_way};
+      }
+      const std::lock_guard lock(mutex);
+      cheapest = std::min(cheapest, least);
+    });
+  }
+  Places(const Volume<float>& cost)  // NOLINT: a volume of costs is as good
+      : Places(cost.grid, 0, [&](std::size_t o) { return cost.voxels[o]; }) {}
+};
 
 struct Geodesic {
   Volume<float> length;             ///< cost of the cheapest way from a seed, no_way where there is none
@@ -31,14 +61,12 @@ struct Geodesic {
 
 /// Dijkstra's cheapest ways from labelled seeds (label > 0) over the 26 neighbours of each voxel of an
 /// isotropic grid, in a bucket queue (Dial 1969, CACM 12:632). A step costs its length in mm times the mean
-/// of `cost` (more than 0) at its two ends; voxels of infinite cost are not entered. Ways longer than
+/// of the costs (more than 0) at its two ends; places of infinite cost are not entered. Ways longer than
 /// `longest` are not followed.
-Geodesic geodesic(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, bool keep_ways,
-                  float longest = no_way);
+Geodesic geodesic(Places places, const Volume<std::uint8_t>& seeds, bool keep_ways, float longest = no_way);
 
 /// Its owners alone.
-Volume<std::uint8_t> nearest_seeds(const Volume<float>& cost, const Volume<std::uint8_t>& seeds,
-                                   float longest = no_way);
+Volume<std::uint8_t> nearest_seeds(Places places, const Volume<std::uint8_t>& seeds, float longest = no_way);
 
 /// The way from a seed to the voxel at offset `to`, the seed first.
 std::vector<std::uint32_t> way_to(const Geodesic& geodesic, std::uint32_t to);

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "segmentation/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -29,16 +32,18 @@ Nearer nearer_skin(const Anatomy& a) {
   constexpr double half_width = 15, much = 40;  // mm
   const auto& g = a.grid();
   const auto half = std::lround(half_width / a.step());
-  Nearer out;
-  for (std::int64_t k = 0; k < g.size[2]; ++k) {
+  std::vector<Nearer> by_slice(static_cast<std::size_t>(g.size[2]));
+  const auto look = [&](std::int64_t k) {
     // the middle of what is deepest: the trunk's rather than the arms'
     double sum = 0, weight = 0;
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const double w = std::pow(a.depth.at(i, j, k), 2);
+        const float depth = a.depth.at(i, j, k);
+        if (depth == 0) continue;
+        const double w = std::pow(depth, 2);
         sum += w * static_cast<double>(i), weight += w;
       }
-    if (weight == 0) continue;
+    if (weight == 0) return;
     const auto middle = std::lround(sum / weight);
     double front = 1e9, back = 1e9;
     for (auto i = std::max<std::int64_t>(0, middle - half); i <= std::min(g.size[0] - 1, middle + half);
@@ -46,10 +51,15 @@ Nearer nearer_skin(const Anatomy& a) {
       front = std::min(front, below_skin(a, i, k, 1).value_or(1e9));
       back = std::min(back, below_skin(a, i, k, -1).value_or(1e9));
     }
-    if (front > 1e8 || back > 1e8) continue;
-    if (front > back + much) out.back += a.step();
-    if (back > front + much) out.front += a.step();
-  }
+    if (front > 1e8 || back > 1e8) return;
+    if (front > back + much) by_slice[static_cast<std::size_t>(k)].back = a.step();
+    if (back > front + much) by_slice[static_cast<std::size_t>(k)].front = a.step();
+  };
+  in_slabs(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t k = first; k < last; ++k) look(k);
+  });
+  Nearer out;
+  for (const Nearer& slice : by_slice) out.back += slice.back, out.front += slice.front;
   return out;
 }
 

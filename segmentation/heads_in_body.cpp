@@ -18,25 +18,23 @@ constexpr double rim = 5;
 constexpr double smallest_lung = 30;
 
 std::vector<double> lung_by_slice(const Anatomy& a) {
-  Mask airy{a.grid(), std::vector<std::uint8_t>(a.grid().count())};
-  for (std::size_t o = 0; o < airy.voxels.size(); ++o)
-    airy.voxels[o] =
-        a.body.voxels[o] && a.scan.hu.voxels[o] > emptiest_lung && a.scan.hu.voxels[o] < densest_lung;
+  const Mask airy = where(a.grid(), [&](std::size_t o) {
+    return a.body.voxels[o] && a.scan.hu.voxels[o] > emptiest_lung && a.scan.hu.voxels[o] < densest_lung;
+  });
   // a lung goes on beyond the scan's edge
-  Mask wide = airy;
-  for (std::size_t o = 0; o < airy.voxels.size(); ++o)
-    wide.voxels[o] = airy.voxels[o] || !a.scan.seen.voxels[o];
-  wide = eroded(wide, rim, true);
-  for (std::size_t o = 0; o < airy.voxels.size(); ++o) airy.voxels[o] = airy.voxels[o] && wide.voxels[o];
-  const Regions pieces = connected_regions(airy);
+  const Mask wide = eroded(
+      where(a.grid(), [&](std::size_t o) { return airy.voxels[o] || !a.scan.seen.voxels[o]; }), rim, true);
   const double voxel = std::pow(a.step(), 3) * 1e-3;
+  const Mask lungs =
+      kept_regions(where(a.grid(), [&](std::size_t o) { return airy.voxels[o] && wide.voxels[o]; }), 26,
+                   [&](const Region& piece, const Region&) {
+                     return static_cast<double>(piece.voxels) * voxel >= smallest_lung;
+                   });
   const auto slice = static_cast<std::size_t>(a.grid().size[0] * a.grid().size[1]);
   std::vector<double> lung(static_cast<std::size_t>(a.grid().size[2]), 0);
-  for (std::size_t o = 0; o < airy.voxels.size(); ++o)
-    if (const auto number = pieces.number.voxels[o])
-      if (static_cast<double>(pieces.list[static_cast<std::size_t>(number - 1)].voxels) * voxel >=
-          smallest_lung)
-        lung[o / slice] += voxel;
+  for (std::size_t k = 0; k < lung.size(); ++k)
+    for (std::size_t o = k * slice; o < (k + 1) * slice; ++o)
+      if (lungs.voxels[o]) lung[k] += voxel;
   return lung;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "segmentation/parts.hpp"
+#include "segmentation/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -23,21 +24,29 @@ struct Flesh {
 // by nearness, and a heel may fall to the shank).
 Flesh flesh_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& part,
                const std::string& before, const Vector3d& joint, const Vector3d& outwards) {
-  Flesh flesh;
   const auto label = static_cast<std::uint8_t>(part_label(part)),
              nearer = static_cast<std::uint8_t>(part_label(before));
   const auto& g = a.grid();
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const auto own = owner.at(i, j, k);
-        if ((own != label && own != nearer) || !a.body.at(i, j, k)) continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
-        if (own == nearer && (p - joint).dot(outwards) < 0) continue;
-        flesh.body.push_back(p);
-        if (a.bone.at(i, j, k)) flesh.bone.push_back(p);
-      }
+  std::vector<Flesh> by_slice(static_cast<std::size_t>(g.size[2]));
+  in_slabs(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t k = first; k < last; ++k)
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i) {
+          const auto own = owner.at(i, j, k);
+          if ((own != label && own != nearer) || !a.body.at(i, j, k)) continue;
+          const Vector3d p =
+              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+          if (own == nearer && (p - joint).dot(outwards) < 0) continue;
+          Flesh& flesh = by_slice[static_cast<std::size_t>(k)];
+          flesh.body.push_back(p);
+          if (a.bone.at(i, j, k)) flesh.bone.push_back(p);
+        }
+  });
+  Flesh flesh;
+  for (const Flesh& slice : by_slice) {
+    flesh.body.insert(flesh.body.end(), slice.body.begin(), slice.body.end());
+    flesh.bone.insert(flesh.bone.end(), slice.bone.begin(), slice.bone.end());
+  }
   return flesh;
 }
 

@@ -148,13 +148,15 @@ constexpr float longest_limb = 3000;  // mm of way
 Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
   Limbs limbs;
   limbs.territory = std::move(territory);
-  for (std::size_t n = 1; n < limbs.way.size(); ++n) {
-    const bool leg = n <= 2;
-    const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
-    const bool headless = leg && trunk.femur[n - 1];
-    if (head || headless) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
-    limbs.way[n].headless = headless;
-  }
+  in_slabs(std::ssize(limbs.way) - 1, a.threads, [&](std::int64_t first, std::int64_t last) {
+    for (auto n = static_cast<std::size_t>(first) + 1; n <= static_cast<std::size_t>(last); ++n) {
+      const bool leg = n <= 2;
+      const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
+      const bool headless = leg && trunk.femur[n - 1];
+      if (head || headless) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
+      limbs.way[n].headless = headless;
+    }
+  });
   return limbs;
 }
 
@@ -210,11 +212,13 @@ bool arms_meet(const Geodesic& territory) {
                  right = static_cast<std::uint8_t>(Limb::arm_right);
   const auto& owner = territory.owner;
   const auto nx = static_cast<std::size_t>(owner.grid.size[0]);
-  for (const std::size_t stride : {std::size_t{1}, nx, nx * static_cast<std::size_t>(owner.grid.size[1])})
-    for (std::size_t o = stride; o < owner.voxels.size(); ++o) {
-      const auto p = owner.voxels[o], q = owner.voxels[o - stride];
-      if ((p == left && q == right) || (p == right && q == left)) return true;
-    }
+  for (std::size_t o = 0; o < owner.voxels.size(); ++o) {
+    const auto p = owner.voxels[o];
+    if (p != left && p != right) continue;
+    const auto other = p == left ? right : left;
+    for (const std::size_t stride : {std::size_t{1}, nx, nx * static_cast<std::size_t>(owner.grid.size[1])})
+      if (o >= stride && owner.voxels[o - stride] == other) return true;
+  }
   return false;
 }
 
@@ -265,10 +269,15 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
 
 Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   const auto& g = a.grid();
-  const Volume<float> cost = costs(g, a.threads, [&](std::size_t o) {
+  const auto cost_at = [&](std::size_t o) {
     const float off = a.off_bone.voxels[o];
     return a.body.voxels[o] && off < 40 ? static_cast<float>(step_cost(off)) : no_way;
-  });
+  };
+  const auto cost = [&] {
+    Volume<float> out{g, std::vector<float>(g.count())};
+    for (std::size_t o = 0; o < g.count(); ++o) out.voxels[o] = cost_at(o);
+    return out;
+  };
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
   Mask wings{g, std::vector<std::uint8_t>(g.count(), 0)};
   mark_axial(a, trunk, seeds, wings);
@@ -282,9 +291,9 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
     if (trunk.femur[n]) mark_ball(a, *trunk.femur[n], shaft, leg, seeds);
     if (trunk.shoulder[n]) mark_ball(a, trunk.shoulder[n]->centre, core(*trunk.shoulder[n]), arm, seeds);
   }
-  Limbs limbs = limbs_of(a, trunk, geodesic(cost, seeds, true, longest_limb));
+  Limbs limbs = limbs_of(a, trunk, geodesic(Places(g, a.threads, cost_at), seeds, true, longest_limb));
   limbs.arms_meet = arms_meet(limbs.territory);
-  if (limbs.arms_meet) part_arms(a, cost, seeds, limbs);
+  if (limbs.arms_meet) part_arms(a, cost(), seeds, limbs);
   // A hand on the hip lies as near to the pelvis' bones as its own do to each other, and the way to it from
   // there is shorter than along its arm.
   constexpr double far_enough = 500, gained = 100;  // mm; of a whole arm's way some 700
@@ -294,7 +303,7 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   };
   if (!ends_early(left_side) && !ends_early(right_side)) return limbs;
   unmark_hands(a, trunk, wings, seeds);
-  Limbs kept = limbs_of(a, trunk, territory_of_kept_trunk(a, trunk, cost, seeds));
+  Limbs kept = limbs_of(a, trunk, territory_of_kept_trunk(a, trunk, cost(), seeds));
   kept.arms_meet = limbs.arms_meet;
   for (const int side : {left_side, right_side})
     if (ends_early(side) && kept.arm(side).length() > limbs.arm(side).length() + gained * trunk.scale)

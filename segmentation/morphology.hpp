@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "segmentation/slabs.hpp"
@@ -60,6 +61,10 @@ struct Regions {
 
 /// Connected regions of a mask, neighbours by faces (6) or by faces, edges and corners (26).
 Regions connected_regions(const Mask& mask, int neighbours = 26);
+
+/// Those of a mask's regions that `keep` says so of, given each and the largest.
+Mask kept_regions(const Mask& mask, int neighbours,
+                  const std::function<bool(const Region& region, const Region& largest)>& keep);
 
 /// The part of `mask` that is connected (by faces) to a voxel of `seed`.
 Mask reached(const Mask& seed, const Mask& mask);

@@ -157,6 +157,7 @@ void tell_cut_tips(const Anatomy& a, const Volume<std::uint8_t>& owner, const Pa
                    Segmentation& out) {
   struct Tip {
     std::string_view part, before, joint;
+    int own = part_label(part), nearer = part_label(before);
     std::vector<std::array<std::int64_t, 3>> places{};
   };
   std::array<Tip, 4> tips{{{"hand_left", "forearm_left", "wrist_left"},
@@ -174,8 +175,7 @@ void tell_cut_tips(const Anatomy& a, const Volume<std::uint8_t>& owner, const Pa
         const auto own = owner.at(i, j, k);
         if (!own || !a.body.at(i, j, k)) continue;
         for (Tip& tip : tips) {
-          const int part = part_label(tip.part);
-          if ((own == part || own == part_label(tip.before)) && planes.part(own, point({i, j, k})) == part)
+          if ((own == tip.own || own == tip.nearer) && planes.part(own, point({i, j, k})) == tip.own)
             tip.places.push_back({i, j, k});
         }
       }

@@ -5,6 +5,10 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
+#include <mutex>
+
+#include "segmentation/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -32,10 +36,11 @@ std::string span_of(const ValueRange& r) {
 
 // calls f(value) for each voxel, in memory order
 template <class F>
-void each_value(const StoredVoxels& voxels, double slope, double intercept, F&& f) {
+void each_value(const StoredVoxels& voxels, std::size_t first, std::size_t last, double slope,
+                double intercept, F&& f) {
   with_scalar(voxels.scalar, [&]<class T>(T) {
-    const std::byte* p = voxels.bytes();
-    for (std::size_t n = 0; n < voxels.count; ++n, p += sizeof(T)) {
+    const std::byte* p = voxels.bytes() + first * sizeof(T);
+    for (std::size_t n = first; n < last; ++n, p += sizeof(T)) {
       T stored;
       std::memcpy(&stored, p, sizeof stored);
       f(slope * static_cast<double>(stored) + intercept);
@@ -56,7 +61,7 @@ Signs signs_of(const StoredVoxels& voxels, double slope, double intercept, doubl
   Signs s;
   s.count = voxels.count;
   double before = 0;
-  each_value(voxels, slope, intercept, [&](double v) {
+  each_value(voxels, 0, voxels.count, slope, intercept, [&](double v) {
     s.ct_air += v >= -1100 && v <= -900;
     s.ct_soft += v >= -200 && v <= 200;
     s.stray += v < -1100 && v > least;
@@ -247,14 +252,25 @@ ValueRange value_range(const StoredVoxels& voxels, double slope, double intercep
   ValueRange r;
   r.count = voxels.count;
   double least = std::numeric_limits<double>::infinity(), greatest = -least;
-  each_value(voxels, slope, intercept, [&](double v) {
-    if (!std::isfinite(v)) {
-      ++r.not_finite;
-      return;
-    }
-    r.at_least = v < least ? 1 : r.at_least + (v == least);
-    least = std::min(least, v), greatest = std::max(greatest, v);
-    r.fractional += v != std::floor(v);
+  std::mutex mutex;
+  in_slabs(static_cast<std::int64_t>(voxels.count), 0, [&](std::int64_t first, std::int64_t last) {
+    ValueRange own;
+    own.least = std::numeric_limits<double>::infinity(), own.greatest = -own.least;
+    each_value(voxels, static_cast<std::size_t>(first), static_cast<std::size_t>(last), slope, intercept,
+               [&](double v) {
+                 if (!std::isfinite(v)) {
+                   ++own.not_finite;
+                   return;
+                 }
+                 own.at_least = v < own.least ? 1 : own.at_least + (v == own.least);
+                 own.least = std::min(own.least, v), own.greatest = std::max(own.greatest, v);
+                 own.fractional += v != std::floor(v);
+               });
+    const std::lock_guard lock(mutex);
+    if (own.least < least) r.at_least = 0;
+    if (own.least <= least) r.at_least += own.at_least;
+    least = std::min(least, own.least), greatest = std::max(greatest, own.greatest);
+    r.not_finite += own.not_finite, r.fractional += own.fractional;
   });
   if (least <= greatest) r.least = least, r.greatest = greatest;
   return r;

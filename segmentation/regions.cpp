@@ -95,12 +95,17 @@ Mask sets_with(const Mask& mask, const Runs& runs, Sets& sets, const Start& star
   return out;
 }
 
-}  // namespace
+struct RunsOfRegions {
+  Runs runs;
+  std::vector<std::int32_t> number;  // by run: index into `list`
+  std::vector<Region> list;          // largest first
+};
 
-Regions connected_regions(const Mask& mask, int neighbours) {
+RunsOfRegions runs_of_regions(const Mask& mask, int neighbours) {
   const auto& g = mask.grid;
   const std::int64_t ny = g.size[1], nz = g.size[2];
-  const Runs runs(mask);
+  RunsOfRegions out{Runs(mask), {}, {}};
+  const Runs& runs = out.runs;
   Sets sets(runs.list.size());
   const bool corners = neighbours == 26;
   for (std::int64_t k = 0; k < nz; ++k)
@@ -114,8 +119,8 @@ Regions connected_regions(const Mask& mask, int neighbours) {
       if (corners) join(j - 1, k - 1), join(j + 1, k - 1);
     }
 
-  Regions out;
-  std::vector<std::int32_t> number(runs.list.size());  // of each run's region, in the order of first voxels
+  auto& number = out.number;  // first in the order of the regions' first voxels
+  number.resize(runs.list.size());
   std::vector<Region> found;
   for (std::int64_t k = 0; k < nz; ++k)
     for (std::int64_t j = 0; j < ny; ++j) {
@@ -149,14 +154,39 @@ Regions connected_regions(const Mask& mask, int neighbours) {
   });
   for (std::size_t n = 0; n < order.size(); ++n) {
     out.list.push_back(found[static_cast<std::size_t>(order[n])]);
-    rank[static_cast<std::size_t>(order[n])] = static_cast<std::int32_t>(n + 1);
+    rank[static_cast<std::size_t>(order[n])] = static_cast<std::int32_t>(n);
   }
-  out.number = {g, std::vector<std::int32_t>(g.count(), 0)};
-  for (std::size_t row = 0; row + 1 < runs.row.size(); ++row)
+  for (std::int32_t& n : number) n = rank[static_cast<std::size_t>(n)];
+  return out;
+}
+
+// Writes value_of(run's index) over each run.
+template <class T, class Value>
+void fill_runs(const Runs& runs, Volume<T>& out, const Value& value_of) {
+  for (std::size_t row = 0; row + 1 < runs.row.size(); ++row) {
+    const auto at = out.voxels.begin() + static_cast<std::ptrdiff_t>(row) * out.grid.size[0];
     for (std::size_t n = runs.row[row]; n < runs.row[row + 1]; ++n)
-      std::fill(out.number.voxels.begin() + static_cast<std::ptrdiff_t>(row) * g.size[0] + runs.list[n].first,
-                out.number.voxels.begin() + static_cast<std::ptrdiff_t>(row) * g.size[0] + runs.list[n].last,
-                rank[static_cast<std::size_t>(number[n])]);
+      std::fill(at + runs.list[n].first, at + runs.list[n].last, value_of(n));
+  }
+}
+
+}  // namespace
+
+Regions connected_regions(const Mask& mask, int neighbours) {
+  RunsOfRegions regions = runs_of_regions(mask, neighbours);
+  Regions out{{mask.grid, std::vector<std::int32_t>(mask.grid.count(), 0)}, std::move(regions.list)};
+  fill_runs(regions.runs, out.number, [&](std::size_t n) { return regions.number[n] + 1; });
+  return out;
+}
+
+Mask kept_regions(const Mask& mask, int neighbours,
+                  const std::function<bool(const Region&, const Region&)>& keep) {
+  const RunsOfRegions regions = runs_of_regions(mask, neighbours);
+  std::vector<std::uint8_t> kept;
+  for (const Region& region : regions.list) kept.push_back(keep(region, regions.list[0]));
+  Mask out{mask.grid, std::vector<std::uint8_t>(mask.grid.count(), 0)};
+  fill_runs(regions.runs, out,
+            [&](std::size_t n) { return kept[static_cast<std::size_t>(regions.number[n])]; });
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -92,6 +93,9 @@ using Progress = std::function<void(double, std::string_view)>;
 Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& of_body, ClassParts* classes,
                       const SegmentOptions& options, const Progress& progress) {
   progress(0.5, "following the limbs");
+  // in the meantime, since ways are followed by one thread
+  auto lean =
+      std::async(a.threads == 1 ? std::launch::deferred : std::launch::async, [&] { return lean_flesh(a); });
   Trunk trunk = of_body;
   if (!classes && options.given.empty() && trunk.empty()) find_lone_parts(a, trunk);
   const Limbs limbs = trace_limbs(a, trunk);
@@ -128,7 +132,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
     part_axial_bones(a, trunk, out.landmarks, bones);
   }
   progress(0.7, "parting soft tissue");
-  auto owner = label_soft_tissue(a, bones, options.step, options.convention);
+  auto owner = label_soft_tissue(a, lean.get(), bones, options.step, options.convention);
   mirror_legs(a, trunk, limbs, owner);
   // by `bone` no plane parts what hangs on an elbow that is not in view
   if (options.convention != Convention::bone)

@@ -50,35 +50,36 @@ void spread(Volume<std::uint8_t>& labels, int layers, int threads) {
 
 }  // namespace
 
-Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const Volume<std::uint8_t>& bones, double margin,
+Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const LeanFlesh& lean,
+                                       const Volume<std::uint8_t>& bones, double margin,
                                        Convention convention) {
   const auto& g = a.grid();
-  const Mask lean = lean_flesh(a);
-  const auto depth = distance_to(complement(lean), 200, false, a.threads);
-  Volume<std::uint8_t> owner = nearest_seeds(costs(g, a.threads,
-                                                   [&](std::size_t o) {
-                                                     return !a.body.voxels[o] ? no_way
-                                                            : lean.voxels[o]  ? 1 / (1 + depth.voxels[o])
-                                                            : a.scan.hu.voxels[o] >= lung_to_hu ? through_fat
-                                                                                                : through_air;
-                                                   }),
-                                             bones);
+  Volume<std::uint8_t> owner =
+      nearest_seeds(Places(g, a.threads,
+                           [&](std::size_t o) {
+                             return !a.body.voxels[o]                   ? no_way
+                                    : lean.mask.voxels[o]               ? 1 / (1 + lean.depth.voxels[o])
+                                    : a.scan.hu.voxels[o] >= lung_to_hu ? through_fat
+                                                                        : through_air;
+                           }),
+                    bones);
 
   // `is_one` tells the parts among which the plain length of the way decides
   const auto part_by_length = [&](bool (*is_one)(std::uint8_t)) {
     Volume<std::uint8_t> own_bones = bones;
-    const auto cost =
-        costs(g, a.threads, [&](std::size_t o) { return is_one(owner.voxels[o]) ? 1 : no_way; });
     for (auto& label : own_bones.voxels)
-      if (!is_one(label)) label = 0;
-    const auto by_length = nearest_seeds(cost, own_bones);
+      if (label && !is_one(label)) label = 0;
+    const auto by_length = nearest_seeds(
+        Places(g, a.threads,
+               [&](std::size_t o) { return owner.voxels[o] && is_one(owner.voxels[o]) ? 1 : no_way; }),
+        own_bones);
     for (std::size_t o = 0; o < g.count(); ++o)
       if (by_length.voxels[o]) owner.voxels[o] = by_length.voxels[o];
   };
   // where no plane parts the trunk, depth would give the belly to the ribs
   if (convention == Convention::bone) part_by_length(of_trunk);
   part_by_length(below_waist);
-  part_touching_flesh(a, lean, owner);
+  part_touching_flesh(a, lean.mask, owner);
   spread(owner, static_cast<int>(margin / a.step() + 0.5), a.threads);
   return owner;
 }

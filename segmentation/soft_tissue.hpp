@@ -3,6 +3,7 @@
 
 #include "segmentation/anatomy.hpp"
 #include "segmentation/convention.hpp"
+#include "segmentation/touching_flesh.hpp"
 
 namespace borelli {
 
@@ -14,7 +15,8 @@ namespace borelli {
 /// length of the way decides among pelvis and legs; by `bone` also among the trunk's three parts, which no
 /// plane parts there: whose bone is nearest. `bones`: part labels of bone voxels. The result reaches
 /// `margin` mm beyond the body.
-Volume<std::uint8_t> label_soft_tissue(const Anatomy& anatomy, const Volume<std::uint8_t>& bones,
-                                       double margin, Convention convention);
+Volume<std::uint8_t> label_soft_tissue(const Anatomy& anatomy, const LeanFlesh& lean,
+                                       const Volume<std::uint8_t>& bones, double margin,
+                                       Convention convention);
 
 }  // namespace borelli

@@ -23,8 +23,8 @@ constexpr double least_slope = 50;
 /// Means over three voxels along each axis in turn, in memory's order: beside a row's end lies the next one's
 /// beginning. Slice by slice, so that what is between stays in the processor's cache.
 Volume<float> box_blurred(const Volume<float>& in, int threads) {
-  Volume<float> out = in;
   const auto& g = in.grid;
+  Volume<float> out{g, std::vector<float>(in.voxels.size())};
   const std::int64_t row = g.size[0], slice = g.size[0] * g.size[1], count = std::ssize(in.voxels);
   const float* const from = in.voxels.data();
   const auto mean = [](const float* at, std::int64_t stride) {
@@ -66,10 +66,12 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
   const auto& g = hu.grid;
   const double h = g.axes.col(0).norm();
   Volume<float> level{g, std::vector<float>(g.count())};
-  for (std::size_t o = 0; o < g.count(); ++o) {
-    const int least_level = bone.voxels[o] ? marrow_level : soft_level;
-    level.voxels[o] = static_cast<float>(std::clamp<int>(hu.voxels[o], least_level, bone_level));
-  }
+  in_slabs(std::ssize(level.voxels), threads, [&](std::int64_t first, std::int64_t last) {
+    for (auto o = static_cast<std::size_t>(first); o < static_cast<std::size_t>(last); ++o) {
+      const int least_level = bone.voxels[o] ? marrow_level : soft_level;
+      level.voxels[o] = static_cast<float>(std::clamp<int>(hu.voxels[o], least_level, bone_level));
+    }
+  });
   level = box_blurred(level, threads);
 
   Volume<float> votes{g, std::vector<float>(g.count(), 0)};
@@ -111,22 +113,26 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
   });
   votes = box_blurred(votes, threads);
 
+  std::vector<std::vector<FoundSphere>> by_slice(static_cast<std::size_t>(g.size[2]));
+  in_slabs(g.size[2], threads, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t k = std::max<std::int64_t>(1, first); k < std::min(g.size[2] - 1, last); ++k)
+      for (std::int64_t j = 1; j + 1 < g.size[1]; ++j)
+        for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
+          const float v = votes.at(i, j, k);
+          if (v < 0.02F) continue;
+          bool top = true;
+          for (std::int64_t c = -1; c <= 1 && top; ++c)
+            for (std::int64_t b = -1; b <= 1 && top; ++b)
+              for (std::int64_t a = -1; a <= 1; ++a)
+                if (votes.at(i + a, j + b, k + c) > v) top = false;
+          if (top)
+            by_slice[static_cast<std::size_t>(k)].push_back(
+                {g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))),
+                 0.5 * (least + most), v, 0});
+        }
+  });
   std::vector<FoundSphere> found;
-  for (std::int64_t k = 1; k + 1 < g.size[2]; ++k)
-    for (std::int64_t j = 1; j + 1 < g.size[1]; ++j)
-      for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
-        const float v = votes.at(i, j, k);
-        if (v < 0.02F) continue;
-        bool top = true;
-        for (std::int64_t c = -1; c <= 1 && top; ++c)
-          for (std::int64_t b = -1; b <= 1 && top; ++b)
-            for (std::int64_t a = -1; a <= 1; ++a)
-              if (votes.at(i + a, j + b, k + c) > v) top = false;
-        if (top)
-          found.push_back(
-              {g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))),
-               0.5 * (least + most), v, 0});
-      }
+  for (const auto& slice : by_slice) found.insert(found.end(), slice.begin(), slice.end());
   std::sort(found.begin(), found.end(),
             [](const FoundSphere& a, const FoundSphere& b) { return a.score > b.score; });
   std::vector<FoundSphere> kept;

@@ -101,17 +101,14 @@ void fill_sections(Mask& bone, int c, double step, int threads) {
 
 Mask bone_mask(const WorkVolume& scan, const Mask& body, int threads) {
   const double step = scan.hu.grid.axes.col(0).norm();
-  Mask bone{scan.hu.grid, std::vector<std::uint8_t>(scan.hu.voxels.size())};
-  for (std::size_t o = 0; o < bone.voxels.size(); ++o)
-    bone.voxels[o] = body.voxels[o] && tissue_of(scan.hu.voxels[o]) == Tissue::bone;
+  Mask bone = where(scan.hu.grid, [&](std::size_t o) {
+    return body.voxels[o] && tissue_of(scan.hu.voxels[o]) == Tissue::bone;
+  });
   for (int c = 2; c >= 0; --c) fill_sections(bone, c, step, threads);
-  const Regions pieces = connected_regions(bone);
   const double smallest = smallest_bone / (step * step * step);
-  for (std::size_t o = 0; o < bone.voxels.size(); ++o)
-    if (const auto number = pieces.number.voxels[o])
-      bone.voxels[o] =
-          static_cast<double>(pieces.list[static_cast<std::size_t>(number - 1)].voxels) >= smallest;
-  return bone;
+  return kept_regions(bone, 26, [&](const Region& piece, const Region&) {
+    return static_cast<double>(piece.voxels) >= smallest;
+  });
 }
 
 }  // namespace borelli

@@ -141,19 +141,18 @@ double border(double gap, double first, double second) {
 
 }  // namespace
 
-Mask lean_flesh(const Anatomy& a) {
+LeanFlesh lean_flesh(const Anatomy& a) {
   const auto& g = a.grid();
-  const auto thin = static_cast<float>(std::max(3.0, a.step()) * 1.01);  // half of what is too thin
-  Mask dense{g, std::vector<std::uint8_t>(g.count(), 0)};
-  for (std::size_t o = 0; o < g.count(); ++o)
-    dense.voxels[o] = a.body.voxels[o] && (a.bone.voxels[o] || a.scan.hu.voxels[o] >= fat_to_hu);
-  const auto within = distance_to(complement(dense), 2.0 * static_cast<double>(thin), false, a.threads);
-  Mask core{g, std::vector<std::uint8_t>(g.count(), 0)};
-  for (std::size_t o = 0; o < g.count(); ++o)
-    core.voxels[o] = a.bone.voxels[o] || (dense.voxels[o] && within.voxels[o] > thin);
-  const auto off = distance_to(core, 2.0 * static_cast<double>(thin), false, a.threads);
-  Mask lean{g, std::vector<std::uint8_t>(g.count(), 0)};
-  for (std::size_t o = 0; o < g.count(); ++o) lean.voxels[o] = dense.voxels[o] && off.voxels[o] <= thin;
+  const double thin = std::max(3.0, a.step()) * 1.01;  // half of what is too thin
+  const Mask dense = where(g, [&](std::size_t o) {
+    return a.body.voxels[o] && (a.bone.voxels[o] || a.scan.hu.voxels[o] >= fat_to_hu);
+  });
+  const Mask thick = eroded(dense, thin, true);
+  const Mask near_core =
+      dilated(where(g, [&](std::size_t o) { return a.bone.voxels[o] || thick.voxels[o]; }), thin);
+  LeanFlesh lean;
+  lean.mask = where(g, [&](std::size_t o) { return dense.voxels[o] && near_core.voxels[o]; });
+  lean.depth = distance_to(complement(lean.mask), 200, false, a.threads);
   return lean;
 }
 
@@ -228,11 +227,11 @@ class Contact {
                 std::any_of(around.begin(), around.end(), [&](int l) { return l != 0 && arm_of(l) != arm; });
           }
     });
-    const auto off = distance_to(faces, most_of_arm, false, a.threads);
-    for (std::size_t o = 0; o < g.count(); ++o)
-      faces.voxels[o] = owner.voxels[o] && a.body.voxels[o] && !lean.voxels[o] &&
-                        a.scan.hu.voxels[o] >= lung_to_hu && off.voxels[o] < static_cast<float>(most_of_arm);
-    return faces;
+    const Mask near_faces = dilated(faces, std::nextafter(static_cast<float>(most_of_arm), 0.0F));
+    return where(g, [&](std::size_t o) {
+      return near_faces.voxels[o] && owner.voxels[o] && a.body.voxels[o] && !lean.voxels[o] &&
+             a.scan.hu.voxels[o] >= lung_to_hu;
+    });
   }
 
   // where the CT number passes the limits of lean flesh and skin between two voxels
@@ -267,16 +266,23 @@ class Contact {
           surface_->add(passes(free ? blurred_skin : fat_to_hu), owner_.voxels[o]);
       }
     });
-    for (const auto& [p, arms] : skin_points) {
-      const auto same = nearest(*surface_, p, arms ? most_of_arm : most_of_other,
-                                [&, mine = arms](std::uint8_t l) { return own(l) == mine; });
-      if (!same) continue;
-      // beside a crevice the other's skin may be nearer than it seems
-      if (nearest(*surface_, p, same->distance + 2 * step,
-                  [&, mine = arms](std::uint8_t l) { return own(l) != mine; }))
-        continue;
-      (arms ? *of_arm_ : *of_other_).add(p, static_cast<float>(same->distance));
-    }
+    constexpr float none = -1;
+    std::vector<float> thickness(skin_points.size(), none);
+    in_slabs(std::ssize(skin_points), a_.threads, [&](std::int64_t first, std::int64_t last) {
+      for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n) {
+        const auto& [p, arms] = skin_points[n];
+        const auto same = nearest(*surface_, p, arms ? most_of_arm : most_of_other,
+                                  [&, mine = arms](std::uint8_t l) { return own(l) == mine; });
+        if (!same) continue;
+        // beside a crevice the other's skin may be nearer than it seems
+        if (!nearest(*surface_, p, same->distance + 2 * step,
+                     [&, mine = arms](std::uint8_t l) { return own(l) != mine; }))
+          thickness[n] = static_cast<float>(same->distance);
+      }
+    });
+    for (std::size_t n = 0; n < skin_points.size(); ++n)
+      if (thickness[n] != none)
+        (skin_points[n].second ? *of_arm_ : *of_other_).add(skin_points[n].first, thickness[n]);
   }
 
   const Anatomy& a_;

@@ -6,7 +6,11 @@
 namespace borelli {
 
 /// Muscle, organs and bones: what is denser than fat and thicker than skin, vessels and fasciae are.
-Mask lean_flesh(const Anatomy& anatomy);
+struct LeanFlesh {
+  Mask mask;
+  Volume<float> depth;  ///< below its surface, mm, up to 200
+};
+LeanFlesh lean_flesh(const Anatomy& anatomy);
 
 /// Between lean flesh of an arm and that of another part lies the fat of both, and where
 /// the scan shows air or two skins in it, there is the border (seen_border.hpp). Mostly it shows none. But

@@ -154,6 +154,13 @@ TEST(Morphology, RegionsAreThoseThatSpreadingFinds) {
           EXPECT_LE(regions.list[n].voxels, regions.list[n - 1].voxels);
         }
       }
+      const Mask small = kept_regions(mask, neighbours, [](const Region& one, const Region& largest) {
+        return 2 * one.voxels < largest.voxels;
+      });
+      for (std::size_t o = 0; o < mask.grid.count(); ++o)
+        EXPECT_EQ(small.voxels[o], regions.number.voxels[o] > 0 &&
+                                       2 * voxels[static_cast<std::size_t>(regions.number.voxels[o])] <
+                                           regions.list[0].voxels);
     }
 }
 
