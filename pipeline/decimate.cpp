@@ -238,7 +238,7 @@ std::vector<std::uint32_t> too_far(const TriangleSurface& surface, const Triangl
   };
   std::uint32_t last = 0;  // the triangle that the point before was near: often the next one is, too
   const auto near_one = [&](const Vector3d& p, std::uint32_t v) {
-    if (std::ranges::find(fewer.triangles[last], v) != fewer.triangles[last].end() && near(p, last))
+    if (last < fewer.triangles.size() && std::ranges::count(fewer.triangles[last], v) > 0 && near(p, last))
       return true;
     const auto found = std::ranges::find_if(around[v], [&](std::uint32_t t) { return near(p, t); });
     if (found != around[v].end()) last = *found;

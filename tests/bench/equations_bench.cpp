@@ -63,7 +63,8 @@ void accelerations(benchmark::State& bench, Scene (*make)(int), Equations equati
   for (const CoordinateInfo& c : system->coordinates)
     if (c.q_size == 1) q[c.q_index] = 2.0 * (c.q_index + 1) / system->nq - 1;
   for (auto _ : bench) {
-    const Fault fault = accelerate(*system, system->parameters, 0, q.data(), v.data(), {}, workspace);
+    const Fault fault = accelerate(*system, system->parameters, 0, q.data(), v.data(), {}, workspace, nullptr,
+                                   Wanted::accelerations);
     if (fault) bench.SkipWithError("the equations could not be solved");
     benchmark::DoNotOptimize(workspace.a.data());
     v[0] += 1e-9;  // never the same state twice
