@@ -47,7 +47,6 @@ BatchWorkspace::BatchWorkspace(const System& system, bool mass_matrix)
       a(Eigen::VectorX<Lanes>::Zero(system.nv)),
       drive_efforts(Eigen::VectorX<Lanes>::Zero(system.driven_nv)),
       group_power(Eigen::VectorX<Lanes>::Zero(system.groups)),
-      single(system, Equations::recursive),
       numbers(system.parameters),
       given(Eigen::VectorXd::Zero(system.nv)) {
   for (std::size_t b = 0; b < inertials.size(); ++b)
@@ -87,14 +86,15 @@ Fault accelerate_alone(const System& system, const Parameters& parameters, const
       for (int j = 0; j < 3; ++j) to.tensor(i, j) = from.tensor(i, j)[lane];
     }
   }
+  if (!w.single) w.single.emplace(system, Equations::recursive);
   if (applied)
     for (int i = 0; i < system.nv; ++i) w.given[i] = applied[i][lane];
   const State one = state.state(lane);
-  const Fault fault = accelerate(system, w.numbers, one.t, one.q.data(), one.v.data(), {}, w.single,
+  const Fault fault = accelerate(system, w.numbers, one.t, one.q.data(), one.v.data(), {}, *w.single,
                                  applied ? w.given.data() : nullptr, Wanted::accelerations);
-  for (int i = 0; i < system.nv; ++i) w.a[i].set(lane, w.single.a[i]);
-  for (int d = 0; d < system.driven_nv; ++d) w.drive_efforts[d].set(lane, w.single.drive_efforts[d]);
-  for (int g = 0; g < system.groups; ++g) w.group_power[g].set(lane, w.single.group_power[g]);
+  for (int i = 0; i < system.nv; ++i) w.a[i].set(lane, w.single->a[i]);
+  for (int d = 0; d < system.driven_nv; ++d) w.drive_efforts[d].set(lane, w.single->drive_efforts[d]);
+  for (int g = 0; g < system.groups; ++g) w.group_power[g].set(lane, w.single->group_power[g]);
   return fault;
 }
 
@@ -110,18 +110,17 @@ bool accelerate(const System& system, const Parameters& parameters, const BatchS
     scan_efforts(system, parameters, w.kinematics, w.efforts);
   }
   w.faults.fill({});
-  bool together =
-      find_accelerations(system, parameters, w.inertials, w.kinematics, acted ? &w.efforts : nullptr, applied,
-                         w.articulation, w.a.data(), w.drive_efforts.data());
+  w.together = find_accelerations(system, parameters, w.inertials, w.kinematics, acted ? &w.efforts : nullptr,
+                                  applied, w.articulation, w.a.data(), w.drive_efforts.data());
   if (wanted == Wanted::all) find_energies(system, parameters, w);
-  if (together) {
+  if (w.together) {
     w.group_power = w.efforts.group_power;
     for (int d = 0; d < system.driven_nv; ++d)
       w.group_power[system.velocity_groups[system.nv + d]] +=
           w.drive_efforts[d] * w.kinematics.u[system.nv + d];
-    together = all_finite(w.a);
+    w.together = all_finite(w.a);
   }
-  if (together) return true;
+  if (w.together) return true;
   bool solved = true;
   for (int lane = 0; lane < Lanes::count; ++lane) {
     w.faults[lane] = accelerate_alone(system, parameters, state, lane, applied, w);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "dynamics/equations.hpp"
 #include "dynamics/lanes.hpp"
@@ -49,9 +50,10 @@ struct BatchWorkspace {
   Eigen::VectorX<Lanes> drive_efforts;     ///< driven_nv: what the drives exert
   Eigen::VectorX<Lanes> group_power;       ///< W, of efforts and drives on each independent group
   std::array<Fault, Lanes::count> faults;  ///< of each lane, at the last accelerate()
+  bool together = true;                    ///< else, there, its lanes were solved by themselves
 
   // for lanes that are solved by themselves
-  Workspace single;
+  std::optional<Workspace> single;  ///< none before the first
   Parameters numbers;
   Eigen::VectorXd given;  ///< nv
 };

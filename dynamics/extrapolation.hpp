@@ -3,6 +3,10 @@
 // and step are chosen together for the least work per unit of time (Hairer, Norsett, Wanner, Solving Ordinary
 // Differential Equations I, second edition, section II.9). The rows weigh neither end of the step, so an
 // accepted one is looked at there: a slope that leaps within the first or last substep would go unseen.
+//
+// No row waits for another. Where a flow has slopes of several states side by side (Flow::has_lanes), a row
+// is a lane: a step takes as long as its longest row, and its work grows with the number of rows, not with
+// its square (the rows in parallel: Rauber and Ruenger, Parallel Computing 23, 1997).
 #pragma once
 
 #include "dynamics/integrator.hpp"
@@ -29,25 +33,37 @@ class Extrapolation : public Integrator {
   void reset() override;
 
  private:
-  static constexpr int least_target = 3, most_rows = 10;
+  static constexpr int least_target = 3, most_rows = 10, most_target = most_rows - 2;
+  static_assert(most_target <= Lanes::count);
   static constexpr int substeps(int row) { return 2 * row; }
 
-  bool add_row(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int row);
+  void work_side_by_side(bool side_by_side);
+  bool make_row(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int row);
+  bool make_rows(Flow& flow, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int rows);
+  bool extrapolate(const Eigen::VectorXd& scale, double h, int row);
   void choose_after(int row, Attempt& attempt, double h);
   bool leaps_at_an_end(const Eigen::VectorXd& scale, double substep) const;
 
   double tolerance_;
-  int fixed_rows_ = 0;  ///< of a method of one order; 0: it is chosen
-  int target_;          ///< the row that is expected to meet the tolerance, from 1
+  int fixed_rows_ = 0;         ///< of a method of one order; 0: it is chosen
+  bool side_by_side_ = false;  ///< the rows of a step are made at once
+  int target_;                 ///< the row that is expected to meet the tolerance, from 1
   bool rejected_ = false;
-  int rows_made_ = 0;                        ///< by the step last attempted
-  std::vector<Eigen::VectorXd> table_;       ///< the table's last row, column by column
-  std::vector<double> work_, step_, error_;  ///< per row, from 1: evaluations; step that would do, s; error
+  int rows_made_ = 0;                   ///< by the step last attempted
+  std::vector<Eigen::VectorXd> table_;  ///< the table's last row, column by column
+  std::vector<double> work_, step_,
+      error_;  ///< per row, from 1: in evaluations; step that would do, s; error
   int worst_ = -1;
   Eigen::VectorXd before_, now_, slope_, next_;
   Eigen::VectorXd slope_before_, slope_before_that_;  ///< one and two substeps before slope_
   /// The slope's second differences over the last row's substeps: the first, and the largest of the others.
   Eigen::VectorXd first_bend_, bend_;
+
+  /// All rows at once, a lane each: as above, and what each row has come to after its last substep.
+  struct Rows {
+    Eigen::VectorX<Lanes> before, now, slope, slope_before, slope_before_that, first_bend, bend;
+    std::vector<Eigen::VectorXd> ends;
+  } rows_;
 };
 
 }  // namespace borelli

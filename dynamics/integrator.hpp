@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dynamics/keeper.hpp"
+#include "dynamics/lanes.hpp"
 #include "dynamics/settings.hpp"
 #include "error/error.hpp"
 
@@ -31,6 +32,15 @@ class Flow {
   virtual Eigen::Index positions() const { return 0; }
   /// The positions' part of the derivative alone, which costs little.
   virtual void position_rate(const Eigen::VectorXd& /*y*/, Eigen::VectorXd& /*dy*/) {}
+  /// Whether f is the same at all times, and its slopes at several states cost less side by side than one by
+  /// one.
+  virtual bool has_lanes() { return false; }
+  /// With has_lanes(), lane by lane: dy <- f(y). The first `states` lanes are asked for; the others hold a
+  /// state that can be evaluated. False: f cannot be evaluated at one of them.
+  virtual bool derivatives(const Eigen::VectorX<Lanes>& /*y*/, int /*states*/,
+                           Eigen::VectorX<Lanes>& /*dy*/) {
+    return false;
+  }
   /// The flow as the motion of a system, for methods that ask for more than slopes; null: it is none.
   virtual const MotionFlow* motion() const { return nullptr; }
 };

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 
+#include "dynamics/batch.hpp"
 #include "dynamics/chart.hpp"
 #include "dynamics/fastest_change.hpp"
+#include "dynamics/time_functions_of.hpp"
 
 namespace borelli {
 
@@ -17,7 +19,37 @@ constexpr double largest_turn = 5;  // rad
 // A chart that is kept over steps is centred anew well before that.
 constexpr double recentring_turn = 1;  // rad
 
+/// Whether nothing prescribed changes in time.
+bool same_at_all_times(const System& system) {
+  bool same = system.driven_nv == 0;
+  each_time_function(system, system.parameters, [&](const std::string&, const TimeFunction& f) {
+    const auto* polynomial = std::get_if<Polynomial>(&f);
+    if (!polynomial || polynomial->coefficients.size() > 1) same = false;
+  });
+  return same;
+}
+
+/// Whether more than half of the solids each swing by themselves.
+bool mostly_swings(const System& system, const Articulation& articulation) {
+  std::size_t swinging = 0;
+  for (const SideBySide& side : articulation.trees)
+    if (side.swings) swinging += std::size_t(side.trees.count);
+  return 2 * swinging > system.bodies.size() - 1;
+}
+
 }  // namespace
+
+struct MotionFlow::Together {
+  explicit Together(const System& system) : w(system), state(system), centre(system.nq) {}
+  void set_centre(const Eigen::VectorXd& q0) {
+    for (Eigen::Index i = 0; i < q0.size(); ++i) centre[i] = q0[i];
+  }
+  BatchWorkspace w;
+  BatchState state;
+  Eigen::VectorX<Lanes> centre;
+};
+
+MotionFlow::~MotionFlow() = default;
 
 MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings, Workspace& workspace)
     : system_(system),
@@ -25,7 +57,9 @@ MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings,
       projects_(settings.constraints == ConstraintTreatment::projection),
       scale_(size()),
       q_(system.nq),
-      last_v_(system.nv) {
+      last_v_(system.nv),
+      lanes_fit_(workspace.kinematics.equations == Equations::recursive && check_batch(system) &&
+                 same_at_all_times(system) && !mostly_swings(system, workspace.articulation)) {
   if (settings.constraints == ConstraintTreatment::baumgarte) {
     handling_.alpha = settings.baumgarte_alpha;
     handling_.beta = settings.baumgarte_beta;
@@ -42,6 +76,7 @@ bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y,
                      std::abs(last_time_ - state.t) <= 1e-15 * std::abs(state.t) && state.q == q_ &&
                      state.v == last_v_;
   q0_ = state.q;
+  if (together_) together_->set_centre(q0_);
   y.setZero();
   y.segment(system_.nv, system_.nv) = state.v;
   y.segment<4>(2 * system_.nv) << work.efforts, work.drives, work.constraints, work.violation;
@@ -89,6 +124,41 @@ bool MotionFlow::derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd&
   solved_ = !w_.has_rows();
   last_time_ = t;
   evaluations_ = w_.evaluations;
+  return true;
+}
+
+bool MotionFlow::has_lanes() {
+  if (lanes_fit_ && !together_) {
+    together_ = std::make_unique<Together>(system_);
+    together_->set_centre(q0_);
+  }
+  return lanes_fit_;
+}
+
+bool MotionFlow::derivatives(const Eigen::VectorX<Lanes>& y, int states, Eigen::VectorX<Lanes>& dy) {
+  BatchWorkspace& w = together_->w;
+  const int n = system_.nv;
+  fault_ = {};
+  turned_ = -1;
+  for (const CoordinateInfo& info : system_.coordinates)
+    if (info.q_size == 4 && (y.segment<3>(info.v_index).squaredNorm() > largest_turn * largest_turn).any())
+      turned_ = info.v_index;
+  if (turned_ >= 0) return false;
+  from_chart(system_, together_->centre.data(), y.data(), together_->state.q.data());
+  together_->state.v = y.segment(n, n);
+  w_.evaluations += states;
+  const bool solved =
+      accelerate(system_, system_.parameters, together_->state, w, nullptr, Wanted::accelerations);
+  if (!w.together) lanes_fit_ = false;
+  if (!solved) {
+    fault_ = *std::find_if(w.faults.begin(), w.faults.end(), [](const Fault& fault) { return bool(fault); });
+    return false;
+  }
+  dy.resize(size());
+  chart_rate(system_, y.data(), y.data() + n, dy.data());
+  dy.segment(n, n) = w.a;
+  dy.segment<4>(2 * n) << w.efforts.power, Lanes(0), Lanes(0), Lanes(0);
+  dy.tail(system_.groups) = w.group_power;
   return true;
 }
 

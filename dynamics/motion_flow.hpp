@@ -1,6 +1,8 @@
 // The motion of a system as a differential equation: what integrators are given.
 #pragma once
 
+#include <memory>
+
 #include "dynamics/equations.hpp"
 #include "dynamics/integrator.hpp"
 #include "dynamics/work.hpp"
@@ -12,12 +14,17 @@ namespace borelli {
 class MotionFlow : public Flow {
  public:
   MotionFlow(const System& system, const SimulationSettings& settings, Workspace& workspace);
+  ~MotionFlow() override;
 
   Eigen::Index size() const override { return 2 * system_.nv + 4 + system_.groups; }
   const Eigen::VectorXd& error_scale() const override { return scale_; }
   Eigen::Index positions() const override { return system_.nv; }
   void position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
   bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
+  /// Where a batch can have the scene (batch.hpp), nothing of it depends on time, its solids do not mostly
+  /// swing by themselves (of those, one state takes hardly any time) and no lane had to be solved by itself.
+  bool has_lanes() override;
+  bool derivatives(const Eigen::VectorX<Lanes>& y, int states, Eigen::VectorX<Lanes>& dy) override;
 
   /// Centres the chart on a state, fills y and dy there, decides the rank of the constraints for the step to
   /// come. Leaves the equations at that state in the workspace. Where they are there already (the last slope
@@ -56,7 +63,7 @@ class MotionFlow : public Flow {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(q0_, scale_, solved_, last_time_, q_, last_v_, evaluations_, unit_energy_, largest_energy_);
+    k(q0_, scale_, solved_, last_time_, q_, last_v_, evaluations_, unit_energy_, largest_energy_, lanes_fit_);
   }
 
  private:
@@ -83,6 +90,9 @@ class MotionFlow : public Flow {
   double last_time_ = 0;
   Eigen::VectorXd q_, last_v_;
   long evaluations_ = -1;  ///< the workspace's count then
+  bool lanes_fit_;         ///< what has_lanes() says
+  struct Together;
+  std::unique_ptr<Together> together_;  ///< what several states at once ask for; none before the first
 };
 
 }  // namespace borelli
