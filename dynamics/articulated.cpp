@@ -291,6 +291,7 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
   }
 BORELLI_ARTICULATED_OVER_NUMBERS(double, BORELLI_INLINED_FOR_PROCESSOR)
 BORELLI_ARTICULATED_OVER_NUMBERS(Lanes, BORELLI_LANES_FOR_PROCESSOR)
+BORELLI_ARTICULATED_OVER_NUMBERS(Quad, BORELLI_LANES_FOR_PROCESSOR)
 
 }  // namespace
 
@@ -326,7 +327,7 @@ bool find_accelerations(const System& system, const Parameters& parameters, cons
   if constexpr (std::is_same_v<T, DualNumber>) {
     return accelerate_all(system, parameters, inertials, kinematics, efforts, given, articulation, a,
                           drive_efforts);
-  } else if constexpr (std::is_same_v<T, Lanes>) {
+  } else if constexpr (is_lanes<T>) {
     return accelerate_numbers(system, parameters, inertials, kinematics, efforts, given, articulation, a,
                               drive_efforts);
   } else {
@@ -367,5 +368,6 @@ void find_energies(const System& system, const Parameters& parameters, const Ine
 BORELLI_ARTICULATED_OVER(double)
 BORELLI_ARTICULATED_OVER(DualNumber)
 BORELLI_ARTICULATED_OVER(Lanes)
+BORELLI_ARTICULATED_OVER(Quad)
 
 }  // namespace borelli

@@ -11,6 +11,12 @@ Result<void> check_batch(const System& system) {
   if (system.rows > 0)
     return bad_use(fmt::format("constraint '{}'", system.constraint_names[0]),
                    "batches are for scenes without constraints and contacts; take its states one by one");
+  return check_batch_in_flight(system);
+}
+
+Result<void> check_batch_in_flight(const System& system) {
+  if (system.bilateral_rows() > 0)
+    return bad_use(system.scene, "batches are for scenes without constraints; take its states one by one");
   for (const Effort& effort : system.parameters.efforts)
     if (std::holds_alternative<OwnEffort>(effort.kind))
       return bad_use(fmt::format("effort '{}'", effort.name),
@@ -21,41 +27,43 @@ Result<void> check_batch(const System& system) {
   return {};
 }
 
-BatchState::BatchState(const System& system) : t(system.initial.t), q(system.nq), v(system.nv) {
-  for (int lane = 0; lane < Lanes::count; ++lane) set(lane, system.initial);
+template <class T>
+BatchStateOf<T>::BatchStateOf(const System& system) : t(system.initial.t), q(system.nq), v(system.nv) {
+  for (int lane = 0; lane < T::count; ++lane) set(lane, system.initial);
 }
 
-void BatchState::set(int lane, const State& state) {
+template <class T>
+void BatchStateOf<T>::set(int lane, const State& state) {
   for (Eigen::Index i = 0; i < q.size(); ++i) q[i].set(lane, state.q[i]);
   for (Eigen::Index i = 0; i < v.size(); ++i) v[i].set(lane, state.v[i]);
 }
 
-State BatchState::state(int lane) const {
+template <class T>
+State BatchStateOf<T>::state(int lane) const {
   State out{t, Eigen::VectorXd(q.size()), Eigen::VectorXd(v.size())};
   for (Eigen::Index i = 0; i < q.size(); ++i) out.q[i] = q[i][lane];
   for (Eigen::Index i = 0; i < v.size(); ++i) out.v[i] = v[i][lane];
   return out;
 }
 
-BatchWorkspace::BatchWorkspace(const System& system, bool mass_matrix)
+template <class T>
+BatchWorkspaceOf<T>::BatchWorkspaceOf(const System& system, bool mass_matrix)
     : inertials(system.bodies.size()),
       kinematics(system, Equations::recursive),
       efforts(system),
       terms(system, mass_matrix),
       articulation(system),
       recursion(system),
-      a(Eigen::VectorX<Lanes>::Zero(system.nv)),
-      drive_efforts(Eigen::VectorX<Lanes>::Zero(system.driven_nv)),
-      group_power(Eigen::VectorX<Lanes>::Zero(system.groups)),
-      numbers(system.parameters),
-      given(Eigen::VectorXd::Zero(system.nv)) {
+      a(Eigen::VectorX<T>::Zero(system.nv)),
+      drive_efforts(Eigen::VectorX<T>::Zero(system.driven_nv)),
+      group_power(Eigen::VectorX<T>::Zero(system.groups)) {
   for (std::size_t b = 0; b < inertials.size(); ++b)
-    for (int lane = 0; lane < Lanes::count; ++lane)
-      set_inertial(lane, int(b), system.parameters.inertials[b]);
+    for (int lane = 0; lane < T::count; ++lane) set_inertial(lane, int(b), system.parameters.inertials[b]);
 }
 
-void BatchWorkspace::set_inertial(int lane, int body, const Inertial& inertial) {
-  VariedInertial<Lanes>& to = inertials[body];
+template <class T>
+void BatchWorkspaceOf<T>::set_inertial(int lane, int body, const Inertial& inertial) {
+  VariedInertial<T>& to = inertials[body];
   to.mass.set(lane, inertial.mass);
   for (int i = 0; i < 3; ++i) {
     to.centre[i].set(lane, inertial.centre[i]);
@@ -66,47 +74,56 @@ void BatchWorkspace::set_inertial(int lane, int body, const Inertial& inertial) 
 
 namespace {
 
-BORELLI_LANES_FOR_PROCESSOR
-bool all_finite(const Eigen::VectorX<Lanes>& numbers) {
-  Lanes sums[4] = {0, 0, 0, 0};  // zero, but where a number is none
+template <class T>
+bool finite_sums(const Eigen::VectorX<T>& numbers) {
+  T sums[4] = {0, 0, 0, 0};  // zero, but where a number is none
   for (Eigen::Index i = 0; i < numbers.size(); ++i) sums[i % 4] += 0 * numbers[i];
   return everywhere(sums[0] + sums[1] + (sums[2] + sums[3]) == 0);
 }
+BORELLI_LANES_FOR_PROCESSOR
+bool all_finite(const Eigen::VectorX<Lanes>& numbers) { return finite_sums(numbers); }
+BORELLI_LANES_FOR_PROCESSOR
+bool all_finite(const Eigen::VectorX<Quad>& numbers) { return finite_sums(numbers); }
 
 /// Solves one lane by itself, and puts what came of it in its place.
-Fault accelerate_alone(const System& system, const Parameters& parameters, const BatchState& state, int lane,
-                       const Lanes* applied, BatchWorkspace& w) {
-  w.numbers = parameters;
+template <class T>
+Fault accelerate_alone(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
+                       int lane, const T* applied, BatchWorkspaceOf<T>& w) {
+  if (!w.alone)
+    w.alone.emplace(typename BatchWorkspaceOf<T>::Alone{Workspace(system, Equations::recursive), parameters,
+                                                        Eigen::VectorXd::Zero(system.nv)});
+  auto& [single, numbers, given] = *w.alone;
+  numbers = parameters;
   for (std::size_t b = 0; b < w.inertials.size(); ++b) {
-    const VariedInertial<Lanes>& from = w.inertials[b];
-    Inertial& to = w.numbers.inertials[b];
+    const VariedInertial<T>& from = w.inertials[b];
+    Inertial& to = numbers.inertials[b];
     to.mass = from.mass[lane];
     for (int i = 0; i < 3; ++i) {
       to.centre[i] = from.centre[i][lane];
       for (int j = 0; j < 3; ++j) to.tensor(i, j) = from.tensor(i, j)[lane];
     }
   }
-  if (!w.single) w.single.emplace(system, Equations::recursive);
   if (applied)
-    for (int i = 0; i < system.nv; ++i) w.given[i] = applied[i][lane];
+    for (int i = 0; i < system.nv; ++i) given[i] = applied[i][lane];
   const State one = state.state(lane);
-  const Fault fault = accelerate(system, w.numbers, one.t, one.q.data(), one.v.data(), {}, *w.single,
-                                 applied ? w.given.data() : nullptr, Wanted::accelerations);
-  for (int i = 0; i < system.nv; ++i) w.a[i].set(lane, w.single->a[i]);
-  for (int d = 0; d < system.driven_nv; ++d) w.drive_efforts[d].set(lane, w.single->drive_efforts[d]);
-  for (int g = 0; g < system.groups; ++g) w.group_power[g].set(lane, w.single->group_power[g]);
+  const Fault fault = accelerate(system, numbers, one.t, one.q.data(), one.v.data(), {}, single,
+                                 applied ? given.data() : nullptr, Wanted::accelerations);
+  for (int i = 0; i < system.nv; ++i) w.a[i].set(lane, single.a[i]);
+  for (int d = 0; d < system.driven_nv; ++d) w.drive_efforts[d].set(lane, single.drive_efforts[d]);
+  for (int g = 0; g < system.groups; ++g) w.group_power[g].set(lane, single.group_power[g]);
   return fault;
 }
 
 }  // namespace
 
-bool accelerate(const System& system, const Parameters& parameters, const BatchState& state,
-                BatchWorkspace& w, const Lanes* applied, Wanted wanted) {
+template <class T>
+bool accelerate(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
+                BatchWorkspaceOf<T>& w, const std::type_identity_t<T>* applied, Wanted wanted) {
   const bool acted = !system.efforts.empty();
-  move_links<Lanes>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), nullptr,
-                    w.kinematics, w.articulation);
+  move_links<T>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), nullptr,
+                w.kinematics, w.articulation);
   if (acted) {
-    find_bodies<Lanes>(system, parameters, w.inertials, w.kinematics, w.articulation);
+    find_bodies<T>(system, parameters, w.inertials, w.kinematics, w.articulation);
     scan_efforts(system, parameters, w.kinematics, w.efforts);
   }
   w.faults.fill({});
@@ -122,14 +139,15 @@ bool accelerate(const System& system, const Parameters& parameters, const BatchS
   }
   if (w.together) return true;
   bool solved = true;
-  for (int lane = 0; lane < Lanes::count; ++lane) {
+  for (int lane = 0; lane < T::count; ++lane) {
     w.faults[lane] = accelerate_alone(system, parameters, state, lane, applied, w);
     if (w.faults[lane]) solved = false;
   }
   return solved;
 }
 
-void find_energies(const System& system, const Parameters& parameters, BatchWorkspace& w) {
+template <class T>
+void find_energies(const System& system, const Parameters& parameters, BatchWorkspaceOf<T>& w) {
   find_energies(system, parameters, w.inertials, w.kinematics, system.efforts.empty() ? nullptr : &w.efforts,
                 w.articulation, w.terms);
 }
@@ -146,5 +164,14 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
                            w.kinematics);
   find_mass_matrix(system, parameters, w.inertials, w.kinematics, w.recursion, w.terms);
 }
+
+#define BORELLI_BATCH_OVER(T)                                                                              \
+  template struct BatchStateOf<T>;                                                                         \
+  template struct BatchWorkspaceOf<T>;                                                                     \
+  template bool accelerate(const System&, const Parameters&, const BatchStateOf<T>&, BatchWorkspaceOf<T>&, \
+                           const T*, Wanted);                                                              \
+  template void find_energies(const System&, const Parameters&, BatchWorkspaceOf<T>&);
+BORELLI_BATCH_OVER(Lanes)
+BORELLI_BATCH_OVER(Quad)
 
 }  // namespace borelli

@@ -1,7 +1,7 @@
-// Eight states of one System at once: ensembles of starts, of inertias, of efforts. The equations are the
-// recursive ones, in the same source as one state's (articulated.hpp, recursive.hpp), over eight numbers side
-// by side (lanes.hpp) and compiled for AVX-512, for AVX2 and for any processor; each lane's results are those
-// of one state but for rounding.
+// Several states of one System at once: ensembles of starts, of inertias, of efforts (eight: Lanes), or what
+// a method asks for within a step (four: Quad). The equations are the recursive ones, in the same source as
+// one state's (articulated.hpp, recursive.hpp), over numbers side by side (lanes.hpp) and compiled for
+// AVX-512, for AVX2 and for any processor; each lane's results are those of one state but for rounding.
 //
 // Batches are for smooth scenes: constraints, contacts and a program's own efforts they refuse. A lane that
 // elimination serves badly (what a joint carries is thin to rounding) is solved by itself. Nothing here
@@ -10,6 +10,7 @@
 
 #include <array>
 #include <optional>
+#include <type_traits>
 
 #include "dynamics/equations.hpp"
 #include "dynamics/lanes.hpp"
@@ -18,54 +19,67 @@ namespace borelli {
 
 /// Whether a system can be computed in batches; the error says what of it cannot.
 Result<void> check_batch(const System& system);
+/// The same while all its contacts are open.
+Result<void> check_batch_in_flight(const System& system);
 
-/// Eight states at one time.
-struct BatchState {
-  explicit BatchState(const System& system);  ///< all of them the scene's start
+/// As many states as T has lanes, at one time.
+template <class T>
+struct BatchStateOf {
+  explicit BatchStateOf(const System& system);  ///< all of them the scene's start
   double t = 0;
-  Eigen::VectorX<Lanes> q, v;  ///< nq, nv
+  Eigen::VectorX<T> q, v;  ///< nq, nv
 
   /// Takes over a lane's positions and velocities; its time is the batch's.
   void set(int lane, const State& state);
   State state(int lane) const;
 };
 
-/// Scratch and results for eight states; one per thread.
-struct BatchWorkspace {
+using BatchState = BatchStateOf<Lanes>;
+
+/// Scratch and results for them; one per thread.
+template <class T>
+struct BatchWorkspaceOf {
   /// For a System of which check_batch has no complaint. `mass_matrix`: whether find_mass_matrix is to be
-  /// called, which needs eight matrices of room.
-  explicit BatchWorkspace(const System& system, bool mass_matrix = false);
+  /// called, which needs a matrix of room per lane.
+  explicit BatchWorkspaceOf(const System& system, bool mass_matrix = false);
 
   /// Gives a lane its own inertial elements of a body (in the body's frame); else it has the parameters'.
   void set_inertial(int lane, int body, const Inertial& inertial);
 
-  InertialsOf<Lanes> inertials;  ///< per body
-  KinematicsOf<Lanes> kinematics;
-  EffortSumsOf<Lanes> efforts;
-  LagrangeTermsOf<Lanes> terms;
-  ArticulationOf<Lanes> articulation;
-  RecursionOf<Lanes> recursion;
+  InertialsOf<T> inertials;  ///< per body
+  KinematicsOf<T> kinematics;
+  EffortSumsOf<T> efforts;
+  LagrangeTermsOf<T> terms;
+  ArticulationOf<T> articulation;
+  RecursionOf<T> recursion;
 
-  Eigen::VectorX<Lanes> a;                 ///< nv, accelerations
-  Eigen::VectorX<Lanes> drive_efforts;     ///< driven_nv: what the drives exert
-  Eigen::VectorX<Lanes> group_power;       ///< W, of efforts and drives on each independent group
-  std::array<Fault, Lanes::count> faults;  ///< of each lane, at the last accelerate()
-  bool together = true;                    ///< else, there, its lanes were solved by themselves
+  Eigen::VectorX<T> a;                 ///< nv, accelerations
+  Eigen::VectorX<T> drive_efforts;     ///< driven_nv: what the drives exert
+  Eigen::VectorX<T> group_power;       ///< W, of efforts and drives on each independent group
+  std::array<Fault, T::count> faults;  ///< of each lane, at the last accelerate()
+  bool together = true;                ///< else, there, its lanes were solved by themselves
 
-  // for lanes that are solved by themselves
-  std::optional<Workspace> single;  ///< none before the first
-  Parameters numbers;
-  Eigen::VectorXd given;  ///< nv
+  /// For lanes that are solved by themselves; none before the first.
+  struct Alone {
+    Workspace workspace;
+    Parameters parameters;
+    Eigen::VectorXd given;  ///< nv
+  };
+  std::optional<Alone> alone;
 };
+using BatchWorkspace = BatchWorkspaceOf<Lanes>;
 
-/// Accelerations, what drives exert, energies (unless accelerations alone are wanted) and powers of eight
-/// states. `applied` (nv, or null) is added to the generalized efforts. False: of some lane the equations
-/// cannot be solved; see `faults`.
-bool accelerate(const System& system, const Parameters& parameters, const BatchState& state,
-                BatchWorkspace& workspace, const Lanes* applied = nullptr, Wanted wanted = Wanted::all);
+/// Accelerations, what drives exert, energies (unless accelerations alone are wanted) and powers of the
+/// states (Lanes or Quad). `applied` (nv, or null) is added to the generalized efforts. False: of some lane
+/// the equations cannot be solved; see `faults`.
+template <class T>
+bool accelerate(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
+                BatchWorkspaceOf<T>& workspace, const std::type_identity_t<T>* applied = nullptr,
+                Wanted wanted = Wanted::all);
 
 /// The energies, after accelerate() without them.
-void find_energies(const System& system, const Parameters& parameters, BatchWorkspace& workspace);
+template <class T>
+void find_energies(const System& system, const Parameters& parameters, BatchWorkspaceOf<T>& workspace);
 
 /// efforts <- A a + B - Q (nv), what the accelerations a (nv) ask for beside the scene's own efforts.
 void inverse_dynamics(const System& system, const Parameters& parameters, const BatchState& state,

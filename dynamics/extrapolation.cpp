@@ -12,34 +12,45 @@ namespace {
 // a slope bends so many times more over one substep than over any other where it leaps there
 constexpr double leap = 8;
 
-// what eight slopes side by side cost beside one: by measurement 1.4 for chains, 2.6 for a body with limbs
-constexpr double cost_of_lanes = 2;
+// what four slopes side by side cost beside one
+constexpr double cost_of_lanes = 1.5;
 
 /// Readies the midpoint rule in every lane, by its own substep.
 BORELLI_LANES_FOR_PROCESSOR
-void begin_rows(const Eigen::VectorXd& y, const Eigen::VectorXd& dy, const Lanes& substep, Lanes* before,
-                Lanes* now, Lanes* slope) {
+void begin_rows(const Eigen::VectorXd& y, const Eigen::VectorXd& dy, const Quad& substep, Quad* before,
+                Quad* now) {
   for (Eigen::Index i = 0; i < y.size(); ++i) {
     before[i] = y[i];
     now[i] = y[i] + substep * dy[i];
-    slope[i] = dy[i];
   }
 }
 
-/// A substep of the midpoint rule in every lane, with the slope at `now`: before <- now's successor.
+/// A substep of the midpoint rule in every lane, from before the state with that slope to after it.
 BORELLI_LANES_FOR_PROCESSOR
-void go_on(Eigen::Index size, const Lanes& two_substeps, const Lanes* slope, Lanes* before) {
-  for (Eigen::Index i = 0; i < size; ++i) before[i] += two_substeps * slope[i];
+void make_substep(Eigen::Index size, const Quad& substep, const Quad* slope, Quad* before) {
+  for (Eigen::Index i = 0; i < size; ++i) before[i] += 2 * substep * slope[i];
 }
 
-/// The second differences of the slope: the first ones, or the largest of the others.
-BORELLI_LANES_FOR_PROCESSOR
-void find_bends(Eigen::Index size, bool first, const Lanes* slope, const Lanes* before,
-                const Lanes* before_that, Lanes* bend) {
-  for (Eigen::Index i = 0; i < size; ++i) {
-    const Lanes bends = abs(slope[i] - 2 * before[i] + before_that[i]);
-    bend[i] = first ? bends : choose(bend[i] < bends, bends, bend[i]);
+/// Which rows each lane makes.
+struct Shares {
+  static constexpr int most = 10;
+  int first[Quad::count] = {};  ///< of each lane; 0: none
+  int follower[most + 1] = {};  ///< per row: which one follows it in its lane; 0: none
+  int substeps = 0;             ///< of the lane that has most, less one per row
+};
+
+/// The longest rows begin a lane each; every other follows in the lane that is free first.
+Shares share(int rows) {
+  Shares out;
+  int taken[Quad::count] = {}, last[Quad::count] = {};
+  for (int row = rows; row > 0; --row) {
+    const auto lane = std::min_element(std::begin(taken), std::end(taken)) - std::begin(taken);
+    (last[lane] > 0 ? out.follower[last[lane]] : out.first[lane]) = row;
+    last[lane] = row;
+    taken[lane] += 2 * row - 1;
   }
+  out.substeps = *std::max_element(std::begin(taken), std::end(taken));
+  return out;
 }
 
 }  // namespace
@@ -52,8 +63,10 @@ Extrapolation::Extrapolation(double tolerance, int rows)
       table_(most_rows),
       work_(most_rows + 1),
       step_(most_rows + 1),
-      error_(most_rows + 1) {
-  rows_.ends.resize(most_rows);
+      error_(most_rows + 1),
+      least_factor_(most_rows + 1) {
+  ends_.resize(most_rows + 1);
+  for (int row = 1; row <= most_rows; ++row) least_factor_[row] = std::pow(0.02, 1.0 / (2 * row - 1));
   work_side_by_side(false);
   reset();
 }
@@ -86,8 +99,7 @@ bool Extrapolation::make_row(Flow& flow, double t, double h, const Eigen::Vector
     slope_before_that_.swap(slope_before_);
     slope_before_.swap(slope_);
     if (!flow.derivative(t + i * substep, now_, slope_)) return false;
-    if (i == 2) first_bend_ = (slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs();
-    if (i > 2) bend_ = bend_.cwiseMax((slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs());
+    note_bend(i);
     next_ = before_ + 2 * substep * slope_;
     before_.swap(now_);
     now_.swap(next_);
@@ -95,48 +107,56 @@ bool Extrapolation::make_row(Flow& flow, double t, double h, const Eigen::Vector
   return true;
 }
 
-/// The midpoint rule with the substeps of `rows` rows at once. False: not evaluable.
+/// ends_ <- the midpoint rule with the substeps of each of `rows` rows. False: not evaluable.
 bool Extrapolation::make_rows(Flow& flow, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                               int rows) {
   const Eigen::Index size = y.size();
-  Rows& r = rows_;
-  for (Eigen::VectorX<Lanes>* numbers :
-       {&r.before, &r.now, &r.slope, &r.slope_before, &r.slope_before_that, &r.first_bend, &r.bend})
-    numbers->resize(size);
-  Lanes substep = 0;  // of lanes without a row
-  for (int row = 1; row <= rows; ++row) substep.set(row - 1, h / substeps(row));
-  begin_rows(y, dy, substep, r.before.data(), r.now.data(), r.slope.data());
-  for (int i = 1; i < substeps(rows); ++i) {
-    r.slope_before_that.swap(r.slope_before);
-    r.slope_before.swap(r.slope);
-    if (!flow.derivatives(r.now, rows - i / 2, r.slope)) return false;
-    if (i > 1)
-      find_bends(size, i <= 3, r.slope.data(), r.slope_before.data(), r.slope_before_that.data(),
-                 i == 2 ? r.first_bend.data() : r.bend.data());
-    go_on(size, 2 * substep, r.slope.data(), r.before.data());
-    r.before.swap(r.now);
-    if (i % 2 == 0) continue;
-    // a row is done; its lane stays at the start from now on
-    const int lane = i / 2;
-    Eigen::VectorXd& end = r.ends[lane];
-    end.resize(size);
-    for (Eigen::Index c = 0; c < size; ++c) {
-      end[c] = r.now[c][lane];
-      r.now[c].set(lane, y[c]);
-      r.before[c].set(lane, y[c]);
-    }
-    substep.set(lane, 0);
-  }
-  // of the last row, what leaps_at_an_end() looks at
-  const auto take = [&](const Eigen::VectorX<Lanes>& from, Eigen::VectorXd& to) {
-    to.resize(size);
-    for (Eigen::Index c = 0; c < size; ++c) to[c] = from[c][rows - 1];
+  const Shares shares = share(rows);
+  int row[Quad::count], made[Quad::count];  // at work in each lane, and its substeps
+  Quad substep = 0;                         // of a lane that is done: it stays at the start
+  int working = 0;
+  const auto begin_row = [&](int lane, int next) {
+    row[lane] = next;
+    made[lane] = 1;
+    substep.set(lane, next > 0 ? h / substeps(next) : 0);
+    working += next > 0;
   };
-  take(r.slope, slope_);
-  take(r.slope_before, slope_before_);
-  take(r.first_bend, first_bend_);
-  take(r.bend, bend_);
+  for (int lane = 0; lane < Quad::count; ++lane) begin_row(lane, shares.first[lane]);
+  for (Eigen::VectorX<Quad>* numbers : {&before_lanes_, &now_lanes_, &slope_lanes_}) numbers->resize(size);
+  begin_rows(y, dy, substep, before_lanes_.data(), now_lanes_.data());
+  slope_ = dy;
+  bend_.setZero(size);
+  for (int i = 1; i <= shares.substeps; ++i) {
+    if (!flow.derivatives(now_lanes_, working, slope_lanes_)) return false;
+    if (i < substeps(rows)) {  // the first lane is that of the last row, which leaps_at_an_end() looks at
+      slope_before_that_.swap(slope_before_);
+      slope_before_.swap(slope_);
+      slope_.resize(size);
+      for (Eigen::Index c = 0; c < size; ++c) slope_[c] = slope_lanes_[c][0];
+      note_bend(i);
+    }
+    make_substep(size, substep, slope_lanes_.data(), before_lanes_.data());
+    before_lanes_.swap(now_lanes_);
+    for (int lane = 0; lane < Quad::count; ++lane) {
+      if (row[lane] == 0 || ++made[lane] < substeps(row[lane])) continue;
+      Eigen::VectorXd& end = ends_[row[lane]];
+      end.resize(size);
+      --working;
+      begin_row(lane, shares.follower[row[lane]]);
+      for (Eigen::Index c = 0; c < size; ++c) {
+        end[c] = now_lanes_[c][lane];
+        before_lanes_[c].set(lane, y[c]);
+        now_lanes_[c].set(lane, y[c] + substep[lane] * dy[c]);
+      }
+    }
+  }
   return true;
+}
+
+/// After the i-th slope within a row.
+void Extrapolation::note_bend(int i) {
+  if (i == 2) first_bend_ = (slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs();
+  if (i > 2) bend_ = bend_.cwiseMax((slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs());
 }
 
 /// The extrapolation from the row in now_ and those before; then the row's error and the step that would
@@ -146,7 +166,7 @@ bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row)
   // Aitken and Neville: now_ passes along the row, table_ keeps the row before until it is replaced
   for (int column = 1; column < row; ++column) {
     const double ratio = double(count) / substeps(row - column);
-    next_ = now_ + (now_ - table_[column - 1]) / (ratio * ratio - 1);
+    next_ = now_ + (1 / (ratio * ratio - 1)) * (now_ - table_[column - 1]);
     table_[column - 1].swap(now_);
     now_.swap(next_);
   }
@@ -161,9 +181,8 @@ bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row)
     }
   error_[row] = error / tolerance_;
   if (!std::isfinite(error_[row])) return false;
-  const double power = 1.0 / (2 * row - 1), least = std::pow(0.02, power);
-  const double factor = 0.94 * std::pow(0.65 / std::max(error_[row], 1e-300), power);
-  step_[row] = h * std::clamp(factor, least / 4, 1 / least);
+  const double factor = 0.94 * std::pow(0.65 / std::max(error_[row], 1e-300), 1.0 / (2 * row - 1));
+  step_[row] = h * std::clamp(factor, least_factor_[row] / 4, 1 / least_factor_[row]);
   return true;
 }
 
@@ -223,7 +242,7 @@ Attempt Extrapolation::attempt(Flow& flow, double t, double h, const Eigen::Vect
     if (!side_by_side)
       made = make_row(flow, t, h, y, dy, row);
     else if (made)
-      now_ = rows_.ends[row - 1];
+      now_ = ends_[row];
     if (!made || !extrapolate(flow.error_scale(), h, row)) {
       rejected_ = true;
       return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
@@ -261,7 +280,7 @@ bool Extrapolation::shortened(Flow& flow, double t, double h, const Eigen::Vecto
   if (side_by_side_ && !make_rows(flow, h, y, dy, rows_made_)) return false;
   for (int row = 1; row <= rows_made_; ++row) {
     if (side_by_side_)
-      now_ = rows_.ends[row - 1];
+      now_ = ends_[row];
     else if (!make_row(flow, t, h, y, dy, row))
       return false;
     if (!extrapolate(flow.error_scale(), h, row)) return false;

@@ -34,12 +34,12 @@ class Extrapolation : public Integrator {
 
  private:
   static constexpr int least_target = 3, most_rows = 10, most_target = most_rows - 2;
-  static_assert(most_target <= Lanes::count);
   static constexpr int substeps(int row) { return 2 * row; }
 
   void work_side_by_side(bool side_by_side);
   bool make_row(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int row);
   bool make_rows(Flow& flow, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int rows);
+  void note_bend(int i);
   bool extrapolate(const Eigen::VectorXd& scale, double h, int row);
   void choose_after(int row, Attempt& attempt, double h);
   bool leaps_at_an_end(const Eigen::VectorXd& scale, double substep) const;
@@ -53,17 +53,16 @@ class Extrapolation : public Integrator {
   std::vector<Eigen::VectorXd> table_;  ///< the table's last row, column by column
   std::vector<double> work_, step_,
       error_;  ///< per row, from 1: in evaluations; step that would do, s; error
+  std::vector<double>
+      least_factor_;  ///< four times that by which a step shrinks at most, and grows by its inverse
   int worst_ = -1;
   Eigen::VectorXd before_, now_, slope_, next_;
   Eigen::VectorXd slope_before_, slope_before_that_;  ///< one and two substeps before slope_
   /// The slope's second differences over the last row's substeps: the first, and the largest of the others.
   Eigen::VectorXd first_bend_, bend_;
 
-  /// All rows at once, a lane each: as above, and what each row has come to after its last substep.
-  struct Rows {
-    Eigen::VectorX<Lanes> before, now, slope, slope_before, slope_before_that, first_bend, bend;
-    std::vector<Eigen::VectorXd> ends;
-  } rows_;
+  Eigen::VectorX<Quad> before_lanes_, now_lanes_, slope_lanes_;
+  std::vector<Eigen::VectorXd> ends_;  ///< what rows made at once have come to
 };
 
 }  // namespace borelli

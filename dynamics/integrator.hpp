@@ -35,10 +35,9 @@ class Flow {
   /// Whether f is the same at all times, and its slopes at several states cost less side by side than one by
   /// one.
   virtual bool has_lanes() { return false; }
-  /// With has_lanes(), lane by lane: dy <- f(y). The first `states` lanes are asked for; the others hold a
-  /// state that can be evaluated. False: f cannot be evaluated at one of them.
-  virtual bool derivatives(const Eigen::VectorX<Lanes>& /*y*/, int /*states*/,
-                           Eigen::VectorX<Lanes>& /*dy*/) {
+  /// With has_lanes(), lane by lane: dy <- f(y). `states` of the lanes are asked for; each of the others
+  /// holds one that can be evaluated. False: f cannot be evaluated at one of them.
+  virtual bool derivatives(const Eigen::VectorX<Quad>& /*y*/, int /*states*/, Eigen::VectorX<Quad>& /*dy*/) {
     return false;
   }
   /// The flow as the motion of a system, for methods that ask for more than slopes; null: it is none.

@@ -176,18 +176,21 @@ void set_all(const System& system, const Parameters& parameters, double t, const
   if (system.driven_nv > 0) update_drives(system, parameters, k);
 }
 
-BORELLI_LANES_FOR_PROCESSOR
-void set_lanes(const System& system, const Parameters& parameters, double t, const Lanes* q, const Lanes* v,
-               const Lanes* a, KinematicsOf<Lanes>& k) {
-  set_all(system, parameters, t, q, v, a, k);
-}
+#define BORELLI_SET_LANES(T)                                                                           \
+  BORELLI_LANES_FOR_PROCESSOR                                                                          \
+  void set_lanes(const System& system, const Parameters& parameters, double t, const T* q, const T* v, \
+                 const T* a, KinematicsOf<T>& k) {                                                     \
+    set_all(system, parameters, t, q, v, a, k);                                                        \
+  }
+BORELLI_SET_LANES(Lanes)
+BORELLI_SET_LANES(Quad)
 
 }  // namespace
 
 template <class T>
 void set_coordinates(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
                      const T* a, KinematicsOf<T>& k) {
-  if constexpr (std::is_same_v<T, Lanes>)
+  if constexpr (is_lanes<T>)
     set_lanes(system, parameters, t, q, v, a, k);
   else
     set_all(system, parameters, t, q, v, a, k);
@@ -296,5 +299,8 @@ SecondDerivative second_derivative(const System& system, const Kinematics& kinem
 BORELLI_KINEMATICS_OVER(double)
 BORELLI_KINEMATICS_OVER(DualNumber)
 BORELLI_KINEMATICS_OVER(Lanes)
+template struct KinematicsOf<Quad>;
+template void set_coordinates(const System&, const Parameters&, double, const Quad*, const Quad*, const Quad*,
+                              KinematicsOf<Quad>&);
 
 }  // namespace borelli

@@ -104,5 +104,6 @@ void scan_solids(const System& system, const Parameters& parameters, const Inert
 BORELLI_LAGRANGE_OVER(double)
 BORELLI_LAGRANGE_OVER(DualNumber)
 template struct LagrangeTermsOf<Lanes>;
+template struct LagrangeTermsOf<Quad>;
 
 }  // namespace borelli

@@ -125,6 +125,11 @@ class LanesOf {
 using Lanes = LanesOf<8>;
 using Quad = LanesOf<4>;
 
+template <class T>
+constexpr bool is_lanes = false;
+template <int N>
+constexpr bool is_lanes<LanesOf<N>> = true;
+
 template <int N>
 LanesOf<N> choose(const LaneMask<N>& condition, const LanesOf<N>& yes, const LanesOf<N>& no) {
   return LanesOf<N>(condition.vector() ? yes.vector() : no.vector());

@@ -44,9 +44,9 @@ struct MotionFlow::Together {
   void set_centre(const Eigen::VectorXd& q0) {
     for (Eigen::Index i = 0; i < q0.size(); ++i) centre[i] = q0[i];
   }
-  BatchWorkspace w;
-  BatchState state;
-  Eigen::VectorX<Lanes> centre;
+  BatchWorkspaceOf<Quad> w;
+  BatchStateOf<Quad> state;
+  Eigen::VectorX<Quad> centre;
 };
 
 MotionFlow::~MotionFlow() = default;
@@ -58,7 +58,7 @@ MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings,
       scale_(size()),
       q_(system.nq),
       last_v_(system.nv),
-      lanes_fit_(workspace.kinematics.equations == Equations::recursive && check_batch(system) &&
+      lanes_fit_(workspace.kinematics.equations == Equations::recursive && check_batch_in_flight(system) &&
                  same_at_all_times(system) && !mostly_swings(system, workspace.articulation)) {
   if (settings.constraints == ConstraintTreatment::baumgarte) {
     handling_.alpha = settings.baumgarte_alpha;
@@ -132,11 +132,11 @@ bool MotionFlow::has_lanes() {
     together_ = std::make_unique<Together>(system_);
     together_->set_centre(q0_);
   }
-  return lanes_fit_;
+  return lanes_fit_ && !w_.has_rows();
 }
 
-bool MotionFlow::derivatives(const Eigen::VectorX<Lanes>& y, int states, Eigen::VectorX<Lanes>& dy) {
-  BatchWorkspace& w = together_->w;
+bool MotionFlow::derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) {
+  BatchWorkspaceOf<Quad>& w = together_->w;
   const int n = system_.nv;
   fault_ = {};
   turned_ = -1;
@@ -157,7 +157,7 @@ bool MotionFlow::derivatives(const Eigen::VectorX<Lanes>& y, int states, Eigen::
   dy.resize(size());
   chart_rate(system_, y.data(), y.data() + n, dy.data());
   dy.segment(n, n) = w.a;
-  dy.segment<4>(2 * n) << w.efforts.power, Lanes(0), Lanes(0), Lanes(0);
+  dy.segment<4>(2 * n) << w.efforts.power, Quad(0), Quad(0), Quad(0);
   dy.tail(system_.groups) = w.group_power;
   return true;
 }

@@ -21,10 +21,11 @@ class MotionFlow : public Flow {
   Eigen::Index positions() const override { return system_.nv; }
   void position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
   bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
-  /// Where a batch can have the scene (batch.hpp), nothing of it depends on time, its solids do not mostly
-  /// swing by themselves (of those, one state takes hardly any time) and no lane had to be solved by itself.
+  /// Where a batch can have the scene (batch.hpp) and no contact is closed, nothing of it depends on time,
+  /// its solids do not mostly swing by themselves (of those, one state takes hardly any time) and no lane had
+  /// to be solved by itself.
   bool has_lanes() override;
-  bool derivatives(const Eigen::VectorX<Lanes>& y, int states, Eigen::VectorX<Lanes>& dy) override;
+  bool derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) override;
 
   /// Centres the chart on a state, fills y and dy there, decides the rank of the constraints for the step to
   /// come. Leaves the equations at that state in the workspace. Where they are there already (the last slope
@@ -90,7 +91,7 @@ class MotionFlow : public Flow {
   double last_time_ = 0;
   Eigen::VectorXd q_, last_v_;
   long evaluations_ = -1;  ///< the workspace's count then
-  bool lanes_fit_;         ///< what has_lanes() says
+  bool lanes_fit_;         ///< has_lanes() while all contacts are open
   struct Together;
   std::unique_ptr<Together> together_;  ///< what several states at once ask for; none before the first
 };

@@ -375,5 +375,6 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
 BORELLI_RECURSIVE_OVER(double)
 BORELLI_RECURSIVE_OVER(DualNumber)
 BORELLI_RECURSIVE_OVER(Lanes)
+template struct RecursionOf<Quad>;
 
 }  // namespace borelli

@@ -85,18 +85,21 @@ void scan_all(const System& system, const Parameters& parameters, const Kinemati
   }
 }
 
-BORELLI_LANES_FOR_PROCESSOR
-void scan_lanes(const System& system, const Parameters& parameters, const KinematicsOf<Lanes>& kinematics,
-                EffortSumsOf<Lanes>& sums) {
-  scan_all(system, parameters, kinematics, sums);
-}
+#define BORELLI_SCAN_LANES(T)                                                                            \
+  BORELLI_LANES_FOR_PROCESSOR                                                                            \
+  void scan_lanes(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics, \
+                  EffortSumsOf<T>& sums) {                                                               \
+    scan_all(system, parameters, kinematics, sums);                                                      \
+  }
+BORELLI_SCAN_LANES(Lanes)
+BORELLI_SCAN_LANES(Quad)
 
 }  // namespace
 
 template <class T>
 void scan_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                   EffortSumsOf<T>& sums) {
-  if constexpr (std::is_same_v<T, Lanes>)
+  if constexpr (is_lanes<T>)
     scan_lanes(system, parameters, kinematics, sums);
   else
     scan_all(system, parameters, kinematics, sums);
@@ -283,5 +286,6 @@ void scan_constraint(const System& system, const Parameters& parameters, const K
 BORELLI_SCAN_OVER(double)
 BORELLI_SCAN_OVER(DualNumber)
 BORELLI_EFFORTS_OVER(Lanes)
+BORELLI_EFFORTS_OVER(Quad)
 
 }  // namespace borelli

@@ -106,5 +106,97 @@ TEST(Extrapolation, ShortensTheStepWhereTheFunctionEnds) {
   EXPECT_DOUBLE_EQ(attempt.next_step, 0.25);
 }
 
+/// Two bodies on springs that harden, whose slopes can be had side by side; where the first is beyond 3 there
+/// are none.
+struct SpringsInLanes : FunctionFlow {
+  SpringsInLanes() : FunctionFlow(4, function) {}
+  static void function(double, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+    dy << y[2], y[3], -y[0] - y[0] * y[0] * y[0] + y[1], -2 * y[1] + y[0];
+  }
+  bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override {
+    return FunctionFlow::derivative(t, y, dy) && y[0] <= 3;
+  }
+  bool has_lanes() override { return in_lanes; }
+  bool derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) override {
+    evaluations += states;
+    ++calls;
+    Eigen::VectorXd one(4), slope(4);
+    for (int lane = 0; lane < Quad::count; ++lane) {
+      for (int c = 0; c < 4; ++c) one[c] = y[c][lane];
+      if (!(one[0] <= 3)) return false;
+      function(0, one, slope);
+      for (int c = 0; c < 4; ++c) dy[c].set(lane, slope[c]);
+    }
+    return true;
+  }
+  bool in_lanes = true;
+  int calls = 0;
+};
+
+// Rows 1 to n by 2, 4, ..., 2 n substeps ask for n^2 slopes beside the first, in any order.
+TEST(Extrapolation, RowsSideBySideAreThoseOneByOne) {
+  for (int rows = 4; rows <= 8; ++rows) {
+    Eigen::VectorXd y(4), dy(4), at_once(4), one_by_one(4);
+    y << 1, -0.3, 0.2, 0.7;
+    SpringsInLanes flow;
+    flow.derivative(0, y, dy);
+    const auto attempt = [&](bool in_lanes, Eigen::VectorXd& out) {
+      flow.in_lanes = in_lanes;
+      flow.evaluations = flow.calls = 0;
+      Extrapolation method(1e-3, rows);
+      const Attempt made = method.attempt(flow, 0, 0.8, y, dy, out);
+      EXPECT_TRUE(made.accepted) << rows;
+      EXPECT_EQ(flow.evaluations, rows * rows + 1) << rows;  // the last: the slope at the end
+      Eigen::VectorXd half(4), again(4);
+      EXPECT_TRUE(method.shortened(flow, 0, 0.4, y, dy, half));
+      flow.in_lanes = false;
+      EXPECT_TRUE(Extrapolation(1e-3, rows).attempt(flow, 0, 0.4, y, dy, again).accepted);
+      EXPECT_LT((half - again).norm(), 1e-13);
+      return made;
+    };
+    const Attempt lanes = attempt(true, at_once), single = attempt(false, one_by_one);
+    // rounding, which the last rows' weights multiply by some hundreds
+    EXPECT_LT((at_once - one_by_one).norm(), 1e-13) << rows;
+    EXPECT_NEAR(lanes.next_step, single.next_step, 1e-6 * single.next_step) << rows;
+    EXPECT_EQ(lanes.worst, single.worst) << rows;
+  }
+}
+
+TEST(Extrapolation, RowsSideBySideTakeHardlyLongerThanTheLongest) {
+  for (int rows = 4; rows <= 8; ++rows) {
+    SpringsInLanes flow;
+    Eigen::VectorXd y(4), dy(4), out(4);
+    y << 1, -0.3, 0.2, 0.7;
+    flow.derivative(0, y, dy);
+    Extrapolation(1e-3, rows).attempt(flow, 0, 0.8, y, dy, out);
+    EXPECT_EQ(flow.calls, rows < 8 ? 2 * rows - 1 : 16) << rows;  // 8^2 slopes fill 16 times four lanes
+  }
+}
+
+TEST(Extrapolation, MeetsItsToleranceSideBySide) {
+  const auto end_of = [](bool in_lanes, double tolerance) {
+    SpringsInLanes flow;
+    flow.in_lanes = in_lanes;
+    Extrapolation method(tolerance);
+    Eigen::VectorXd y(4);
+    y << 1, -0.3, 0.2, 0.7;
+    advance(flow, method, y, 20);
+    return y;
+  };
+  const Eigen::VectorXd truth = end_of(false, 1e-14);
+  for (double tolerance : {1e-5, 1e-8, 1e-11})
+    EXPECT_LT((end_of(true, tolerance) - truth).norm(), 100 * tolerance) << tolerance;
+}
+
+TEST(Extrapolation, SideBySideAStepIsShortenedWhereTheFunctionEnds) {
+  SpringsInLanes flow;
+  Eigen::VectorXd y(4), dy(4), out(4);
+  y << 2.9, 0, 2, 0;
+  flow.derivative(0, y, dy);
+  const Attempt attempt = Extrapolation(1e-6).attempt(flow, 0, 1, y, dy, out);
+  EXPECT_FALSE(attempt.evaluated);
+  EXPECT_DOUBLE_EQ(attempt.next_step, 0.25);
+}
+
 }  // namespace
 }  // namespace borelli::test

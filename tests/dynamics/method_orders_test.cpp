@@ -16,8 +16,9 @@ struct Row {
   double order;
   int steps;  ///< enough that the next order's share is small, too few for rounding to show
 };
-// gbs in equal steps at a tolerance that any error meets ends in its second row, of order 4; with a tolerance
-// to meet it goes to higher ones
+// gbs in equal steps at a tolerance that any error meets ends in its second row, of order 4, and where it
+// makes its rows side by side (scenes without rows of constraints) in its third; with a tolerance to meet it
+// goes to higher ones
 const Row table[] = {{"euler", 1, 4096},
                      {"rk2", 2, 512},
                      {"rk4", 4, 256},
@@ -171,7 +172,8 @@ TEST(MethodOrders, ShowOnEveryScene) {
   for (const Case& one : {pendulum(), free_solid(), point_on_circle(ConstraintTreatment::projection),
                           point_on_circle(ConstraintTreatment::baumgarte),
                           sleigh(ConstraintTreatment::projection), sleigh(ConstraintTreatment::baumgarte)})
-    for (const Row& row : table) {
+    for (Row row : table) {
+      if (std::string_view(row.method) == "gbs" && one.system.rows == 0) row = {"gbs", 6, 48};
       if (need(make_integrator(row.method, 1e9))->objection(one.system, one.treatment)) continue;  // refused
       const double coarse = one.error(row.method, row.steps), fine = one.error(row.method, 2 * row.steps);
       // the next order's share at these steps

@@ -1,0 +1,123 @@
+// The motion of a system as a differential equation: several states side by side against one by one.
+#include "dynamics/motion_flow.hpp"
+
+#include "random_scene.hpp"
+
+namespace borelli::test {
+namespace {
+
+SimulationSettings recursive() {
+  SimulationSettings settings;
+  settings.equations = Equations::recursive;
+  return settings;
+}
+
+/// A flow begun at a random state.
+struct Begun {
+  Begun(const System& system, unsigned seed)
+      : w(system, Equations::recursive),
+        state(Random(seed).state(system)),
+        settings(recursive()),
+        flow(system, settings, w),
+        y(flow.size()),
+        dy(flow.size()),
+        solved(flow.start(state, Work{system.groups}, y, dy)) {}
+  Workspace w;
+  State state;
+  SimulationSettings settings;
+  MotionFlow flow;
+  Eigen::VectorXd y, dy;
+  bool solved;
+};
+
+void compare(const System& system, unsigned seed, double bound, const std::string& which) {
+  Begun begun(system, seed);
+  ASSERT_TRUE(begun.solved && begun.flow.has_lanes()) << which;
+  Random random(seed + 100);
+  Eigen::VectorX<Quad> y(begun.flow.size()), dy;
+  std::vector<Eigen::VectorXd> each;
+  for (int lane = 0; lane < Quad::count; ++lane) {
+    Eigen::VectorXd& one = each.emplace_back(begun.y);
+    for (int i = 0; i < 2 * system.nv; ++i) one[i] += random.number(-0.5, 0.5);
+    for (Eigen::Index i = 0; i < one.size(); ++i) y[i].set(lane, one[i]);
+  }
+  const long before = begun.w.evaluations;
+  ASSERT_TRUE(begun.flow.derivatives(y, 3, dy)) << which;
+  EXPECT_EQ(begun.w.evaluations, before + 3) << which;
+  ASSERT_EQ(dy.size(), begun.flow.size());
+  for (int lane = 0; lane < Quad::count; ++lane) {
+    Eigen::VectorXd slope;
+    ASSERT_TRUE(begun.flow.derivative(0, each[lane], slope)) << which;
+    for (Eigen::Index i = 0; i < slope.size(); ++i)
+      EXPECT_NEAR(dy[i][lane], slope[i], bound * slope.cwiseAbs().maxCoeff()) << which << ", " << i;
+  }
+}
+
+TEST(MotionFlow, SlopesSideBySideAreThoseOneByOne) {
+  compare(compiled(chain(7, true)), 1, 1e-12, "chain");
+  compare(compiled(roundabout()), 2, 1e-12, "roundabout");
+  int acted = 0;
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    compare(compiled(random_tree(seed, {.balls = true})), seed, 1e-11, fmt::format("tree {}", seed));
+  }
+  for (unsigned seed = 0; seed < 100; ++seed) {
+    Scene scene = RandomScene(seed, 4, false).scene;
+    std::get<Force>(scene.efforts[0].kind).factor = constant(0.7);
+    std::get<Torque>(scene.efforts[1].kind).factor = constant(-1.2);
+    const auto system = compile(scene);
+    if (!system || system->nv == 0 || system->driven_nv > 0) continue;
+    if (Begun begun(*system, seed); !begun.solved || !begun.flow.has_lanes()) continue;
+    ++acted;
+    compare(*system, seed, 1e-9, fmt::format("scene {}", seed));
+  }
+  EXPECT_GT(acted, 5);
+}
+
+TEST(MotionFlow, HasLanesWhereABatchCanHaveTheSceneAndTimeChangesNothing) {
+  const auto fits = [](const Scene& scene, Equations equations = Equations::recursive) {
+    const System system = compiled(scene);
+    Workspace w(system, equations);
+    SimulationSettings settings;
+    settings.equations = equations;
+    return MotionFlow(system, settings, w).has_lanes();
+  };
+  EXPECT_TRUE(fits(chain(3, false)));
+  EXPECT_FALSE(fits(chain(3, false), Equations::lagrange));
+  EXPECT_FALSE(fits(bars(9)));  // each swings by itself
+  Scene scene = chain(3, false);
+  scene.constraints = {{"tie", CoordinateCoupling{{{"h0"}, {"h1"}}, {1, -1}, constant(0)}}};
+  EXPECT_FALSE(fits(scene));
+  for (const bool steady : {true, false}) {
+    scene = chain(3, false);
+    Force push;
+    push.at.solid = "l2";
+    push.force = {3, 0, 0};
+    if (!steady) push.factor = Sine{1, 2, 0, 0};
+    scene.efforts = {{"push", push}};
+    EXPECT_EQ(fits(scene), steady);
+  }
+}
+
+// Two turns about one line: elimination cannot tell what meets the first.
+TEST(MotionFlow, LosesItsLanesWhereOneHadToBeSolvedByItself) {
+  Scene scene;
+  scene.solids = {
+      solid("s", "world",
+            {hinge("a", Vector3d::UnitZ()), hinge("b", Vector3d::UnitY()), hinge("c", Vector3d::UnitZ())},
+            {inertial(1, {0, 0, 0}, {1, 2, 3})})};
+  scene.solids[0].switches[1].q = {1};
+  const System system = compiled(scene);
+  Begun begun(system, 3);
+  ASSERT_TRUE(begun.flow.has_lanes());
+  Eigen::VectorX<Quad> y(begun.flow.size()), dy;
+  for (Eigen::Index i = 0; i < y.size(); ++i) y[i] = begun.y[i];
+  ASSERT_TRUE(begun.flow.derivatives(y, 4, dy));
+  EXPECT_TRUE(begun.flow.has_lanes());
+  y[1].set(2, -begun.state.q[1]);  // the second angle comes to zero in one lane
+  EXPECT_FALSE(begun.flow.derivatives(y, 4, dy));
+  EXPECT_NE(begun.flow.failure(0).what.find("singular"), std::string::npos);
+  EXPECT_FALSE(begun.flow.has_lanes());
+}
+
+}  // namespace
+}  // namespace borelli::test
