@@ -90,6 +90,7 @@ Vector3<typename EntriesOf<T>::Type> packs(const KinematicsOf<T>& k, int u, int 
 template <class T>
 RecursionOf<T>::RecursionOf(const System& system)
     : composites(system.bodies.size()),
+      carries(composites.size(), false),
       inertia(composites.size()),
       applied(composites.size()),
       carried(composites.size()),
@@ -289,11 +290,27 @@ template <class T>
 void find_mass_matrix_of(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                          const KinematicsOf<T>& kinematics, RecursionOf<T>& recursion,
                          LagrangeTermsOf<T>& terms) {
-  for (CompositeBody<T>& composite : recursion.composites) composite = {};
+  CompositeBody<T> composite;  // of the body at work
+  bool felt = false;           // it holds a child of that body already: the one before
   for (int b = int(system.bodies.size()) - 1; b > 0; --b) {
     const Body& body = system.bodies[b];
-    CompositeBody<T> composite = recursion.composites[b];
-    if (body.massive) add(alone(inertials[b], kinematics.bodies[b]), composite);
+    if (recursion.carries[b]) {
+      if (felt)
+        add(recursion.composites[b], composite);
+      else
+        composite = recursion.composites[b];
+      felt = true;
+      recursion.carries[b] = false;
+    }
+    if (body.massive) {
+      const CompositeBody<T> own = alone(inertials[b], kinematics.bodies[b]);
+      if (felt)
+        add(own, composite);
+      else
+        composite = own;
+    } else if (!felt) {
+      composite = {};
+    }
     for (int s = body.first_step + body.step_count - 1; s >= body.first_step; --s)
       std::visit(
           [&]<class Kind>(const Kind&) {
@@ -308,7 +325,13 @@ void find_mass_matrix_of(const System& system, const Parameters& parameters, con
             move<T>(arm(system, kinematics, recursion, s), composite);
           },
           parameters.kinds[s]);
-    if (body.parent > 0) add(composite, recursion.composites[body.parent]);
+    felt = body.parent == b - 1;
+    if (felt || body.parent == 0) continue;
+    if (recursion.carries[body.parent])
+      add(composite, recursion.composites[body.parent]);
+    else
+      recursion.composites[body.parent] = composite;
+    recursion.carries[body.parent] = true;
   }
   add_armature_to_mass_matrix(system, parameters, terms);
 }

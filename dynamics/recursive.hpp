@@ -28,7 +28,8 @@ template <class T>
 struct RecursionOf {
   explicit RecursionOf(const System& system);
 
-  std::vector<CompositeBody<T>> composites;  ///< per body
+  std::vector<CompositeBody<T>> composites;  ///< per body: what its children add to it
+  std::vector<char> carries;                 ///< per body, within find_mass_matrix: one has added to it
   std::vector<Wrench<T>> inertia, applied;   ///< per body: own inertial force, what acts on it
   std::vector<Wrench<T>> carried, acted;     ///< the same of all that it carries
   std::vector<int> before;                   ///< per step: the step that carries it; -1: the world
