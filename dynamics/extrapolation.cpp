@@ -159,8 +159,8 @@ void Extrapolation::note_bend(int i) {
   if (i > 2) bend_ = bend_.cwiseMax((slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs());
 }
 
-/// The extrapolation from the row in now_ and those before; then the row's error and the step that would
-/// bring it to the tolerance. False: not finite.
+/// The extrapolation from the row in now_ and those before; then, of the last rows, the error and the step
+/// that would bring it to the tolerance. False: not finite.
 bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row) {
   const int count = substeps(row);
   // Aitken and Neville: now_ passes along the row, table_ keeps the row before until it is replaced
@@ -171,7 +171,7 @@ bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row)
     now_.swap(next_);
   }
   table_[row - 1] = now_;
-  if (row == 1) return now_.allFinite();
+  if (row < std::max(2, target_ - 2)) return now_.allFinite();  // neither step nor order follows from it
 
   double error = 0;
   for (Eigen::Index i = 0; i < now_.size(); ++i)
