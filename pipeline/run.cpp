@@ -155,7 +155,7 @@ Result<json> run(const RunSettings& settings, bool force, const StageObserver& o
   json head{
       {"program", "borelli " BORELLI_VERSION}, {"inputs", *digests}, {"settings", settings_of(settings)}};
   RunData data(settings);
-  return run_stages(*lock, head, stages_of(data), force, observer);
+  return run_stages(*lock, head, stages_of(data), force, settings.threads, observer);
 }
 
 }  // namespace borelli
