@@ -152,8 +152,6 @@ TEST_F(StagesSideBySide, OfSeveralThatFailTheFirstIsNamedAndNothingAfterItIsBegu
   first["left"] = [&] { left = true, wait_for(right); };  // fails the sooner though it comes later
   first["right"] = [&] { wait_for(left), right = true; };
   for (const int threads : {2, 1}) {
-    left = right = false;
-    if (threads == 1) right = true;
     const auto stopped = run(threads);
     ASSERT_FALSE(stopped);
     EXPECT_EQ(stopped.error().where, "lefter");
@@ -179,6 +177,7 @@ TEST_F(StagesSideBySide, WhatWasDoneBesideAFailingStageIsKept) {
 
 TEST_F(StagesSideBySide, WantOfMemoryInAnyOfThemEndsTheRun) {
   for (const char* name : {"left", "right"}) {
+    fs::remove_all(folder);
     first = {{name, [] { throw std::bad_alloc(); }}};
     EXPECT_THROW(static_cast<void>(run(2)), std::bad_alloc) << name;
     EXPECT_FALSE(fs::exists(folder / "all.txt"));
