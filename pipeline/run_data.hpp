@@ -13,6 +13,7 @@
 #include "inertia/table.hpp"
 #include "pipeline/mesh.hpp"
 #include "pipeline/mr_scan.hpp"
+#include "pipeline/report.hpp"
 #include "pipeline/run.hpp"
 #include "segmentation/class_map.hpp"
 #include "segmentation/read.hpp"
@@ -43,6 +44,11 @@ class RunData {
   Result<const Scene*> moving();
   Result<const Trajectory*> trajectory();
   Result<const std::vector<Mesh>*> meshes();
+  /// What the report shows of the scan; null where no stage of this run made it.
+  const ScanViews* views() {
+    const std::lock_guard lock(mutex_);
+    return views_ ? &*views_ : nullptr;
+  }
 
   void keep(Segmentation made) { put(segmentation_, std::move(made)); }
   void keep(InertiaTable made) { put(table_, std::move(made)); }
@@ -50,6 +56,7 @@ class RunData {
   void keep_smallest(Scene made) { put(smallest_, std::move(made)); }
   void keep(Trajectory made) { put(trajectory_, std::move(made)); }
   void keep(std::vector<Mesh> made) { put(meshes_, std::move(made)); }
+  void keep(ScanViews made) { put(views_, std::move(made)); }
 
   /// Where a file of the run's folder is.
   std::filesystem::path file(const std::string& name) const { return settings.folder / name; }
@@ -75,6 +82,7 @@ class RunData {
   std::optional<Scene> scene_, smallest_;
   std::optional<Trajectory> trajectory_;
   std::optional<std::vector<Mesh>> meshes_;
+  std::optional<ScanViews> views_;
 };
 
 }  // namespace borelli
