@@ -121,6 +121,16 @@ TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
   fs::remove(result("inertia/table.csv"));
   EXPECT_EQ(stages_done(run), Names{"inertia"});
   EXPECT_TRUE(fs::exists(result("inertia/table.csv")));
+  const auto packed = [&] {  // what the page shows of the scan, and the moving body
+    const std::string page = read_whole(result("report.html")).value();
+    const auto first = page.find("<script type=\"text/plain\"");
+    return page.substr(std::min(first, page.size()));
+  };
+  const std::string shown = packed();
+  fs::remove(result("report.html"));
+  EXPECT_EQ(stages_done(run), Names{"report"});
+  EXPECT_EQ(packed(), shown);
+  EXPECT_NE(shown.find("block-grey"), std::string::npos);
   const std::string glb = read_whole(result("body.glb")).value();
   fs::resize_file(result("body.glb"), glb.size() - 1);
   EXPECT_EQ(stages_done(run), Names{"glb"});
