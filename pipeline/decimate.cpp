@@ -1,11 +1,12 @@
 #include "pipeline/decimate.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <numeric>
 #include <optional>
 #include <queue>
+#include <utility>
 
 namespace borelli {
 namespace {
@@ -13,6 +14,32 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Triangle = std::array<std::uint32_t, 3>;
+
+// x where m x = y, for a positive definite m of which the lower triangle counts: Eigen's ldlt().solve(), its
+// pivots and operations in their order, without its loops over sizes that are not known before.
+Vector3d solved(const Matrix3d& m, const Vector3d& y) {
+  double d0 = m(0, 0), d1 = m(1, 1), d2 = m(2, 2), l10 = m(1, 0), l20 = m(2, 0), l21 = m(2, 1);
+  double x0 = y[0], x1 = y[1], x2 = y[2];
+  const bool second_leads = d1 > d0 && d1 >= d2, third_leads = d2 > d0 && d2 > d1;
+  if (second_leads) std::swap(d0, d1), std::swap(l20, l21), std::swap(x0, x1);
+  if (third_leads) std::swap(d0, d2), std::swap(l10, l21), std::swap(x0, x2);
+  l10 /= d0, l20 /= d0;
+  const bool swap_rest = d2 > d1;
+  if (swap_rest) std::swap(d1, d2), std::swap(l10, l20), std::swap(x1, x2);
+  d1 -= l10 * (d0 * l10);
+  l21 = (l21 - l20 * (d0 * l10)) / d1;
+  d2 -= l20 * (d0 * l20) + l21 * (d1 * l21);
+
+  x1 -= l10 * x0;
+  x2 -= l20 * x0 + l21 * x1;
+  x0 /= d0, x1 /= d1, x2 /= d2;
+  x1 -= l21 * x2;
+  x0 -= l10 * x1 + l20 * x2;
+  if (swap_rest) std::swap(x1, x2);
+  if (third_leads) std::swap(x0, x2);
+  if (second_leads) std::swap(x0, x1);
+  return {x0, x1, x2};
+}
 
 /// Sum over planes of weight * squared distance: x' A x + 2 b' x + c.
 struct Quadric {
@@ -37,7 +64,7 @@ struct Quadric {
   // draws it to `near`.
   Vector3d best(const Vector3d& near) const {
     const double pull = 1e-3 * weight;
-    return (A + pull * Matrix3d::Identity()).ldlt().solve(pull * near - b);
+    return solved(A + pull * Matrix3d::Identity(), pull * near - b);
   }
 };
 
@@ -68,7 +95,9 @@ class Decimation {
         stamps_(surface.points.size(), 0),
         into_(surface.points.size()) {
     std::iota(into_.begin(), into_.end(), 0u);
+    points_.reserve(surface.points.size());
     for (const Vector3d& p : surface.points) points_.push_back(p - near_);
+    for (auto& around : triangles_of_) around.reserve(8);  // six in the mean
     for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
       const auto [normal, area] = plane(triangles_[t]);
       for (const std::uint32_t v : triangles_[t]) {

@@ -276,15 +276,11 @@ std::string head_of(const std::string& subject) {
 
 }  // namespace
 
-Result<std::string> report_page(const ReportInputs& inputs) {
-  json report = {{"subject", inputs.subject}, {"source", source_of(inputs)},
-                 {"parts", parts_of(inputs)}, {"segmentation", inputs.segmentation},
-                 {"table", inputs.table},     {"run", inputs.run}};
-  for (const auto& file : inputs.files)
-    report["files"].push_back({{"path", file.path}, {"bytes", file.bytes}});
-  if (inputs.landmarks) report["joints"] = joints_of(*inputs.landmarks);
-  if (inputs.grey) report["histogram"] = histogram_of(*inputs.grey, inputs.labels);
-  if (inputs.trajectory) report["motion"] = motion_of(*inputs.trajectory);
+Result<ScanViews> scan_views(const ReportInputs& inputs) {
+  ScanViews views{json::object(), {}};
+  json& facts = views.facts;
+  if (inputs.landmarks) facts["joints"] = joints_of(*inputs.landmarks);
+  if (inputs.grey) facts["histogram"] = histogram_of(*inputs.grey, inputs.labels);
 
   Thumbnail copy;
   std::vector<std::uint8_t> fits;
@@ -295,26 +291,51 @@ Result<std::string> report_page(const ReportInputs& inputs) {
   };
   if (inputs.grey || inputs.labels) {
     copy = thumbnail(inputs.grey, inputs.labels);
-    if (inputs.deface) report["face"] = take_face(inputs, copy);
+    if (inputs.deface) facts["face"] = take_face(inputs, copy);
     if (inputs.grey) add_block("grey", view_of(copy.grey));
     if (inputs.labels) add_block("labels", view_of(copy.labels));
-    report["volume"] = {{"size", copy.size},
-                        {"spacing", copy.spacing},
-                        {"origin", vector_of(copy.origin)},
-                        {"low", copy.low},
-                        {"high", copy.high}};
-    report["cuts"] = cuts_of(inputs, copy);
+    facts["volume"] = {{"size", copy.size},
+                       {"spacing", copy.spacing},
+                       {"origin", vector_of(copy.origin)},
+                       {"low", copy.low},
+                       {"high", copy.high}};
+    facts["cuts"] = cuts_of(inputs, copy);
   }
   if (inputs.grey && inputs.landmarks) {
-    report["fits"] = fits_of(fit_pictures(*inputs.grey, *inputs.landmarks), fits);
+    facts["fits"] = fits_of(fit_pictures(*inputs.grey, *inputs.landmarks), fits);
     if (!fits.empty()) add_block("fits", view_of(fits));
   }
-  if (!inputs.glb.empty()) add_block("body", inputs.glb);
+  for (auto& one : blocks) {
+    const auto packed = one.get();
+    if (!packed) return tl::unexpected(packed.error());
+    views.packed += *packed;
+  }
+  return views;
+}
+
+Result<std::string> report_page(const ReportInputs& inputs) {
+  std::future<Result<std::string>> body;  // packed beside what follows
+  if (!inputs.glb.empty()) body = std::async(std::launch::async, block, "body", inputs.glb);
+  ScanViews made;
+  if (!inputs.views) {
+    auto views = scan_views(inputs);
+    if (!views) return tl::unexpected(views.error());
+    made = std::move(*views);
+  }
+  const ScanViews& views = inputs.views ? *inputs.views : made;
+  json report = {{"subject", inputs.subject}, {"source", source_of(inputs)},
+                 {"parts", parts_of(inputs)}, {"segmentation", inputs.segmentation},
+                 {"table", inputs.table},     {"run", inputs.run}};
+  for (const auto& file : inputs.files)
+    report["files"].push_back({{"path", file.path}, {"bytes", file.bytes}});
+  if (inputs.trajectory) report["motion"] = motion_of(*inputs.trajectory);
+  report.update(views.facts);
 
   std::string page = head_of(inputs.subject);
   page += "<script type=\"application/json\" id=\"report\">" + script_json(report) + "</script>\n";
-  for (auto& one : blocks) {
-    const auto packed = one.get();
+  page += views.packed;
+  if (body.valid()) {
+    const auto packed = body.get();
     if (!packed) return tl::unexpected(packed.error());
     page += *packed;
   }

@@ -25,6 +25,12 @@ struct ReportFile {
   std::uintmax_t bytes = 0;
 };
 
+/// What a page shows of the scan itself; nothing in it depends on what moves.
+struct ScanViews {
+  nlohmann::json facts;  ///< what the page's data say of it, by name: histogram, slices, cuts, fits
+  std::string packed;    ///< its grey values and labels, as the page holds them
+};
+
 struct ReportInputs {
   std::string subject;  ///< any text; becomes the title
   const GreyVolume* grey = nullptr;
@@ -39,7 +45,11 @@ struct ReportInputs {
   bool deface = false;
   nlohmann::json run;  ///< run.json as far as it stands
   std::vector<ReportFile> files;
+  const ScanViews* views = nullptr;  ///< as scan_views has them; null: made with the page
 };
+
+/// By grey values, labels, landmarks, segmentation and deface of a page's inputs.
+Result<ScanViews> scan_views(const ReportInputs& inputs);
 
 /// The page.
 Result<std::string> report_page(const ReportInputs& inputs);

@@ -108,8 +108,9 @@ std::vector<Stage> stages_of(RunData& data) {
       {"mesh", {"segmentation"}, pick(all, {"mesh_tolerance_mm", "deface"}), {}, shown(make_meshes)});
   stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(make_glb)});
   stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(draw_picture)});
+  stages.push_back({"slices", {"segmentation"}, pick(all, {"deface"}), {}, mute(pack_scan)});
   stages.push_back({"report",
-                    {"glb", "picture"},
+                    {"glb", "picture", "slices"},
                     json::object(),
                     {"report.html"},
                     [&data](const Progress&, const json& record) { return write_page(data, record); }});
@@ -155,7 +156,7 @@ Result<json> run(const RunSettings& settings, bool force, const StageObserver& o
   json head{
       {"program", "borelli " BORELLI_VERSION}, {"inputs", *digests}, {"settings", settings_of(settings)}};
   RunData data(settings);
-  return run_stages(*lock, head, stages_of(data), force, observer);
+  return run_stages(*lock, head, stages_of(data), force, settings.threads, observer);
 }
 
 }  // namespace borelli

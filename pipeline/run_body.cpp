@@ -2,8 +2,6 @@
 
 #include <fmt/core.h>
 
-#include <tuple>
-
 #include "dynamics/integrator.hpp"
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
@@ -33,6 +31,33 @@ Result<void> take_face(const RunSettings& settings, std::vector<Mesh>& meshes, c
   if (cut) return deface(meshes, labels, *cut, {1e-3 * settings.mesh_tolerance_mm, settings.threads, {}});
   warnings.emplace_back(no_face_found);
   return {};
+}
+
+Result<json> read_object(const fs::path& path) {
+  const auto bytes = read_whole(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  json object = json::parse(*bytes, nullptr, false);
+  if (!object.is_object()) return failure(path.string(), "is not whole: remove it, and it is made anew");
+  return object;
+}
+
+// What the report shows of the scan and its parts.
+Result<ReportInputs> page_of_scan(RunData& data) {
+  const auto scan = data.scan();
+  if (!scan) return tl::unexpected(scan.error());
+  const auto segmentation = data.segmentation();
+  if (!segmentation) return tl::unexpected(segmentation.error());
+  const auto labels = data.labels();
+  if (!labels) return tl::unexpected(labels.error());
+  auto account = read_object(data.file("segmentation/segmentation.json"));
+  if (!account) return tl::unexpected(account.error());
+  ReportInputs page;
+  page.grey = &(*scan)->volume;
+  page.labels = *labels;
+  page.landmarks = &(*segmentation)->landmarks;
+  page.segmentation = std::move(*account);
+  page.deface = data.settings.deface;
+  return page;
 }
 
 }  // namespace
@@ -216,41 +241,35 @@ Result<json> draw_picture(RunData& data) {
   return json::object();
 }
 
+Result<json> pack_scan(RunData& data) {
+  const auto page = page_of_scan(data);
+  if (!page) return tl::unexpected(page.error());
+  auto views = scan_views(*page);
+  if (!views) return tl::unexpected(views.error());
+  data.keep(std::move(*views));
+  return json::object();
+}
+
 Result<json> write_page(RunData& data, const json& record) {
-  ReportInputs page;
-  page.subject = data.settings.subject;
-  const auto scan = data.scan();
-  if (!scan) return tl::unexpected(scan.error());
-  const auto segmentation = data.segmentation();
-  if (!segmentation) return tl::unexpected(segmentation.error());
+  auto page = page_of_scan(data);
+  if (!page) return tl::unexpected(page.error());
   const auto trajectory = data.trajectory();
   if (!trajectory) return tl::unexpected(trajectory.error());
-  const auto table = read_whole(data.file("inertia/table.json"));
+  auto table = read_object(data.file("inertia/table.json"));
   if (!table) return tl::unexpected(table.error());
-  const auto account = read_whole(data.file("segmentation/segmentation.json"));
-  if (!account) return tl::unexpected(account.error());
   const auto body = read_whole(data.file("body.glb"));
   if (!body) return tl::unexpected(body.error());
-  page.grey = &(*scan)->volume;
-  const auto labels = data.labels();
-  if (!labels) return tl::unexpected(labels.error());
-  page.labels = *labels;
-  page.landmarks = &(*segmentation)->landmarks;
-  for (const auto& [name, bytes, to] : {std::tuple{"inertia/table.json", &*table, &page.table},
-                                        {"segmentation/segmentation.json", &*account, &page.segmentation}}) {
-    *to = json::parse(*bytes, nullptr, false);
-    if (!to->is_object())
-      return failure(data.file(name).string(), "is not whole: remove it, and it is made anew");
-  }
-  page.trajectory = *trajectory;
-  page.glb = *body;
-  page.run = record;
+  page->subject = data.settings.subject;
+  page->table = std::move(*table);
+  page->trajectory = *trajectory;
+  page->glb = *body;
+  page->run = record;
   for (const json& stage : record["stages"])
-    if (stage.contains("economy")) page.run["smallest model"] = stage["economy"]["in_words"];
-  page.deface = data.settings.deface;
-  page.files = report_files(data.settings.folder);
+    if (stage.contains("economy")) page->run["smallest model"] = stage["economy"]["in_words"];
+  page->files = report_files(data.settings.folder);
+  page->views = data.views();
   auto written = write_whole(data.file("report.html"),
-                             [&](const fs::path& beside) { return write_report(page, beside); });
+                             [&](const fs::path& beside) { return write_report(*page, beside); });
   if (!written) return tl::unexpected(written.error());
   return json::object();
 }

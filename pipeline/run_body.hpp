@@ -29,6 +29,9 @@ Result<nlohmann::json> make_glb(RunData& data);
 /// Leaves body.png; without a display a warning.
 Result<nlohmann::json> draw_picture(RunData& data);
 
+/// Leaves no file: packs what the report shows of the scan (a report that finds it missing does so itself).
+Result<nlohmann::json> pack_scan(RunData& data);
+
 /// Leaves report.html; `record` is run.json as far as it stands.
 Result<nlohmann::json> write_page(RunData& data, const nlohmann::json& record);
 

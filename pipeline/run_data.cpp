@@ -31,8 +31,11 @@ Result<Segmentation> read_back(const fs::path& folder, const std::string& segmen
   return found;
 }
 
+}  // namespace
+
 template <class T, class Make>
-Result<const T*> once(std::optional<T>& held, Make make) {
+Result<const T*> RunData::once(std::optional<T>& held, Make make) {
+  const std::lock_guard lock(mutex_);
   if (!held) {
     auto made = make();
     if (!made) return tl::unexpected(made.error());
@@ -40,8 +43,6 @@ Result<const T*> once(std::optional<T>& held, Make make) {
   }
   return &*held;
 }
-
-}  // namespace
 
 Result<const ScannedVolume*> RunData::scan(const Progress& progress) {
   return once(scan_, [&]() -> Result<ScannedVolume> {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "inertia/table.hpp"
 #include "pipeline/mesh.hpp"
 #include "pipeline/mr_scan.hpp"
+#include "pipeline/report.hpp"
 #include "pipeline/run.hpp"
 #include "segmentation/class_map.hpp"
 #include "segmentation/read.hpp"
@@ -20,7 +22,8 @@
 namespace borelli {
 
 /// Each thing is read from its file when a stage asks for it and no stage before it in this run made it.
-/// Errors: those of reading.
+/// Errors: those of reading. Stages may ask and keep side by side; what one of them keeps is asked for by
+/// those alone that need it.
 class RunData {
  public:
   explicit RunData(const RunSettings& of_run) : settings(of_run) {}
@@ -41,13 +44,19 @@ class RunData {
   Result<const Scene*> moving();
   Result<const Trajectory*> trajectory();
   Result<const std::vector<Mesh>*> meshes();
+  /// What the report shows of the scan; null where no stage of this run made it.
+  const ScanViews* views() {
+    const std::lock_guard lock(mutex_);
+    return views_ ? &*views_ : nullptr;
+  }
 
-  void keep(Segmentation made) { segmentation_ = std::move(made); }
-  void keep(InertiaTable made) { table_ = std::move(made); }
-  void keep(Scene made) { scene_ = std::move(made); }
-  void keep_smallest(Scene made) { smallest_ = std::move(made); }
-  void keep(Trajectory made) { trajectory_ = std::move(made); }
-  void keep(std::vector<Mesh> made) { meshes_ = std::move(made); }
+  void keep(Segmentation made) { put(segmentation_, std::move(made)); }
+  void keep(InertiaTable made) { put(table_, std::move(made)); }
+  void keep(Scene made) { put(scene_, std::move(made)); }
+  void keep_smallest(Scene made) { put(smallest_, std::move(made)); }
+  void keep(Trajectory made) { put(trajectory_, std::move(made)); }
+  void keep(std::vector<Mesh> made) { put(meshes_, std::move(made)); }
+  void keep(ScanViews made) { put(views_, std::move(made)); }
 
   /// Where a file of the run's folder is.
   std::filesystem::path file(const std::string& name) const { return settings.folder / name; }
@@ -55,6 +64,15 @@ class RunData {
   const RunSettings& settings;
 
  private:
+  template <class T, class Make>
+  Result<const T*> once(std::optional<T>& held, Make make);
+  template <class T>
+  void put(std::optional<T>& held, T made) {
+    const std::lock_guard lock(mutex_);
+    held = std::move(made);
+  }
+
+  std::recursive_mutex mutex_;  // of all that follows: one thing is made from another
   std::optional<ScannedVolume> scan_;
   std::optional<ClassMap> classes_;
   std::optional<MrReading> mr_;
@@ -64,6 +82,7 @@ class RunData {
   std::optional<Scene> scene_, smallest_;
   std::optional<Trajectory> trajectory_;
   std::optional<std::vector<Mesh>> meshes_;
+  std::optional<ScanViews> views_;
 };
 
 }  // namespace borelli

@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <exception>
 #include <fstream>
-#include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
 
 #include "pipeline/whole_file.hpp"
 
@@ -168,15 +171,6 @@ json entry_by_hand(json past, const Standing& standing) {
   return past;
 }
 
-// The record so far, with the last run's entries of the stages that are still to come: a run that is stopped
-// forgets nothing.
-json with_those_to_come(json record, const json& before, const std::vector<Stage>& stages) {
-  for (std::size_t n = record["stages"].size(); n < stages.size(); ++n)
-    if (const json past = past_entry(before, stages[n].name); past.is_object())
-      record["stages"].push_back(past);
-  return record;
-}
-
 // The three stages that took longest, each with its share of all stages' seconds.
 json slowest_of(const json& stages) {
   std::vector<std::pair<double, std::string>> took;
@@ -194,6 +188,190 @@ json slowest_of(const json& stages) {
                        {"share", all > 0 ? took[n].first / all : 0.0}});
   return slowest;
 }
+
+// A run's stages and how far each has come. A thread that works on them takes one after another, always the
+// first that has all it needs; where there is yet another such, it starts a thread for it.
+class StagesAtWork {
+ public:
+  StagesAtWork(const fs::path& folder, const json& head, const json& before, const std::vector<Stage>& stages,
+               int threads, const StageObserver& observer)
+      : folder_(folder),
+        head_(head),
+        before_(before),
+        stages_(stages),
+        observer_(observer),
+        most_threads_(threads > 0 ? static_cast<unsigned>(threads)
+                                  : std::max(1u, std::thread::hardware_concurrency())),
+        turns_(stages.size()) {}
+
+  Result<json> run() {
+    work();
+    // one that ends may have started another just before
+    for (auto other = a_helper(); other.joinable(); other = a_helper()) other.join();
+    if (thrown_) std::rethrow_exception(thrown_);
+    for (const Turn& turn : turns_)
+      if (turn.error) return tl::unexpected(*turn.error);
+    json whole = record();
+    whole["slowest"] = slowest_of(whole["stages"]);
+    if (auto written = write_whole(folder_ / "run.json", whole.dump(2) + "\n"); !written)
+      return tl::unexpected(written.error());
+    return whole;
+  }
+
+ private:
+  struct Turn {
+    bool begun = false, at_work = false;
+    json entry;  // of run.json, once it is done
+    std::string key;
+    double peak_memory_mib = 0;  // before a stage that began later started the kernel's mark anew
+    std::optional<Error> error;
+  };
+
+  void work() {
+    std::unique_lock lock(mutex_);
+    ++threads_;
+    try {
+      while (const auto n = ready()) {
+        Turn& turn = turns_[*n];
+        turn.begun = true;
+        if (auto to_do = begin(*n); !to_do)
+          turn.error = to_do.error();
+        else if (*to_do) {
+          if (ready() && threads_ < most_threads_) helpers_.emplace_back([this] { work(); });
+          if (auto done = carry_out(*n, lock); !done) turn.error = done.error();
+        }
+      }
+    } catch (...) {  // must not leave a thread
+      if (!lock.owns_lock()) lock.lock();
+      thrown_ = std::current_exception();
+    }
+    --threads_;
+  }
+
+  // The first stage that has all it needs and is not begun; none that comes after one that failed.
+  std::optional<std::size_t> ready() const {
+    const auto done = [&](const std::string& need) { return !turns_[index_of(need)].entry.is_null(); };
+    for (std::size_t n = 0; n < stages_.size() && !turns_[n].error && !thrown_; ++n)
+      if (!turns_[n].begun && std::ranges::all_of(stages_[n].needs, done)) return n;
+    return std::nullopt;
+  }
+
+  std::size_t index_of(const std::string& stage) const {
+    return static_cast<std::size_t>(std::ranges::find(stages_, stage, &Stage::name) - stages_.begin());
+  }
+
+  // Whether a stage has anything to do; else its entry is what it was.
+  Result<bool> begin(std::size_t n) {
+    const Stage& stage = stages_[n];
+    Turn& turn = turns_[n];
+    json identity = {{"stage", stage.name},
+                     {"settings", stage.settings},
+                     {"inputs", head_.value("inputs", json())},
+                     {"program", head_.value("program", "")}};
+    for (const auto& need : stage.needs) identity["needs"].push_back(turns_[index_of(need)].key);
+    const std::string key = turn.key = digest_of_bytes(identity.dump());
+
+    const json past = past_entry(before_, stage.name);
+    const Standing standing = standing_of(stage, past, key, folder_);
+    if (!standing.by_hand.empty()) {
+      if (auto fine = keep_by_hand(stage, standing, folder_); !fine) return tl::unexpected(fine.error());
+      for (const auto& [output, digest] : standing.by_hand)
+        if (output.used.empty()) turn.key = digest_of_bytes(turn.key + digest);
+      turn.entry = entry_by_hand(past, standing);
+    } else if (standing.done()) {
+      turn.entry = past;
+    } else {
+      observer_.begins(stage);
+      return true;
+    }
+    observer_.skipped(stage);
+    return false;
+  }
+
+  // Does the stage's work without the lock, and records it.
+  Result<void> carry_out(std::size_t n, std::unique_lock<std::mutex>& lock) {
+    const Stage& stage = stages_[n];
+    Turn& turn = turns_[n];
+    for (Turn& other : turns_)
+      if (other.at_work) other.peak_memory_mib = std::max(other.peak_memory_mib, peak_memory_mib());
+    restart_peak_memory();
+    turn.at_work = true;
+    const json so_far = record();
+
+    lock.unlock();
+    const auto began = std::chrono::steady_clock::now();
+    auto answer = stage.work(
+        [&](double fraction) {
+          const std::lock_guard telling(mutex_);
+          observer_.progress(stage, fraction);
+        },
+        so_far);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+    const auto outputs = answer ? outputs_of(stage, *answer, folder_) : answer;
+    const auto digests = outputs ? digests_of_editable(stage, folder_) : outputs;
+    lock.lock();
+
+    turn.at_work = false;
+    if (!digests) return tl::unexpected(digests.error());
+    json entry = {{"stage", stage.name},
+                  {"seconds", seconds},
+                  {"peak_memory_mib", std::max(turn.peak_memory_mib, peak_memory_mib())},
+                  {"outputs", *outputs},
+                  {"settings", stage.settings},
+                  {"key", turn.key}};
+    answer->erase("files");
+    if (!digests->empty()) entry["digests"] = *digests;
+    entry.update(*answer);
+    turn.entry = std::move(entry);
+    if (auto written = write_whole(folder_ / "run.json", record_with_those_to_come().dump(2) + "\n");
+        !written)
+      return written;
+    observer_.ends(stage, seconds);
+    return {};
+  }
+
+  // The record of what is done.
+  json record() const {
+    json so_far = head_;
+    so_far["stages"] = json::array();
+    for (const Turn& turn : turns_)
+      if (!turn.entry.is_null()) so_far["stages"].push_back(turn.entry);
+    return so_far;
+  }
+
+  // The same with the last run's entries of the stages that are still to come: a run that is stopped forgets
+  // nothing.
+  json record_with_those_to_come() const {
+    json all = head_;
+    all["stages"] = json::array();
+    for (std::size_t n = 0; n < stages_.size(); ++n)
+      if (const json entry =
+              turns_[n].entry.is_null() ? past_entry(before_, stages_[n].name) : turns_[n].entry;
+          entry.is_object())
+        all["stages"].push_back(entry);
+    return all;
+  }
+
+  std::thread a_helper() {
+    const std::lock_guard lock(mutex_);
+    if (helpers_.empty()) return {};
+    std::thread one = std::move(helpers_.back());
+    helpers_.pop_back();
+    return one;
+  }
+
+  const fs::path& folder_;
+  const json &head_, &before_;
+  const std::vector<Stage>& stages_;
+  const StageObserver& observer_;
+  const unsigned most_threads_;
+
+  std::mutex mutex_;  // of all that follows and of the observer
+  std::vector<Turn> turns_;
+  std::vector<std::thread> helpers_;
+  unsigned threads_ = 0;
+  std::exception_ptr thrown_;
+};
 
 }  // namespace
 
@@ -223,7 +401,7 @@ Result<std::string> digest_of(const fs::path& path) {
 }
 
 Result<json> run_stages(const FolderLock& lock, const json& head, const std::vector<Stage>& stages,
-                        bool force, const StageObserver& observer) {
+                        bool force, int threads, const StageObserver& observer) {
   const fs::path& folder = lock.folder();
   for (const Stage& stage : stages)
     for (const std::string& output : stage.outputs)
@@ -238,60 +416,7 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
       return failure(record_path.string(), "is no run's record; remove it or use --force");
   }
   sweep_partial_files(folder);
-
-  json record = head;
-  record["stages"] = json::array();
-  std::map<std::string, std::string> keys;
-  for (const Stage& stage : stages) {
-    json identity = {{"stage", stage.name},
-                     {"settings", stage.settings},
-                     {"inputs", head.value("inputs", json())},
-                     {"program", head.value("program", "")}};
-    for (const auto& need : stage.needs) identity["needs"].push_back(keys.at(need));
-    const std::string key = keys[stage.name] = digest_of_bytes(identity.dump());
-
-    const json past = past_entry(before, stage.name);
-    const Standing standing = standing_of(stage, past, key, folder);
-    if (!standing.by_hand.empty()) {
-      if (auto fine = keep_by_hand(stage, standing, folder); !fine) return tl::unexpected(fine.error());
-      record["stages"].push_back(entry_by_hand(past, standing));
-      for (const auto& [output, digest] : standing.by_hand)
-        if (output.used.empty()) keys[stage.name] = digest_of_bytes(keys[stage.name] + digest);
-      observer.skipped(stage);
-      continue;
-    }
-    if (standing.done()) {
-      record["stages"].push_back(past);
-      observer.skipped(stage);
-      continue;
-    }
-
-    observer.begins(stage);
-    restart_peak_memory();
-    const auto began = std::chrono::steady_clock::now();
-    auto answer = stage.work(observer.progress, record);
-    if (!answer) return tl::unexpected(answer.error());
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-    const auto outputs = outputs_of(stage, *answer, folder);
-    if (!outputs) return tl::unexpected(outputs.error());
-    const auto digests = digests_of_editable(stage, folder);
-    if (!digests) return tl::unexpected(digests.error());
-
-    json entry = {{"stage", stage.name}, {"seconds", seconds},         {"peak_memory_mib", peak_memory_mib()},
-                  {"outputs", *outputs}, {"settings", stage.settings}, {"key", key}};
-    answer->erase("files");
-    if (!digests->empty()) entry["digests"] = *digests;
-    entry.update(*answer);
-    record["stages"].push_back(entry);
-    if (auto written = write_whole(record_path, with_those_to_come(record, before, stages).dump(2) + "\n");
-        !written)
-      return tl::unexpected(written.error());
-    observer.ends(stage, seconds);
-  }
-  record["slowest"] = slowest_of(record["stages"]);
-  if (auto written = write_whole(record_path, record.dump(2) + "\n"); !written)
-    return tl::unexpected(written.error());
-  return record;
+  return StagesAtWork(folder, head, before, stages, threads, observer).run();
 }
 
 }  // namespace borelli

@@ -34,16 +34,18 @@ struct Stage {
   std::vector<std::string> needs;    ///< names of earlier stages whose results it uses
   nlohmann::json settings;           ///< all that its result depends on besides
   std::vector<std::string> outputs;  ///< files it leaves, relative to the run's folder
-  /// Given run.json as far as it stands; answers what run.json is to say of this stage ("warnings" ...).
-  /// A "files" in it takes the place of `outputs`; a "key" of "" has the stage done again by the next run.
+  /// Given run.json as far as it stands (the entries of those that it needs are there); answers what run.json
+  /// is to say of this stage ("warnings" ...). A "files" in it takes the place of `outputs`; a "key" of ""
+  /// has the stage done again by the next run.
   std::function<Result<nlohmann::json>(const Progress&, const nlohmann::json& record)> work;
   std::vector<EditableOutput> editable = {};
 };
 
-/// What the caller shows: the stage that begins, its progress, and how it ended.
+/// What the caller shows: the stages that begin, their progress, and how they ended. Called by one thread at
+/// a time, though not always by the same.
 struct StageObserver {
   std::function<void(const Stage&)> begins = [](const Stage&) {};
-  Progress progress = [](double) {};
+  std::function<void(const Stage&, double fraction)> progress = [](const Stage&, double) {};
   std::function<void(const Stage&, double seconds)> ends = [](const Stage&, double) {};
   std::function<void(const Stage&)> skipped = [](const Stage&) {};
 };
@@ -55,15 +57,18 @@ Result<std::string> digest_of(const std::filesystem::path& path);
 /// SHA-256 of bytes, in hex.
 std::string digest_of_bytes(std::string_view bytes);
 
-/// Runs the stages in order inside the locked folder; `head` opens run.json (versions, inputs, settings) and
-/// takes part in every key by its "inputs" and "program". Every stage's seconds, peak memory (MiB) and answer
-/// are recorded as soon as it ends; in the end "slowest" names the three that took longest, each with its
-/// seconds and share of all. A stage with a file that was changed by hand keeps it, and its entry has
-/// "by_hand", the warnings that say so. Answers run.json as it stands in the end. Errors: a stage's; outputs
-/// that cannot be written where they belong, before any work; a run.json that is no record; a file changed by
-/// hand whose stage must be done again for its other files. `force` takes no notice of changes by hand.
+/// Runs the stages inside the locked folder, each as soon as those that it needs are done, up to `threads`
+/// side by side (0: as many as the machine has); `head` opens run.json (versions, inputs, settings) and takes
+/// part in every key by its "inputs" and "program". Every stage's seconds, peak memory (MiB; the program's
+/// while the stage ran) and answer are recorded as soon as it ends, in the order given; in the end "slowest"
+/// names the three that took longest, each with its seconds and share of all stages' seconds. A stage with a
+/// file that was changed by hand keeps it, and its entry has "by_hand", the warnings that say so. Answers
+/// run.json as it stands in the end. Errors: a stage's (of several that fail the first one's in the order
+/// given; what comes before it is still done, what comes after it not begun); outputs that cannot be written
+/// where they belong, before any work; a run.json that is no record; a file changed by hand whose stage must
+/// be done again for its other files. `force` takes no notice of changes by hand.
 Result<nlohmann::json> run_stages(const FolderLock& lock, const nlohmann::json& head,
-                                  const std::vector<Stage>& stages, bool force,
+                                  const std::vector<Stage>& stages, bool force, int threads = 0,
                                   const StageObserver& observer = {});
 
 }  // namespace borelli

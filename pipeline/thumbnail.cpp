@@ -4,6 +4,8 @@
 #include <cmath>
 #include <thread>
 
+#include "segmentation/nearest_whole.hpp"
+
 namespace borelli {
 
 namespace {
@@ -141,9 +143,8 @@ void each_voxel_in(const Grid& grid, const Thumbnail& copy, std::int64_t first, 
       for (std::int64_t i = 0; i < copy.size[0]; ++i, ++at) {
         const Eigen::Vector3d steps(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k));
         const Eigen::Vector3d index = index_of_mm * (copy.origin + copy.spacing * steps - grid.origin);
-        const auto voxel = index.array().round().cast<std::int64_t>().eval();
-        if (grid.holds(voxel[0], voxel[1], voxel[2]))
-          set(at, index, grid.offset(voxel[0], voxel[1], voxel[2]));
+        const auto a = nearest_whole(index[0]), b = nearest_whole(index[1]), c = nearest_whole(index[2]);
+        if (grid.holds(a, b, c)) set(at, index, grid.offset(a, b, c));
       }
 }
 
@@ -153,7 +154,7 @@ void fill_grey(Thumbnail& copy, const GreyVolume& grey, std::int64_t first, std:
   each_voxel_in(grey.grid, copy, first, last, [&](std::size_t at, const Eigen::Vector3d& index, std::size_t) {
     double sum = 0;
     for (const auto& offset : offsets) sum += value_at(grey, index + offset) - copy.low;
-    copy.grey[at] = static_cast<std::uint8_t>(std::lround(std::clamp(sum * to_byte, 0.0, 255.0)));
+    copy.grey[at] = static_cast<std::uint8_t>(nearest_whole(std::clamp(sum * to_byte, 0.0, 255.0)));
   });
 }
 

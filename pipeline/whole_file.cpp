@@ -1,6 +1,7 @@
 #include "pipeline/whole_file.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <unistd.h>
 
 #include <array>
@@ -28,6 +29,7 @@ struct Slot {
   std::array<char, PATH_MAX> path{};
 };
 std::array<Slot, 16> slots;
+std::atomic<bool> stopped{false};
 
 class Noted {
  public:
@@ -102,6 +104,13 @@ void remove_partial_files() noexcept {
     if (slot.ready) unlink(slot.path.data());
 }
 
+void stop_writing() noexcept {
+  stopped = true;
+  remove_partial_files();
+  poll(nullptr, 0, 5);  // ms: one that was about to be opened is there by then
+  remove_partial_files();
+}
+
 Result<void> check_writable(const fs::path& path) {
   if (auto fine = check_no_folder(path); !fine) return fine;
   if (const std::string found = obstacle(folder_of(path)); !found.empty())
@@ -127,6 +136,7 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
   // hidden, so that a person does not take it for a result; the extension stays, since writers choose by it
   const fs::path beside = folder / (".partial-" + std::to_string(getpid()) + "-" + path.filename().string());
   const Noted noted(beside.string());
+  while (stopped) pause();  // until the program ends
   auto done = write(beside);
   if (done) {
     fs::rename(beside, path, problem);

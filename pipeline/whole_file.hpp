@@ -36,6 +36,9 @@ Result<void> check_folder_writable(const std::filesystem::path& folder,
 /// Removes the temporary files that write_whole is filling now. A signal's handler may call it.
 void remove_partial_files() noexcept;
 
+/// The same before the program's end, while other threads may write: none of them begins another file.
+void stop_writing() noexcept;
+
 /// All bytes of a file.
 Result<std::string> read_whole(const std::filesystem::path& path);
 

@@ -4,13 +4,14 @@
 #include <cmath>
 
 #include "segmentation/body_mask.hpp"
+#include "segmentation/nearest_whole.hpp"
 #include "segmentation/tissues.hpp"
 
 namespace borelli {
 
 bool Anatomy::holds(const Mask& mask, const Eigen::Vector3d& point) const {
   const Eigen::Vector3d index = grid().index(point);
-  const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
+  const auto i = nearest_whole(index[0]), j = nearest_whole(index[1]), k = nearest_whole(index[2]);
   return grid().holds(i, j, k) && mask.at(i, j, k);
 }
 
@@ -31,7 +32,7 @@ double Anatomy::over_fine() const {
 bool Anatomy::near_edge(const Eigen::Vector3d& point, double reach) const {
   const auto n = static_cast<std::int64_t>(std::ceil(reach / step()));
   const Eigen::Vector3d index = grid().index(point);
-  const auto i = std::lround(index[0]), j = std::lround(index[1]), k = std::lround(index[2]);
+  const auto i = nearest_whole(index[0]), j = nearest_whole(index[1]), k = nearest_whole(index[2]);
   for (std::int64_t c = k - n; c <= k + n; ++c)
     for (std::int64_t b = j - n; b <= j + n; ++b)
       for (std::int64_t a = i - n; a <= i + n; ++a)

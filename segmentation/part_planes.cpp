@@ -12,6 +12,8 @@ constexpr int head = part_label("head"), upper_trunk = part_label("upper_trunk")
 
 constexpr bool is_axial(int label) { return label >= head && label <= lower_trunk; }
 
+bool beyond(const Cut& cut, const Eigen::Vector3d& point) { return (point - cut.point).dot(cut.normal) > 0; }
+
 }  // namespace
 
 PartPlanes::PartPlanes(const Landmarks& landmarks, Convention convention,
@@ -30,6 +32,9 @@ PartPlanes::PartPlanes(const Landmarks& landmarks, Convention convention,
                     : Eigen::Vector3d::Zero();
   root_ = !hips_ && landmarks.contains("shoulder_left") ? upper_trunk : lower_trunk;
   left_ = trunk_axes(landmarks).col(0);
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    if (const Cut* cut = by_distal_[label]; cut && !is_axial(cut->distal) && is_axial(cut->proximal))
+      limbs_.push_back({cut, cut->proximal == lower_trunk, parts[label].joint.ends_with("_left")});
 }
 
 const Cut* PartPlanes::cut_to(int distal) const { return by_distal_[static_cast<std::size_t>(distal)]; }
@@ -47,10 +52,6 @@ double PartPlanes::distance(int label, const Eigen::Vector3d& point) const {
       nearest = std::min(nearest, std::abs((point - cut.point).dot(cut.normal)));
   }
   return nearest;
-}
-
-bool PartPlanes::beyond(const Cut& cut, const Eigen::Vector3d& point) const {
-  return (point - cut.point).dot(cut.normal) > 0;
 }
 
 int PartPlanes::axial_part(const Eigen::Vector3d& point) const {
@@ -83,15 +84,12 @@ bool PartPlanes::told_apart(int a, int b) const {
 int PartPlanes::part(int owner, const Eigen::Vector3d& point) const {
   if (owner == 0 || convention_ == Convention::bone) return owner;
   if (is_axial(owner)) {
-    for (int label = 1; label < static_cast<int>(parts.size()); ++label) {
-      const Cut* cut = cut_to(label);
-      if (is_axial(label) || !cut || !is_axial(cut->proximal)) continue;
+    for (const auto& [cut, at_hip, left] : limbs_) {
       if (!beyond(*cut, point) || (point - cut->point).norm() > cut->reach) continue;
       // below the crotch both hips' planes have the place beyond them: the midsagittal plane decides
-      const bool left = parts[static_cast<std::size_t>(label)].joint.ends_with("_left");
-      if (hips_ && cut->proximal == lower_trunk && ((point - middle_).dot(left_) > 0) != left) continue;
-      if (cut->proximal == lower_trunk && axial_part(point) != lower_trunk) continue;
-      return label;
+      if (hips_ && at_hip && ((point - middle_).dot(left_) > 0) != left) continue;
+      if (at_hip && axial_part(point) != lower_trunk) continue;
+      return cut->distal;
     }
     const int level = axial_part(point);
     return told_apart(owner, level) ? level : owner;

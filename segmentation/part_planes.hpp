@@ -43,12 +43,16 @@ class PartPlanes {
  private:
   const Cut* cut_to(int distal) const;
   bool told_apart(int a, int b) const;
-  bool beyond(const Cut& cut, const Eigen::Vector3d& point) const;
 
   Convention convention_;
   std::vector<Cut> cuts_;
   std::array<bool, 17> joint_seen_{};
   std::array<const Cut*, 17> by_distal_{};
+  struct Limb {
+    const Cut* cut;  // from the trunk
+    bool at_hip, left;
+  };
+  std::vector<Limb> limbs_;
   Eigen::Vector3d middle_, left_;
   bool hips_ = false;
   int root_ = 0;  // where no plane parts the trunk: its part by the joints in view

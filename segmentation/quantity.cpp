@@ -154,6 +154,11 @@ Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
 
 struct Changes {
   std::size_t below = 0, above = 0, not_finite = 0, padding = 0;
+
+  Changes& operator+=(const Changes& other) {
+    below += other.below, above += other.above, not_finite += other.not_finite, padding += other.padding;
+    return *this;
+  }
 };
 
 // The value that stands for what was not measured: one that no noise about air reaches, held by more voxels
@@ -171,8 +176,7 @@ Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double sl
                 double low, std::int16_t fill, double padding) {
   if (sizeof(T) < 2) storage.resize(count);
   unsigned char* const bytes = reinterpret_cast<unsigned char*>(storage.data());
-  Changes changes;
-  const auto one = [&](std::size_t n) {
+  const auto one = [&](std::size_t n, Changes& changes) {
     T stored;
     std::memcpy(&stored, bytes + n * sizeof(T), sizeof stored);
     const double value = slope * static_cast<double>(stored) + intercept;
@@ -189,11 +193,20 @@ Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double sl
     std::memcpy(bytes + 2 * n, &out, 2);
   };
   // a result never overtakes what is still to be read: forwards where voxels shrink, backwards where they
-  // grow
-  if constexpr (sizeof(T) >= 2) {
-    for (std::size_t n = 0; n < count; ++n) one(n);
+  // grow; where they do neither, in any order
+  Changes changes;
+  if constexpr (sizeof(T) == 2) {
+    std::mutex mutex;
+    in_slabs(static_cast<std::int64_t>(count), 0, [&](std::int64_t first, std::int64_t last) {
+      Changes own;
+      for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n) one(n, own);
+      const std::lock_guard lock(mutex);
+      changes += own;
+    });
+  } else if constexpr (sizeof(T) > 2) {
+    for (std::size_t n = 0; n < count; ++n) one(n, changes);
   } else {
-    for (std::size_t n = count; n-- > 0;) one(n);
+    for (std::size_t n = count; n-- > 0;) one(n, changes);
   }
   storage.resize(count);
   storage.shrink_to_fit();

@@ -103,8 +103,11 @@ Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& op
   auto scanned = dicom ? read_dicom_folder(path, options) : read_file(path, options);
   if (!scanned) return scanned;
   check_spacing(scanned->volume.grid, scanned->warnings);
-  const auto [least, greatest] = std::ranges::minmax_element(scanned->volume.voxels);
-  scanned->least = *least, scanned->greatest = *greatest;
+  const auto& voxels = scanned->volume.voxels;
+  std::int16_t least = voxels.front(), greatest = least;
+  for (const std::int16_t value : voxels)
+    least = std::min(least, value), greatest = std::max(greatest, value);
+  scanned->least = least, scanned->greatest = greatest;
   return scanned;
 }
 

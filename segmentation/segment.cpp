@@ -27,6 +27,7 @@
 #include "segmentation/limb_tips.hpp"
 #include "segmentation/lone_parts.hpp"
 #include "segmentation/missing_elbows.hpp"
+#include "segmentation/nearest_whole.hpp"
 #include "segmentation/one_side.hpp"
 #include "segmentation/part_findings.hpp"
 #include "segmentation/part_planes.hpp"
@@ -58,7 +59,7 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
           const Vector3d p =
               g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
           const Vector3d index = (p - a.grid().origin) / step;
-          const auto wi = std::lround(index[0]), wj = std::lround(index[1]), wk = std::lround(index[2]);
+          const auto wi = nearest_whole(index[0]), wj = nearest_whole(index[1]), wk = nearest_whole(index[2]);
           const bool held = a.grid().holds(wi, wj, wk);
           const std::size_t w = held ? a.grid().offset(wi, wj, wk) : 0;
           if (const auto told = classes ? classes->place(g.offset(i, j, k)) : ClassParts::Place::open;

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 
+#include "segmentation/nearest_whole.hpp"
 #include "segmentation/slabs.hpp"
 
 namespace borelli {
@@ -104,7 +105,7 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
             const Vector3d p =
                 Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)) +
                 slope / steep * (r / h);
-            const auto a = std::lround(p[0]), b = std::lround(p[1]), c = std::lround(p[2]);
+            const auto a = nearest_whole(p[0]), b = nearest_whole(p[1]), c = nearest_whole(p[2]);
             if (c >= first && c < last && g.holds(a, b, c))
               votes.at(a, b, c) += static_cast<float>(h * h / (4 * std::numbers::pi * r * r));
           }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "segmentation/nearest_whole.hpp"
 #include "segmentation/slabs.hpp"
 
 namespace borelli {
@@ -158,7 +159,7 @@ WorkVolume resampled(const GreyVolume& volume, double step, int threads) {
           const std::size_t o = g.offset(i, j, k);
           out.seen.voxels[o] = 2 * held > shifts.size();
           out.hu.voxels[o] = held == 0 ? air
-                                       : static_cast<std::int16_t>(std::lround(
+                                       : static_cast<std::int16_t>(nearest_whole(
                                              hu_of(sum / static_cast<double>(held), volume.quantity)));
         }
   });

@@ -81,7 +81,7 @@ int run(int argc, char** argv) {
 
 // A user or a system that ends the program finds no partial file; the shell sees the signal that did it.
 extern "C" void end_by_signal(int signal) {
-  borelli::remove_partial_files();
+  borelli::stop_writing();
   if (const char* words = borelli::words_when_stopped()) {
     const auto told = write(STDERR_FILENO, words, std::strlen(words));
     static_cast<void>(told);  // nothing is left to be done about it

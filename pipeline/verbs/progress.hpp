@@ -3,6 +3,8 @@
 
 #include <chrono>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace borelli {
 
@@ -15,16 +17,23 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
+  /// Works may overlap; a terminal shows the bar of the one under way that began first.
   void begin(const std::string& what);
-  /// 0 to 1; drawn at most twenty times a second on a terminal, else a line every half minute
-  void update(double fraction);
-  void end(const std::string& outcome);  ///< e.g. "1.3 s"; the line stays
+  /// 0 to 1; drawn at most twenty times a second on a terminal, else a line every half minute. `what`: which
+  /// of the works under way; empty: the only one.
+  void update(double fraction, std::string_view what = {});
+  void end(const std::string& outcome, std::string_view what = {});  ///< e.g. "1.3 s"; the line stays
 
  private:
-  void draw(double fraction);
+  struct Work {
+    std::string what;
+    double fraction = 0;
+  };
+  std::vector<Work>::iterator find(std::string_view what);
+  void draw(const Work& work);
   bool quiet_, terminal_;
   std::chrono::milliseconds between_;
-  std::string what_;
+  std::vector<Work> works_;  // in the order in which they began
   std::chrono::steady_clock::time_point drawn_;
 };
 

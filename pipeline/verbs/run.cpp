@@ -109,11 +109,13 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
   ProgressBar bar(command.json);
   StageObserver observer;
   observer.begins = [&](const Stage& stage) { bar.begin(stage.name); };
-  observer.progress = [&](double share) { bar.update(share); };
-  observer.ends = [&](const Stage&, double seconds) { bar.end(fmt::format("{:.2f} s", seconds)); };
+  observer.progress = [&](const Stage& stage, double share) { bar.update(share, stage.name); };
+  observer.ends = [&](const Stage& stage, double seconds) {
+    bar.end(fmt::format("{:.2f} s", seconds), stage.name);
+  };
   observer.skipped = [&](const Stage& stage) {
     bar.begin(stage.name);
-    bar.end("done before");
+    bar.end("done before", stage.name);
   };
   const auto record = run(settings, command.force, observer);
   if (!record) return record;

@@ -42,5 +42,23 @@ TEST(Progress, QuickWorkSaysThatItBeginsAndEnds) {
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "chart ...\nchart          7 runs\n");
 }
 
+TEST(Progress, WorksThatOverlapAreToldByTheirNames) {
+  testing::internal::CaptureStderr();
+  {
+    ProgressBar bar(false, milliseconds(0));
+    bar.begin("motion");
+    bar.begin("mesh");
+    bar.update(0.5, "mesh");
+    bar.update(0.2, "motion");
+    bar.end("1.00 s", "motion");
+    bar.update(0.9, "motion");  // is over
+    bar.update(0.7, "mesh");
+    bar.end("2.00 s", "mesh");
+  }
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "motion ...\nmesh ...\nmesh ... 50 %\nmotion ... 20 %\nmotion         1.00 s\nmesh ... 70 %\n"
+            "mesh           2.00 s\n");
+}
+
 }  // namespace
 }  // namespace borelli

@@ -110,7 +110,7 @@ class RunVerb : public testing::Test {
 };
 
 using Names = std::set<std::string>;
-const Names all{"segmentation", "inertia", "skeleton", "motion", "mesh", "glb", "report"};
+const Names all{"segmentation", "inertia", "skeleton", "motion", "mesh", "glb", "slices", "report"};
 
 TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
   const std::string run = path("scan.mhd") + words();
@@ -121,6 +121,16 @@ TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
   fs::remove(result("inertia/table.csv"));
   EXPECT_EQ(stages_done(run), Names{"inertia"});
   EXPECT_TRUE(fs::exists(result("inertia/table.csv")));
+  const auto packed = [&] {  // what the page shows of the scan, and the moving body
+    const std::string page = read_whole(result("report.html")).value();
+    const auto first = page.find("<script type=\"text/plain\"");
+    return page.substr(std::min(first, page.size()));
+  };
+  const std::string shown = packed();
+  fs::remove(result("report.html"));
+  EXPECT_EQ(stages_done(run), Names{"report"});
+  EXPECT_EQ(packed(), shown);
+  EXPECT_NE(shown.find("block-grey"), std::string::npos);
   const std::string glb = read_whole(result("body.glb")).value();
   fs::resize_file(result("body.glb"), glb.size() - 1);
   EXPECT_EQ(stages_done(run), Names{"glb"});
@@ -148,7 +158,7 @@ TEST_F(RunVerb, DefacedItShowsNoFaceAndMeasuresTheSame) {
        {"inertia/table.json", "inertia/table.csv", "segmentation/labels.nii.gz", "motion/trajectory.csv",
         "mesh/upper_trunk.stl", "mesh/head.stl", "mesh/head.vtp", "body.glb", "report.html"})
     before[name] = kept(name);
-  EXPECT_EQ(stages_done(scan_file + words() + " --deface"), (Names{"mesh", "glb", "report"}));
+  EXPECT_EQ(stages_done(scan_file + words() + " --deface"), (Names{"mesh", "glb", "slices", "report"}));
   for (const auto& [name, bytes] : before) {
     const bool shows_the_head = name.starts_with("mesh/head") || name == "body.glb" || name == "report.html";
     EXPECT_EQ(kept(name.c_str()) != bytes, shows_the_head) << name;
@@ -164,7 +174,7 @@ TEST_F(RunVerb, DefacedItShowsNoFaceAndMeasuresTheSame) {
   ASSERT_TRUE(whole && left);
   EXPECT_GT(foremost(*left), foremost(*whole) + 30);  // 0.22 of a head's depth of some 190 mm, less a voxel
   EXPECT_NE(kept("settings.toml").find("deface = true"), std::string::npos);
-  EXPECT_EQ(stages_done(scan_file + words()), (Names{"mesh", "glb", "report"}));  // and back
+  EXPECT_EQ(stages_done(scan_file + words()), (Names{"mesh", "glb", "slices", "report"}));  // and back
   EXPECT_EQ(kept("mesh/head.stl"), before["mesh/head.stl"]);
 }
 
@@ -190,7 +200,7 @@ TEST_F(RunVerb, WhatAUserEditedIsKeptAndUsed) {
   ASSERT_TRUE(write_landmarks(result("segmentation/landmarks.json").string(), moved));
   const std::string edited = read_whole(result("segmentation/landmarks.json")).value();
   const std::string table = read_whole(result("inertia/table.json")).value();
-  EXPECT_EQ(stages_done(run), (Names{"inertia", "motion", "mesh", "glb", "report"}));
+  EXPECT_EQ(stages_done(run), (Names{"inertia", "motion", "mesh", "glb", "slices", "report"}));
   EXPECT_EQ(read_whole(result("segmentation/landmarks.json")).value(), edited);
   EXPECT_EQ(read_whole(result("model/scene.toml")).value(), scene);
   EXPECT_NE(read_whole(result("inertia/table.json")).value(), table);

@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <fstream>
 #include <map>
+#include <mutex>
+#include <new>
+#include <thread>
 
 #include "pipeline/whole_file.hpp"
 
@@ -51,9 +55,149 @@ struct Stages : testing::Test {
     if (!lock) return tl::unexpected(lock.error());
     return run_stages(*lock, {{"inputs", input}},
                       {stage("one", {}, first_settings), stage("two", {"one"}, {}), stage("aside", {}, {})},
-                      force);
+                      force, 1);
   }
 };
+
+// One, what needs it, and what comes of all: "left" and "right" may be done side by side.
+struct StagesSideBySide : testing::Test {
+  fs::path folder = fs::path(testing::TempDir()) / ("stages_side_test_" + std::to_string(::getpid()));
+  std::mutex mutex;
+  std::vector<std::string> ran;
+  std::map<std::string, std::function<void()>> first;  // what a stage does before it leaves its file
+  std::map<std::string, std::string> broken;
+  StageObserver observer;
+
+  void SetUp() override { fs::remove_all(folder), fs::create_directories(folder); }
+  void TearDown() override { fs::remove_all(folder); }
+
+  Stage stage(const std::string& name, std::vector<std::string> needs) {
+    return {name,
+            std::move(needs),
+            {},
+            {name + ".txt"},
+            [this, name](const Progress& progress, const json& record) -> Result<json> {
+              if (first.contains(name)) first.at(name)();
+              if (broken.contains(name)) return failure(name, broken.at(name));
+              for (int i = 0; i < 100; ++i) progress(0.01 * i);
+              {
+                const std::lock_guard lock(mutex);
+                ran.push_back(name);
+              }
+              if (auto written = write_whole(folder / (name + ".txt"), name); !written)
+                return tl::unexpected(written.error());
+              json seen = json::array();
+              for (const json& entry : record["stages"]) seen.push_back(entry["stage"]);
+              return json{{"seen", seen}};
+            }};
+  }
+
+  Result<json> run(int threads) {
+    ran.clear();
+    const auto lock = FolderLock::take(folder);
+    if (!lock) return tl::unexpected(lock.error());
+    return run_stages(*lock, {{"inputs", "abc"}},
+                      {stage("one", {}), stage("left", {"one"}), stage("lefter", {"left"}),
+                       stage("right", {"one"}), stage("all", {"lefter", "right"})},
+                      false, threads, observer);
+  }
+  json record() const { return json::parse(read_whole(folder / "run.json").value()); }
+
+  static std::vector<std::string> names(const json& record) {
+    std::vector<std::string> names;
+    for (const json& entry : record["stages"]) names.push_back(entry["stage"]);
+    return names;
+  }
+  static void wait_for(const std::atomic<bool>& flag) {
+    for (int i = 0; i < 5000 && !flag; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    EXPECT_TRUE(flag) << "within five seconds";
+  }
+};
+
+TEST_F(StagesSideBySide, WhatDoesNotNeedEachOtherIsDoneAtTheSameTime) {
+  std::atomic<bool> left = false, right = false;
+  first["left"] = [&] { left = true, wait_for(right); };
+  first["right"] = [&] { right = true, wait_for(left); };
+  const auto record = run(2);
+  ASSERT_TRUE(record);
+  EXPECT_EQ(ran.front(), "one");
+  EXPECT_EQ(ran.back(), "all");
+  EXPECT_EQ((*record)["stages"].back()["seen"], json({"one", "left", "lefter", "right"}));
+}
+
+TEST_F(StagesSideBySide, TheRecordIsInTheOrderGivenAndTheSameAsOfOneThread) {
+  const auto without_times = [](json record) {
+    for (json& entry : record["stages"])
+      for (const char* name : {"seconds", "peak_memory_mib", "seen"}) entry.erase(name);
+    record.erase("slowest");
+    return record;
+  };
+  ASSERT_TRUE(run(1));
+  EXPECT_EQ(ran, (std::vector<std::string>{"one", "left", "lefter", "right", "all"}));
+  const json in_turn = record();
+  fs::remove_all(folder);
+  std::atomic<bool> right = false;
+  first["left"] = [&] { wait_for(right); };
+  observer.ends = [&](const Stage& stage, double) { right = right || stage.name == "right"; };
+  ASSERT_TRUE(run(2));
+  EXPECT_EQ(ran, (std::vector<std::string>{"one", "right", "left", "lefter", "all"}));
+  EXPECT_EQ(without_times(record()), without_times(in_turn));
+  ASSERT_TRUE(run(2));
+  EXPECT_TRUE(ran.empty());
+}
+
+TEST_F(StagesSideBySide, OfSeveralThatFailTheFirstIsNamedAndNothingAfterItIsBegun) {
+  std::atomic<bool> left = false, right = false;
+  broken = {{"lefter", "broken"}, {"right", "broken, too"}};
+  first["left"] = [&] { left = true, wait_for(right); };  // fails the sooner though it comes later
+  first["right"] = [&] { wait_for(left), right = true; };
+  for (const int threads : {2, 1}) {
+    const auto stopped = run(threads);
+    ASSERT_FALSE(stopped);
+    EXPECT_EQ(stopped.error().where, "lefter");
+    EXPECT_EQ(stopped.error().what, "broken");
+    EXPECT_FALSE(fs::exists(folder / "all.txt"));
+  }
+}
+
+TEST_F(StagesSideBySide, WhatWasDoneBesideAFailingStageIsKept) {
+  std::atomic<bool> right = false;
+  broken = {{"left", "broken"}};
+  first["left"] = [&] { wait_for(right); };
+  first["right"] = [&] { right = true; };
+  ASSERT_FALSE(run(2));
+  EXPECT_EQ(ran, (std::vector<std::string>{"one", "right"}));
+  EXPECT_EQ(names(record()), (std::vector<std::string>{"one", "right"}));
+  broken.clear();
+  const auto whole = run(2);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(ran, (std::vector<std::string>{"left", "lefter", "all"}));
+  EXPECT_EQ(names(*whole), (std::vector<std::string>{"one", "left", "lefter", "right", "all"}));
+}
+
+TEST_F(StagesSideBySide, WantOfMemoryInAnyOfThemEndsTheRun) {
+  for (const char* name : {"left", "right"}) {
+    fs::remove_all(folder);
+    first = {{name, [] { throw std::bad_alloc(); }}};
+    EXPECT_THROW(static_cast<void>(run(2)), std::bad_alloc) << name;
+    EXPECT_FALSE(fs::exists(folder / "all.txt"));
+  }
+}
+
+TEST_F(StagesSideBySide, TheyAreToldOfOneAtATime) {
+  std::atomic<int> telling = 0;
+  std::map<std::string, int> told;
+  const auto tell = [&](const Stage& stage) {
+    EXPECT_EQ(++telling, 1);
+    ++told[stage.name];
+    --telling;
+  };
+  observer = {tell, [&](const Stage& stage, double) { tell(stage); },
+              [&](const Stage& stage, double) { tell(stage); }, tell};
+  ASSERT_TRUE(run(0));
+  EXPECT_EQ(told, (std::map<std::string, int>{
+                      {"one", 102}, {"left", 102}, {"lefter", 102}, {"right", 102}, {"all", 102}}));
+}
 
 TEST_F(Stages, SecondRunDoesNothingAgain) {
   ASSERT_TRUE(run());

@@ -1,11 +1,16 @@
 #include "pipeline/whole_file.hpp"
 
+#include <fmt/core.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <thread>
 
 namespace borelli {
 namespace {
@@ -82,6 +87,34 @@ TEST_F(WholeFile, PartialFilesOfNowCanBeRemoved) {
   remove_partial_files();
   EXPECT_EQ(read_whole(folder / "outer.txt").value(), "whole");
   EXPECT_EQ(files(), 2u);  // outer.txt and the other process's
+}
+
+TEST_F(WholeFile, ASignalLeavesNoPartialFileOfAnyThread) {
+  fs::create_directories(folder);
+  for (int trial = 0; trial < 20; ++trial) {
+    const pid_t writer = fork();
+    if (writer == 0) {
+      struct sigaction action {};
+      action.sa_handler = [](int signal) { stop_writing(), raise(signal); };
+      action.sa_flags = static_cast<int>(SA_RESETHAND);
+      sigaction(SIGTERM, &action, nullptr);
+      const auto write = [&](int thread) {
+        for (int n = 0;; n = (n + 1) % 10)
+          static_cast<void>(write_whole(folder / fmt::format("{}_{}", thread, n), std::string(200000, 'x')));
+      };
+      const std::jthread other(write, 1);
+      write(0);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    kill(writer, SIGTERM);
+    int status = 0;
+    waitpid(writer, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGTERM);
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      EXPECT_FALSE(entry.path().filename().string().starts_with(".")) << entry;
+      EXPECT_EQ(entry.file_size(), 200000u) << entry;
+    }
+  }
 }
 
 TEST_F(WholeFile, WhetherAFolderCanBeWrittenIsKnownBefore) {

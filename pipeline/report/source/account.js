@@ -26,7 +26,7 @@ export function makeTimings(run) {
     h(
       'table',
       { class: 'numbers timings' },
-      h('caption', {}, `Stages of this run, ${seconds(totalSeconds(run))} in all`),
+      h('caption', {}, `Stages of this run, ${seconds(totalSeconds(run))} in all, some side by side`),
       h(
         'thead',
         {},

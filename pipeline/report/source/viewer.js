@@ -89,7 +89,7 @@ function header(report, rows) {
           h('dd', {}, verdict.text),
         )
       : null,
-    run?.stages?.length ? fact(numbers(took.slice(0, -1)), took.at(-1), 'to compute') : null,
+    run?.stages?.length ? fact(numbers(took.slice(0, -1)), took.at(-1), 'of computing') : null,
   ].filter(Boolean);
   return h(
     'header',
