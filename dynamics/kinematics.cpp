@@ -72,8 +72,8 @@ void advance(const Kind& kind, const Step& step, const Placement& placement, boo
   kind.advance(k.q.data() + step.q, to.X, angular, linear);
   for (int i = 0; i < Kind::nv; ++i)
     for (int c = 0; c < 3; ++c) {
-      k.twists(step.u + i, c) = angular[i][c];
-      k.twists(step.u + i, 3 + c) = linear[i][c];
+      if (Kind::rotates) k.twists(step.u + i, c) = angular[i][c];  // (else zero, as it was made)
+      if (Kind::slides) k.twists(step.u + i, 3 + c) = linear[i][c];
       k.twists(step.u + i, 6 + c) = to.X.p[c];
     }
   if constexpr (!moving) return;

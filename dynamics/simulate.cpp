@@ -442,7 +442,8 @@ class Run {
     if (run != signature())
       return bad_use("checkpoint", "is of another run: another scene, start or settings");
     keep(k, ranges);
-    if (!k.whole()) return damaged();
+    if (!k.whole())  // its bytes are as they were put away
+      return bad_use("checkpoint", "is of another version of this program; remove it to start anew");
     return {};
   }
 

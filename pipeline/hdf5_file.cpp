@@ -56,6 +56,13 @@ Handle with_groups() {
   return {list, H5Pclose};
 }
 
+/// Without the time at which it is made, so that a file's bytes are those of its content.
+Handle without_times() {
+  const hid_t list = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_obj_track_times(list, false);
+  return {list, H5Pclose};
+}
+
 std::string without_nul(const std::string& text) { return text.substr(0, text.find('\0')); }
 
 }  // namespace
@@ -87,9 +94,9 @@ void Hdf5Writer::numbers(const std::string& name, const std::vector<std::size_t>
     const Quiet quiet;
     const std::vector<hsize_t> sizes(shape.begin(), shape.end());
     const Handle space(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose);
-    const Handle groups = with_groups();
-    const Handle array(
-        H5Dcreate2(file_, name.c_str(), H5T_IEEE_F64LE, space, groups, H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+    const Handle groups = with_groups(), times = without_times();
+    const Handle array(H5Dcreate2(file_, name.c_str(), H5T_IEEE_F64LE, space, groups, times, H5P_DEFAULT),
+                       H5Dclose);
     std::size_t count = 1;
     for (const std::size_t s : shape) count *= s;
     const bool fine = array && (count == 0 || H5Dwrite(array, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL,
@@ -103,10 +110,9 @@ void Hdf5Writer::texts(const std::string& name, const std::vector<std::string>& 
   if (!problem_.empty()) return;
   const Quiet quiet;
   const hsize_t size = values.size();
-  const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose), type = text_type(),
-                                                                     groups = with_groups();
-  const Handle array(H5Dcreate2(file_, name.c_str(), type, space, groups, H5P_DEFAULT, H5P_DEFAULT),
-                     H5Dclose);
+  const Handle space(H5Screate_simple(1, &size, nullptr), H5Sclose),
+      type = text_type(), groups = with_groups(), times = without_times();
+  const Handle array(H5Dcreate2(file_, name.c_str(), type, space, groups, times, H5P_DEFAULT), H5Dclose);
   std::vector<const char*> pointers;
   for (const std::string& v : values) pointers.push_back(v.c_str());
   const bool fine =

@@ -121,6 +121,13 @@ TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {
   }
   observer.checkpoint = kept + "x";
   EXPECT_FALSE(simulate(system, system.initial, how, observer));
+  // whole, but with more in it than this program puts away
+  std::string other = kept.substr(0, kept.size() - sizeof(std::uint64_t)) + "more";
+  const std::uint64_t digest = digest_of(other);
+  other.append(reinterpret_cast<const char*>(&digest), sizeof digest);
+  observer.checkpoint = other;
+  EXPECT_EQ(simulate(system, system.initial, how, observer).error().what,
+            "is of another version of this program; remove it to start anew");
   observer.checkpoint = kept;
   how.tolerance = 1e-7;
   EXPECT_EQ(simulate(system, system.initial, how, observer).error().what,

@@ -3,12 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
 #include <random>
 #include <sstream>
+#include <thread>
 
 namespace borelli {
 namespace {
@@ -55,6 +57,17 @@ TEST_F(Hdf5File, GivesBackWhatWasWritten) {
   EXPECT_EQ(*file->number_attribute("/a", "pi"), 3.141592653589793);
   EXPECT_TRUE(file->holds("/a/b"));
   EXPECT_FALSE(file->holds("/a/c/numbers"));
+}
+
+TEST_F(Hdf5File, TheSameContentIsTheSameBytesAtAnyTime) {
+  const auto bytes = [&] {
+    write_sample();
+    std::ifstream file(path_, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string once = bytes();
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // HDF5 counts seconds
+  EXPECT_EQ(bytes(), once);
 }
 
 TEST_F(Hdf5File, MissingAndUnlikeThingsAreNamed) {
