@@ -11,12 +11,10 @@ Result<void> check_batch(const System& system) {
   if (system.rows > 0)
     return bad_use(fmt::format("constraint '{}'", system.constraint_names[0]),
                    "batches are for scenes without constraints and contacts; take its states one by one");
-  return check_batch_in_flight(system);
+  return check_batch_without_rows(system);
 }
 
-Result<void> check_batch_in_flight(const System& system) {
-  if (system.bilateral_rows() > 0)
-    return bad_use(system.scene, "batches are for scenes without constraints; take its states one by one");
+Result<void> check_batch_without_rows(const System& system) {
   for (const Effort& effort : system.parameters.efforts)
     if (std::holds_alternative<OwnEffort>(effort.kind))
       return bad_use(fmt::format("effort '{}'", effort.name),
@@ -53,10 +51,10 @@ BatchWorkspaceOf<T>::BatchWorkspaceOf(const System& system, bool mass_matrix)
       efforts(system),
       terms(system, mass_matrix),
       articulation(system),
-      recursion(system),
       a(Eigen::VectorX<T>::Zero(system.nv)),
       drive_efforts(Eigen::VectorX<T>::Zero(system.driven_nv)),
       group_power(Eigen::VectorX<T>::Zero(system.groups)) {
+  if (mass_matrix) recursion.emplace(system);
   for (std::size_t b = 0; b < inertials.size(); ++b)
     for (int lane = 0; lane < T::count; ++lane) set_inertial(lane, int(b), system.parameters.inertials[b]);
 }
@@ -162,7 +160,7 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
                       BatchWorkspace& w) {
   update_kinematics<Lanes>(system, parameters, w.inertials, state.t, state.q.data(), nullptr, nullptr,
                            w.kinematics);
-  find_mass_matrix(system, parameters, w.inertials, w.kinematics, w.recursion, w.terms);
+  find_mass_matrix(system, parameters, w.inertials, w.kinematics, *w.recursion, w.terms);
 }
 
 #define BORELLI_BATCH_OVER(T)                                                                              \

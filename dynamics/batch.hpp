@@ -19,8 +19,8 @@ namespace borelli {
 
 /// Whether a system can be computed in batches; the error says what of it cannot.
 Result<void> check_batch(const System& system);
-/// The same while all its contacts are open.
-Result<void> check_batch_in_flight(const System& system);
+/// The same while no row of its constraints and contacts holds.
+Result<void> check_batch_without_rows(const System& system);
 
 /// As many states as T has lanes, at one time.
 template <class T>
@@ -51,7 +51,7 @@ struct BatchWorkspaceOf {
   EffortSumsOf<T> efforts;
   LagrangeTermsOf<T> terms;
   ArticulationOf<T> articulation;
-  RecursionOf<T> recursion;
+  std::optional<RecursionOf<T>> recursion;  ///< where mass matrices are wanted
 
   Eigen::VectorX<T> a;                 ///< nv, accelerations
   Eigen::VectorX<T> drive_efforts;     ///< driven_nv: what the drives exert

@@ -36,6 +36,14 @@ class Extrapolation : public Integrator {
   static constexpr int least_target = 3, most_rows = 10, most_target = most_rows - 2;
   static constexpr int substeps(int row) { return 2 * row; }
 
+  /// Which rows each lane makes.
+  struct Shares {
+    int first[Quad::count] = {};       ///< of each lane; 0: none
+    int follower[most_rows + 1] = {};  ///< per row: which one follows it in its lane; 0: none
+    int slopes = 0;                    ///< that the lane which has most of them asks for
+  };
+  static Shares share(int rows);
+
   void work_side_by_side(bool side_by_side);
   bool make_row(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int row);
   bool make_rows(Flow& flow, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy, int rows);
@@ -51,10 +59,10 @@ class Extrapolation : public Integrator {
   bool rejected_ = false;
   int rows_made_ = 0;                   ///< by the step last attempted
   std::vector<Eigen::VectorXd> table_;  ///< the table's last row, column by column
-  std::vector<double> work_, step_,
-      error_;  ///< per row, from 1: in evaluations; step that would do, s; error
-  std::vector<double>
-      least_factor_;  ///< four times that by which a step shrinks at most, and grows by its inverse
+  /// Per row, from 1: in evaluations; step that would do, s; error.
+  std::vector<double> work_, step_, error_;
+  /// Per row: a step shrinks to a quarter of it at most, and grows by its inverse.
+  std::vector<double> least_factor_;
   int worst_ = -1;
   Eigen::VectorXd before_, now_, slope_, next_;
   Eigen::VectorXd slope_before_, slope_before_that_;  ///< one and two substeps before slope_
@@ -62,7 +70,7 @@ class Extrapolation : public Integrator {
   Eigen::VectorXd first_bend_, bend_;
 
   Eigen::VectorX<Quad> before_lanes_, now_lanes_, slope_lanes_;
-  std::vector<Eigen::VectorXd> ends_;  ///< what rows made at once have come to
+  std::vector<Eigen::VectorXd> ends_;  ///< per row made at once: what it has come to
 };
 
 }  // namespace borelli

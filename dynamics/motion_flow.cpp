@@ -58,7 +58,7 @@ MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings,
       scale_(size()),
       q_(system.nq),
       last_v_(system.nv),
-      lanes_fit_(workspace.kinematics.equations == Equations::recursive && check_batch_in_flight(system) &&
+      lanes_fit_(workspace.kinematics.equations == Equations::recursive && check_batch_without_rows(system) &&
                  same_at_all_times(system) && !mostly_swings(system, workspace.articulation)) {
   if (settings.constraints == ConstraintTreatment::baumgarte) {
     handling_.alpha = settings.baumgarte_alpha;
@@ -128,11 +128,12 @@ bool MotionFlow::derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd&
 }
 
 bool MotionFlow::has_lanes() {
-  if (lanes_fit_ && !together_) {
+  if (!lanes_fit_ || w_.has_rows()) return false;
+  if (!together_) {
     together_ = std::make_unique<Together>(system_);
     together_->set_centre(q0_);
   }
-  return lanes_fit_ && !w_.has_rows();
+  return true;
 }
 
 bool MotionFlow::derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) {

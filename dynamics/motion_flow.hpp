@@ -21,9 +21,9 @@ class MotionFlow : public Flow {
   Eigen::Index positions() const override { return system_.nv; }
   void position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
   bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
-  /// Where a batch can have the scene (batch.hpp) and no contact is closed, nothing of it depends on time,
-  /// its solids do not mostly swing by themselves (of those, one state takes hardly any time) and no lane had
-  /// to be solved by itself.
+  /// Where a batch can have the scene (batch.hpp), no row holds, nothing depends on time, the solids do not
+  /// mostly swing by themselves (of those, one state takes hardly any time) and no lane had to be solved by
+  /// itself.
   bool has_lanes() override;
   bool derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) override;
 
@@ -91,7 +91,7 @@ class MotionFlow : public Flow {
   double last_time_ = 0;
   Eigen::VectorXd q_, last_v_;
   long evaluations_ = -1;  ///< the workspace's count then
-  bool lanes_fit_;         ///< has_lanes() while all contacts are open
+  bool lanes_fit_;         ///< has_lanes() while no row holds
   struct Together;
   std::unique_ptr<Together> together_;  ///< what several states at once ask for; none before the first
 };

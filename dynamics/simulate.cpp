@@ -16,7 +16,6 @@
 #include "dynamics/function_watch.hpp"
 #include "dynamics/integrator.hpp"
 #include "dynamics/knots.hpp"
-
 #include "dynamics/leap_watch.hpp"
 #include "dynamics/put_apart.hpp"
 #include "dynamics/range_events.hpp"

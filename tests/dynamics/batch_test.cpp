@@ -162,15 +162,8 @@ TEST(Batch, LanesMayHaveTheirOwnInertials) {
   }
 }
 
-// Two turns about one line: the second joint of a universal one comes to lie along the first.
 TEST(Batch, NamesTheLaneThatCannotBeSolved) {
-  Scene scene;
-  scene.solids = {
-      solid("s", "world",
-            {hinge("a", Vector3d::UnitZ()), hinge("b", Vector3d::UnitY()), hinge("c", Vector3d::UnitZ())},
-            {inertial(1, {0, 0, 0}, {1, 2, 3})})};
-  scene.solids[0].switches[1].q = {1};
-  const System system = compiled(scene);
+  const System system = compiled(aligning_turns());
   BatchState batch(system);
   BatchWorkspace w(system);
   for (int lane = 0; lane < count; ++lane) {

@@ -126,13 +126,7 @@ TEST(Ensemble, TrustsNoFixedStepsThatPassOverTheScenesOwnWaves) {
 
 // One of eight starts where two axes of its joint lie along each other: no acceleration can be told there.
 TEST(Ensemble, AMotionThatCannotBeginHinderesNoOther) {
-  Scene scene;
-  scene.solids = {
-      solid("s", "world",
-            {hinge("a", Vector3d::UnitZ()), hinge("b", Vector3d::UnitY()), hinge("c", Vector3d::UnitZ())},
-            {inertial(1, {0, 0, 0}, {1, 2, 3})})};
-  scene.solids[0].switches[1].q = {1};
-  const System system = compiled(scene);
+  const System system = compiled(aligning_turns());
   std::vector<Member> starts(8, Member{system.initial, {}});
   for (std::size_t i = 0; i < starts.size(); ++i) starts[i].start.v = Vector3d(0.1, 0.1, double(i));
   starts[2].start.q[1] = 0;

@@ -1,6 +1,9 @@
 // The motion of a system as a differential equation: several states side by side against one by one.
 #include "dynamics/motion_flow.hpp"
 
+#include <Eigen/Eigenvalues>
+
+#include "dynamics/evaluate.hpp"
 #include "random_scene.hpp"
 
 namespace borelli::test {
@@ -30,9 +33,17 @@ struct Begun {
   bool solved;
 };
 
-void compare(const System& system, unsigned seed, double bound, const std::string& which) {
+/// Of the mass matrix: so many times is rounding enlarged in accelerations.
+double condition(const System& system, const State& state) {
+  const Eigen::MatrixXd A = need(evaluate(system, state)).mass_matrix;
+  const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(A).eigenvalues();
+  return eigenvalues.maxCoeff() / eigenvalues.minCoeff();
+}
+
+void compare(const System& system, unsigned seed, const std::string& which) {
   Begun begun(system, seed);
   ASSERT_TRUE(begun.solved && begun.flow.has_lanes()) << which;
+  const double bound = 1e-14 * condition(system, begun.state);
   Random random(seed + 100);
   Eigen::VectorX<Quad> y(begun.flow.size()), dy;
   std::vector<Eigen::VectorXd> each;
@@ -54,12 +65,11 @@ void compare(const System& system, unsigned seed, double bound, const std::strin
 }
 
 TEST(MotionFlow, SlopesSideBySideAreThoseOneByOne) {
-  compare(compiled(chain(7, true)), 1, 1e-12, "chain");
-  compare(compiled(roundabout()), 2, 1e-12, "roundabout");
+  compare(compiled(chain(7, true)), 1, "chain");
+  compare(compiled(roundabout()), 2, "roundabout");
   int acted = 0;
-  for (unsigned seed = 0; seed < 30; ++seed) {
-    compare(compiled(random_tree(seed, {.balls = true})), seed, 1e-11, fmt::format("tree {}", seed));
-  }
+  for (unsigned seed = 0; seed < 30; ++seed)
+    compare(compiled(random_tree(seed, {.balls = true})), seed, fmt::format("tree {}", seed));
   for (unsigned seed = 0; seed < 100; ++seed) {
     Scene scene = RandomScene(seed, 4, false).scene;
     std::get<Force>(scene.efforts[0].kind).factor = constant(0.7);
@@ -68,7 +78,7 @@ TEST(MotionFlow, SlopesSideBySideAreThoseOneByOne) {
     if (!system || system->nv == 0 || system->driven_nv > 0) continue;
     if (Begun begun(*system, seed); !begun.solved || !begun.flow.has_lanes()) continue;
     ++acted;
-    compare(*system, seed, 1e-9, fmt::format("scene {}", seed));
+    compare(*system, seed, fmt::format("scene {}", seed));
   }
   EXPECT_GT(acted, 5);
 }
@@ -100,13 +110,7 @@ TEST(MotionFlow, HasLanesWhereABatchCanHaveTheSceneAndTimeChangesNothing) {
 
 // Two turns about one line: elimination cannot tell what meets the first.
 TEST(MotionFlow, LosesItsLanesWhereOneHadToBeSolvedByItself) {
-  Scene scene;
-  scene.solids = {
-      solid("s", "world",
-            {hinge("a", Vector3d::UnitZ()), hinge("b", Vector3d::UnitY()), hinge("c", Vector3d::UnitZ())},
-            {inertial(1, {0, 0, 0}, {1, 2, 3})})};
-  scene.solids[0].switches[1].q = {1};
-  const System system = compiled(scene);
+  const System system = compiled(aligning_turns());
   Begun begun(system, 3);
   ASSERT_TRUE(begun.flow.has_lanes());
   Eigen::VectorX<Quad> y(begun.flow.size()), dy;

@@ -108,6 +108,17 @@ inline Scene roundabout() {
   return scene;
 }
 
+/// Turns a, b and c about the own z, y and z of one solid: where b is 0 the outer two are about one line, and
+/// no acceleration can be told.
+inline Scene aligning_turns() {
+  Scene scene;
+  scene.solids = {
+      solid("s", "world",
+            {hinge("a", Vector3d::UnitZ()), hinge("b", Vector3d::UnitY(), 1), hinge("c", Vector3d::UnitZ())},
+            {inertial(1, {0, 0, 0}, {1, 2, 3})})};
+  return scene;
+}
+
 /// Random numbers for scenes and states.
 class Random {
  public:

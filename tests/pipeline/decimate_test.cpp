@@ -138,6 +138,15 @@ TEST(Decimate, ThinAndRoughSurfacesStayClosed) {
   EXPECT_LT(fewer.triangles.size(), rough.triangles.size() / 2);
 }
 
+TEST(Decimate, TrianglesWithoutAreaLeaveNoNumberUndefined) {
+  TriangleSurface pinched = torus(40, 20, 30, 10);
+  for (std::size_t i = 20 * 5; i < 20 * 12; ++i) pinched.points[i] = {20, 20, 0};  // seven rings in one point
+  const TriangleSurface fewer = decimate(pinched, 0.5);
+  EXPECT_TRUE(is_closed(fewer.points.size(), fewer.triangles));
+  EXPECT_LE(farthest(pinched, fewer), 0.5 + rounding);
+  for (const Vector3d& p : fewer.points) EXPECT_TRUE(p.allFinite());
+}
+
 TEST(Decimate, ZeroToleranceChangesNothing) {
   const TriangleSurface whole = torus(20, 10, 30, 10);
   EXPECT_EQ(decimate(whole, 0).triangles, whole.triangles);
