@@ -82,10 +82,18 @@ void move_trees(const System& system, const Parameters& parameters, const Inerti
 }
 
 BORELLI_INLINED_FOR_PROCESSOR
+void place_trees(const System& system, const Parameters& parameters, const Kinematics& k,
+                 Articulation& articulation) {
+  for (SideBySide& side : articulation.trees) place_side(system, parameters, articulation, k, side);
+}
+
+BORELLI_INLINED_FOR_PROCESSOR
 void find_bodies_of_trees(const System& system, const Parameters& parameters,
                           const InertialsOf<double>& inertials, Kinematics& k, Articulation& articulation) {
-  for (SideBySide& side : articulation.trees)
-    find_bodies_of_side(system, parameters, inertials, articulation, k, side);
+  for (SideBySide& side : articulation.trees) {
+    unswing(system, parameters, inertials, articulation, k, side);
+    find_bodies_of_side(side, k);
+  }
 }
 
 BORELLI_INLINED_FOR_PROCESSOR
@@ -111,6 +119,7 @@ template <class T>
 void move_all(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
               const T* a, KinematicsOf<T>& k, ArticulationOf<T>& articulation) {
   set_coordinates<T>(system, parameters, t, q, v, a, k);
+  articulation.placed = false;
   for (int b : articulation.alone) {
     const Body& body = system.bodies[b];
     const int end = body.first_step + body.step_count;
@@ -132,6 +141,22 @@ void move_all(const System& system, const Parameters& parameters, double t, cons
 }
 
 template <class T>
+void place_all(const System& system, const Parameters& parameters, const KinematicsOf<T>& k,
+               ArticulationOf<T>& articulation) {
+  for (int b : articulation.alone) {
+    const Body& body = system.bodies[b];
+    for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
+      std::visit(
+          [&]<class Kind>(const Kind&) {
+            const int u = system.steps[s].u;
+            find_place<Kind, T>(link_before(body, s, articulation), k.u.data() + u,
+                                articulation.pivots.data() + u, articulation.links[s]);
+          },
+          parameters.kinds[s]);
+  }
+}
+
+template <class T>
 void find_bodies_of(const System& system, const InertialsOf<T>& inertials, KinematicsOf<T>& k,
                     const ArticulationOf<T>& articulation) {
   for (int b : articulation.alone) {
@@ -139,12 +164,12 @@ void find_bodies_of(const System& system, const InertialsOf<T>& inertials, Kinem
     if (!frame) continue;
     const LinkMotion<T>& motion = frame->motion;
     BodyMotionOf<T>& m = k.bodies[b];
-    m.X = motion.X;
+    m.X = {motion.R, frame->place.p};
     m.w = motion.w;
-    m.g = motion.X.p;
-    m.v = motion.v;
+    m.g = frame->place.p;
+    m.v = frame->place.v;
     if (!system.bodies[b].massive) continue;
-    const Vector3<T> d = motion.X.R * inertials[b].centre;
+    const Vector3<T> d = motion.R * inertials[b].centre;
     m.g += d;
     m.v += motion.w.cross(d);
   }
@@ -165,8 +190,7 @@ void find_energies_of(const System& system, const Parameters& parameters, const 
   for (int b : articulation.alone) {
     const Body& body = system.bodies[b];
     if (!body.massive) continue;
-    const auto [kinetic, potential] =
-        energies<T>(inertials[b], parameters.gravity, articulation.link(b)->motion);
+    const auto [kinetic, potential] = energies<T>(inertials[b], parameters.gravity, *articulation.link(b));
     terms.kinetic += kinetic;
     terms.potential += potential;
     terms.group_kinetic[body.group] += kinetic;
@@ -192,7 +216,7 @@ void begin_body(const System& system, const Parameters& parameters, int b, const
   }
   if (link.carries) add(link.body, carried);
   if (efforts && body.touched) {
-    const Vector3<T> d = k.bodies[b].g - link.motion.X.p;
+    const Vector3<T> d = k.bodies[b].g - link.place.p;
     carried.bias.n -= efforts->moment[b] + d.cross(efforts->force[b]);
     carried.bias.f -= efforts->force[b];
     carried.extended = true;
@@ -271,6 +295,11 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
     move_all(system, parameters, t, q, v, a, k, articulation);                                               \
   }                                                                                                          \
   FOR_PROCESSOR                                                                                              \
+  void place_numbers(const System& system, const Parameters& parameters, const KinematicsOf<T>& k,           \
+                     ArticulationOf<T>& articulation) {                                                      \
+    place_all(system, parameters, k, articulation);                                                          \
+  }                                                                                                          \
+  FOR_PROCESSOR                                                                                              \
   void find_bodies_of_numbers(const System& system, const InertialsOf<T>& inertials, KinematicsOf<T>& k,     \
                               const ArticulationOf<T>& articulation) {                                       \
     find_bodies_of(system, inertials, k, articulation);                                                      \
@@ -308,9 +337,28 @@ void move_links(const System& system, const Parameters& parameters, const Inerti
       move_trees(system, parameters, inertials, a != nullptr, kinematics, articulation);
 }
 
+namespace {
+
+/// Where links are and how fast, once after each move_links.
+template <class T>
+void place_links(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
+                 ArticulationOf<T>& articulation) {
+  if (articulation.placed) return;
+  articulation.placed = true;
+  if constexpr (std::is_same_v<T, DualNumber>)
+    place_all(system, parameters, kinematics, articulation);
+  else
+    place_numbers(system, parameters, kinematics, articulation);
+  if constexpr (std::is_same_v<T, double>)
+    if (!articulation.trees.empty()) place_trees(system, parameters, kinematics, articulation);
+}
+
+}  // namespace
+
 template <class T>
 void find_bodies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                  KinematicsOf<T>& kinematics, ArticulationOf<T>& articulation) {
+  place_links(system, parameters, kinematics, articulation);
   if constexpr (std::is_same_v<T, DualNumber>)
     find_bodies_of(system, inertials, kinematics, articulation);
   else
@@ -344,7 +392,8 @@ bool find_accelerations(const System& system, const Parameters& parameters, cons
 template <class T>
 void find_energies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                    const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts,
-                   const ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms) {
+                   ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms) {
+  place_links(system, parameters, kinematics, articulation);
   if constexpr (std::is_same_v<T, DualNumber>)
     find_energies_of(system, parameters, inertials, kinematics, efforts, articulation, terms);
   else
@@ -353,17 +402,17 @@ void find_energies(const System& system, const Parameters& parameters, const Ine
     if (!articulation.trees.empty()) find_energies_of_trees(system, parameters, articulation, terms);
 }
 
-#define BORELLI_ARTICULATED_OVER(T)                                                                     \
-  template struct ArticulationOf<T>;                                                                    \
-  template void move_links(const System&, const Parameters&, const InertialsOf<T>&, double, const T*,   \
-                           const T*, const T*, KinematicsOf<T>&, ArticulationOf<T>&);                   \
-  template void find_bodies(const System&, const Parameters&, const InertialsOf<T>&, KinematicsOf<T>&,  \
-                            ArticulationOf<T>&);                                                        \
-  template bool find_accelerations(const System&, const Parameters&, const InertialsOf<T>&,             \
-                                   const KinematicsOf<T>&, const EffortSumsOf<T>*, const T*,            \
-                                   ArticulationOf<T>&, T*, T*);                                         \
-  template void find_energies(const System&, const Parameters&, const InertialsOf<T>&,                  \
-                              const KinematicsOf<T>&, const EffortSumsOf<T>*, const ArticulationOf<T>&, \
+#define BORELLI_ARTICULATED_OVER(T)                                                                    \
+  template struct ArticulationOf<T>;                                                                   \
+  template void move_links(const System&, const Parameters&, const InertialsOf<T>&, double, const T*,  \
+                           const T*, const T*, KinematicsOf<T>&, ArticulationOf<T>&);                  \
+  template void find_bodies(const System&, const Parameters&, const InertialsOf<T>&, KinematicsOf<T>&, \
+                            ArticulationOf<T>&);                                                       \
+  template bool find_accelerations(const System&, const Parameters&, const InertialsOf<T>&,            \
+                                   const KinematicsOf<T>&, const EffortSumsOf<T>*, const T*,           \
+                                   ArticulationOf<T>&, T*, T*);                                        \
+  template void find_energies(const System&, const Parameters&, const InertialsOf<T>&,                 \
+                              const KinematicsOf<T>&, const EffortSumsOf<T>*, ArticulationOf<T>&,      \
                               LagrangeTermsOf<T>&);
 BORELLI_ARTICULATED_OVER(double)
 BORELLI_ARTICULATED_OVER(DualNumber)

@@ -27,11 +27,17 @@ namespace borelli {
 /// How the frame after one step moves. World axes, SI.
 template <class T>
 struct alignas(line_alignment<T>) LinkMotion {
-  PoseOf<T> X;                   ///< X_W
+  Eigen::Matrix3<T> R;           ///< R_W
   Eigen::Vector3<T> r;           ///< from the origin of the frame before the step to this one's
   Eigen::Vector3<T> w;           ///< angular velocity
-  Eigen::Vector3<T> v;           ///< velocity of the origin
-  Eigen::Vector3<T> wdot, vdot;  ///< their rates in the reference motion
+  Eigen::Vector3<T> wdot, vdot;  ///< its rate and the origin's acceleration, in the reference motion
+};
+
+/// Where the origin of that frame is, and its velocity. Accelerations do not ask for them, only what acts on
+/// bodies and energies.
+template <class T>
+struct alignas(line_alignment<T>) LinkPlace {
+  Eigen::Vector3<T> p, v;
 };
 
 /// All that a frame carries, free to follow: the wrench that adds an acceleration (angular, linear) is
@@ -51,6 +57,7 @@ struct alignas(line_alignment<T>) ArticulatedBody {
 template <class T>
 struct alignas(line_alignment<T>) LinkOf {
   LinkMotion<T> motion;
+  LinkPlace<T> place;                 ///< after place_links
   ArticulatedBody<T> body;            ///< what its children let it feel
   Eigen::Vector3<T> turning;          ///< of a ball: wdot, had it no acceleration
   Eigen::Vector3<T> at_rest;          ///< of a collapsed one: I^-1 times bias' moment, less what acts on it
@@ -106,6 +113,7 @@ struct ArticulationOf {
   std::vector<int> alone;          ///< the other bodies but the world, in order
   std::vector<int> frames;         ///< per body: the step after which its frame is; -1: the world
   bool every_body_moves = true;    ///< else (welds are kept) find_accelerations does not apply
+  bool placed = false;             ///< the links' places are those of the last move_links
 
   /// Of body b; null: the world's.
   LinkOf<T>* link(int b) { return frames[b] < 0 ? nullptr : &links[frames[b]]; }
@@ -139,6 +147,6 @@ bool find_accelerations(const System& system, const Parameters& parameters, cons
 template <class T>
 void find_energies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                    const KinematicsOf<T>& kinematics, const EffortSumsOf<T>* efforts,
-                   const ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms);
+                   ArticulationOf<T>& articulation, LagrangeTermsOf<T>& terms);
 
 }  // namespace borelli

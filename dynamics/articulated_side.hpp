@@ -158,13 +158,9 @@ inline void move_links_of_side(const System& system, const Parameters& parameter
     LinkMotion<Quad>& to = side.carrier.motion;
     const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, articulation).motion; };
     gather(
-        [&](int lane) -> auto& { return of(lane).X.R; }, to.X.R);
-    gather(
-        [&](int lane) -> auto& { return of(lane).X.p; }, to.X.p);
+        [&](int lane) -> auto& { return of(lane).R; }, to.R);
     gather(
         [&](int lane) -> auto& { return of(lane).w; }, to.w);
-    gather(
-        [&](int lane) -> auto& { return of(lane).v; }, to.v);
     gather(
         [&](int lane) -> auto& { return of(lane).wdot; }, to.wdot);
     gather(
@@ -204,7 +200,7 @@ inline void move_links_of_side(const System& system, const Parameters& parameter
           [&](int lane) -> auto& { return of(lane).centre; }, body.inertial.centre);
       gather_symmetric(
           [&](int lane) -> auto& { return of(lane).tensor; }, body.inertial.tensor);
-      body.arm = motion.X.R * body.inertial.centre;
+      body.arm = motion.R * body.inertial.centre;
     } else {
       body.arm.setZero();
     }
@@ -220,18 +216,46 @@ inline void move_side(const System& system, const Parameters& parameters,
     move_links_of_side(system, parameters, inertials, given, articulation, k, side);
 }
 
-inline void find_bodies_of_side(const System& system, const Parameters& parameters,
-                                const InertialsOf<double>& inertials, Articulation& articulation,
-                                Kinematics& k, SideBySide& side) {
-  if (side.swung) move_links_of_side(system, parameters, inertials, false, articulation, k, side);
+inline void place_side(const System& system, const Parameters& parameters, Articulation& articulation,
+                       const Kinematics& k, SideBySide& side) {
+  if (side.swung) return;
+  if (side.steps[0].before == SideBySide::by_carrier) {
+    LinkPlace<Quad>& to = side.carrier.place;
+    const auto of = [&](int lane) -> auto& { return carrying_link(system, side, lane, articulation).place; };
+    gather(
+        [&](int lane) -> auto& { return of(lane).p; }, to.p);
+    gather(
+        [&](int lane) -> auto& { return of(lane).v; }, to.v);
+  }
+  for (SideBySide::StepOf& step : side.steps)
+    std::visit(
+        [&]<class Kind>(const Kind&) {
+          Quad u[Kind::nv + 1];
+          for (int i = 0; i < Kind::nv && Kind::slides; ++i)
+            u[i] = gather([&](int lane) { return k.u[step.u[lane] + i]; });
+          find_place<Kind, Quad>(before_in(side, step), u, side.pivots.data() + step.first_pivot, step.link);
+        },
+        parameters.kinds[step.steps[0]]);
+}
+
+/// Moves those as links that have only been swung.
+inline void unswing(const System& system, const Parameters& parameters, const InertialsOf<double>& inertials,
+                    Articulation& articulation, const Kinematics& k, SideBySide& side) {
+  if (!side.swung) return;
+  move_links_of_side(system, parameters, inertials, false, articulation, k, side);
+  place_side(system, parameters, articulation, k, side);
+}
+
+inline void find_bodies_of_side(const SideBySide& side, Kinematics& k) {
   for (std::size_t b = 0; b < side.trees.bodies.size(); ++b) {
     const SideBySide::BodyOf& body = side.bodies[b];
-    const LinkMotion<Quad>& motion = side.steps[side.bodies[b + 1].first_step - 1].link.motion;
-    const Vector3<Quad> g = motion.X.p + body.arm, v = motion.v + motion.w.cross(body.arm);
+    const LinkOf<Quad>& link = side.steps[side.bodies[b + 1].first_step - 1].link;
+    const LinkMotion<Quad>& motion = link.motion;
+    const Vector3<Quad> g = link.place.p + body.arm, v = link.place.v + motion.w.cross(body.arm);
     for (int lane = 0; lane < Quad::count; ++lane) {
       BodyMotion& m = k.bodies[side.trees.bodies[b][lane]];
-      lane_of(motion.X.R, lane, m.X.R);
-      lane_of(motion.X.p, lane, m.X.p);
+      lane_of(motion.R, lane, m.X.R);
+      lane_of(link.place.p, lane, m.X.p);
       lane_of(motion.w, lane, m.w);
       lane_of(g, lane, m.g);
       lane_of(v, lane, m.v);
@@ -250,7 +274,7 @@ inline void find_energies_of_side(const System& system, const Parameters& parame
     for (std::size_t b = 0; b < side.trees.bodies.size(); ++b) {
       if (!system.bodies[side.trees.bodies[b][0]].massive) continue;
       const auto [moving, lying] = energies<Quad>(side.bodies[b].inertial, parameters.gravity,
-                                                  side.steps[side.bodies[b + 1].first_step - 1].link.motion);
+                                                  side.steps[side.bodies[b + 1].first_step - 1].link);
       kinetic += moving;
       potential += lying;
     }

@@ -39,7 +39,7 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
   LinkMotion<T> to;
   PoseOf<T> X;  // with the origin of the frame before for the world's: no digits are lost far away
   if (before) {
-    X.R = before->X.R;
+    X.R = before->R;
     place(placement, X);
   } else {
     X.R = placement.X.R.template cast<T>();
@@ -47,7 +47,7 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
   }
   Vector3<T> angular[Kind::nv + 1], linear[Kind::nv + 1];
   kind.advance(q, X, angular, linear);
-  to.X.R = X.R;
+  to.R = X.R;
   to.r = X.p;
   Vector3<T> w = Vector3<T>::Zero(), v = Vector3<T>::Zero();  // of the step itself
   for (int i = 0; i < Kind::nv; ++i) {
@@ -56,24 +56,16 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
   }
   if (before) {
     const Vector3<T> carrier = before->w;
-    to.X.p = before->X.p + to.r;
     to.w = carrier;
-    to.v = before->v;
     to.vdot = before->vdot;
     to.wdot = before->wdot;
-    if (Kind::slides || placement.form != Placement::Form::identity) {
-      const Vector3<T> wr = carrier.cross(to.r);
-      to.v += wr;
-      to.vdot += to.wdot.cross(to.r) + carrier.cross(wr);
-    }
+    if (Kind::slides || placement.form != Placement::Form::identity)
+      to.vdot += to.wdot.cross(to.r) + carrier.cross(carrier.cross(to.r));
     if (Kind::slides) to.vdot += (2 * carrier + w).cross(v);
     if (Kind::rotates) to.wdot += carrier.cross(w);
     if (Kind::rotates) to.w += w;
-    if (Kind::slides) to.v += v;
   } else {
-    to.X.p = to.r;
     to.w = w;
-    to.v = v;
     to.wdot.setZero();
     to.vdot.setZero();
     if (Kind::slides && Kind::rotates) to.vdot = w.cross(v);
@@ -95,17 +87,31 @@ LinkMotion<T> move(const Kind& kind, const Where& placement, bool loose, const L
   return to;
 }
 
+/// The place after a step with velocities u, from the link before it (null: the world).
+template <class Kind, class T>
+void find_place(const LinkOf<T>* before, const T* u, const PivotOf<T>* pivots, LinkOf<T>& link) {
+  const Vector3<T> r = link.motion.r;
+  Vector3<T> p = r, v = Vector3<T>::Zero();
+  if (before) {
+    p += before->place.p;
+    v = before->place.v + before->motion.w.cross(r);
+  }
+  for (int i = 0; i < Kind::nv && Kind::slides; ++i) v += u[i] * pivots[i].linear;
+  link.place = {p, v};
+}
+
 // ---- inwards: what each joint meets ----
 
 /// A body's kinetic and potential energy.
 template <class T, class Inertia>
-std::pair<T, T> energies(const Inertia& inertial, const Eigen::Vector3d& gravity,
-                         const LinkMotion<T>& motion) {
+std::pair<T, T> energies(const Inertia& inertial, const Eigen::Vector3d& gravity, const LinkOf<T>& link) {
+  const LinkMotion<T>& motion = link.motion;
   const T mass = inertial.mass;
-  const Vector3<T> d = motion.X.R * inertial.centre, w = motion.X.R.transpose() * motion.w;
-  const Vector3<T> v = motion.v + motion.w.cross(d), momentum = inertial.tensor * w;
+  const Vector3<T> d = motion.R * inertial.centre, w = motion.R.transpose() * motion.w;
+  const Vector3<T> v = link.place.v + motion.w.cross(d);
+  const Vector3<T> momentum = times(inertial.tensor, has_principal_axes(inertial), w);
   return {0.5 * (mass * v.squaredNorm() + w.dot(momentum)),
-          -mass * (gravity.dot(motion.X.p) + gravity.dot(d))};
+          -mass * (gravity.dot(link.place.p) + gravity.dot(d))};
 }
 
 /// A body by itself, with its inertial force less its weight. `turning`: whether wdot is more than zero.
@@ -114,8 +120,8 @@ ArticulatedBody<T> alone(const Inertia& inertial, const Eigen::Vector3d& gravity
                          bool turning) {
   const T mass = inertial.mass;
   const Vector3<T> w = motion.w;
-  const Vector3<T> d = motion.X.R * inertial.centre, wd = w.cross(d);
-  const Symmetric3<T> I_W = turned<T>(motion.X.R, inertial.tensor, has_principal_axes(inertial));
+  const Vector3<T> d = motion.R * inertial.centre, wd = w.cross(d);
+  const Symmetric3<T> I_W = turned<T>(motion.R, inertial.tensor, has_principal_axes(inertial));
   const Vector3<T> momentum = I_W * w;
   Vector3<T> f = motion.vdot + w.cross(wd) - gravity, n = w.cross(momentum);
   if (turning) {
@@ -318,7 +324,7 @@ void follow(bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* p
       const Vector3<T> unturned = angular;
       angular = -link.at_rest;
       if (before) angular -= link.by_push * linear;
-      const Vector3<T> rates = link.motion.X.R.transpose() * (angular - unturned);
+      const Vector3<T> rates = link.motion.R.transpose() * (angular - unturned);
       for (int i = 0; i < Kind::nv; ++i) a[i] = rates[i];
       link.angular = angular;
       link.linear = linear;
@@ -350,12 +356,12 @@ bool free_step(const T& armature, bool loose, const T* effort, const T* given, c
     if (loose) {
       Vector3<T> torque = Vector3<T>::Zero();
       for (int i = 0; i < 3; ++i) {
-        if (effort) torque += effort[i] * link.motion.X.R.col(i);
-        if (given) torque += given[i] * link.motion.X.R.col(i);
+        if (effort) torque += effort[i] * link.motion.R.col(i);
+        if (given) torque += given[i] * link.motion.R.col(i);
       }
       if (collapse<T>(torque, effort || given, at_root, body, link)) return true;
     }
-    for (int i = 0; i < 3; ++i) pivots[i].angular = link.motion.X.R.col(i);
+    for (int i = 0; i < 3; ++i) pivots[i].angular = link.motion.R.col(i);
   }
   return release_step<Kind>(armature, effort, given, acceleration, at_root, pivots, body);
 }

@@ -20,12 +20,13 @@ namespace {
 template <class T, class Inertia>
 Wrench<T> needed_by_body(const Inertia& inertial, const Eigen::Vector3d& gravity,
                          const LinkMotion<T>& motion) {
-  const Matrix3<T>& R = motion.X.R;
+  const Matrix3<T>& R = motion.R;
   const Vector3<T> w = motion.w, wdot = motion.wdot;
   const Vector3<T> d = R * inertial.centre;
   const Vector3<T> turn = R.transpose() * w, turn_rate = R.transpose() * wdot;
-  const Vector3<T> momentum = inertial.tensor * turn;
-  const Vector3<T> moment = inertial.tensor * turn_rate + turn.cross(momentum);
+  const bool principal = has_principal_axes(inertial);
+  const Vector3<T> momentum = times(inertial.tensor, principal, turn);
+  const Vector3<T> moment = times(inertial.tensor, principal, turn_rate) + turn.cross(momentum);
   Wrench<T> out;
   out.f = T(inertial.mass) * (motion.vdot - gravity + wdot.cross(d) + w.cross(w.cross(d)));
   out.n = R * moment + d.cross(out.f);
@@ -54,7 +55,7 @@ void spare(const Vector3<T>& arm, const Vector3<T>& force, const Vector3<T>& mom
 template <class Kind, class T>
 void find_powers(const LinkMotion<T>& motion, const PivotOf<T>* pivots, const Wrench<T>& wrench, T* powers) {
   if constexpr (turns_freely<Kind>) {
-    const Vector3<T> turning = motion.X.R.transpose() * wrench.n;
+    const Vector3<T> turning = motion.R.transpose() * wrench.n;
     for (int i = 0; i < Kind::nv; ++i) powers[i] = turning[i];
   } else {
     for (int i = 0; i < Kind::nv; ++i) powers[i] = power<Kind>(pivots[i], wrench);

@@ -48,6 +48,13 @@ bool has_principal_axes(const Tensor& tensor) {
   return everywhere(tensor(0, 1) == 0) && everywhere(tensor(0, 2) == 0) && everywhere(tensor(1, 2) == 0);
 }
 
+/// tensor a. Less work where its axes are `principal` ones.
+template <class T, class Tensor>
+Eigen::Vector3<T> times(const Tensor& tensor, bool principal, const Eigen::Vector3<T>& a) {
+  if (principal) return {tensor(0, 0) * a[0], tensor(1, 1) * a[1], tensor(2, 2) * a[2]};
+  return tensor * a;
+}
+
 /// R tensor R^T; the tensor of a body in its own axes, R_WB. Less work where they are `principal` ones.
 template <class T, class Tensor>
 Symmetric3<T> turned(const Eigen::Matrix3<T>& R, const Tensor& tensor, bool principal) {
