@@ -38,9 +38,9 @@ struct ConstraintResidual {
 /// Something that happened at a moment of the run.
 struct LoggedEvent {
   double time = 0;  ///< s
-  /// "range_left", "range_entered"; "stop_reached", "stop_left" (a limit spring's bound); "impact",
-  /// "contact_closed", "contact_opened", "stick", "slip"; "rank_fell", "rank_regained" (a singular position
-  /// of the constraints); or the word of a user's own EventSource
+  /// "range_left", "range_entered"; "stop_reached", "stop_left" (a limit spring's bound); "half_turn" (of a
+  /// torsion spring); "impact", "contact_closed", "contact_opened", "stick", "slip"; "rank_fell",
+  /// "rank_regained" (a singular position of the constraints); or the word of a user's own EventSource
   std::string kind;
   std::string name;        ///< what it happened to, e.g. "coordinate 'knee' above 2.4"
   double impulse = 0;      ///< N s or N m s: of an impact, along its normal

@@ -13,7 +13,8 @@ class EffortScan;
 
 /// With R_ba = rotation(rest) rotation(theta), theta the rotation vector (|theta| <= pi) by which a is turned
 /// from rest, the torque on a is -stiffness theta - damping (w_a - w_b), and its opposite on b. The spring's
-/// part has the potential stiffness |theta|^2 / 2; it jumps where |theta| passes pi.
+/// part has the potential stiffness |theta|^2 / 2; its torque turns round where |theta| passes pi (an event:
+/// spring_events.hpp).
 struct TorsionSpring {
   static constexpr std::string_view kind = "torsion_spring";
   SolidName a, b;
@@ -30,12 +31,19 @@ struct TorsionSpring {
     visit("rest", self.rest);
   }
 
+  /// The turn from rest, of a in b, in a's axes.
+  template <class Reader>
+  auto turned(const Reader& reader) const {
+    enum { a_site, b_site };
+    return product(conjugate(exponential(rest)),
+                   quaternion(reader.frame(b_site).R.transpose() * reader.frame(a_site).R));
+  }
+
   template <class T>
   void apply(EffortScan<T>& scan) const {
     enum { a_site, b_site };
-    const Eigen::Matrix3<T> R_Wa = scan.frame(a_site).R, R_Wb = scan.frame(b_site).R;
-    const Eigen::Vector3<T> theta =  // in a's axes
-        logarithm(product(conjugate(exponential(rest)), quaternion(R_Wb.transpose() * R_Wa)));
+    const Eigen::Matrix3<T> R_Wa = scan.frame(a_site).R;
+    const Eigen::Vector3<T> theta = logarithm(turned(scan));
     const Eigen::Vector3<T> w = scan.angular_velocity(a_site) - scan.angular_velocity(b_site);
     const Eigen::Vector3<T> m = -stiffness * (R_Wa * theta) - damping * w;
     scan.torque(a_site, m);

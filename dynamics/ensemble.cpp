@@ -150,21 +150,27 @@ class BatchFlow : public Flow {
   bool solved_ = false;  ///< the workspace has the equations at state_
 };
 
-/// On which side of their bounds limit springs are.
-class Stops {
+/// On which side of their bounds limit springs are, and of their half turn torsion springs.
+class Springs {
  public:
-  explicit Stops(const System& system) : system_(system) {
-    for (std::size_t e = 0; e < system.parameters.efforts.size(); ++e)
-      if (std::holds_alternative<LimitSpring>(system.parameters.efforts[e].kind)) springs_.push_back(e);
+  explicit Springs(const System& system) : system_(system) {
+    for (std::size_t e = 0; e < system.parameters.efforts.size(); ++e) {
+      const EffortKind& kind = system.parameters.efforts[e].kind;
+      if (std::holds_alternative<LimitSpring>(kind)) limits_.push_back(e);
+      if (const auto* torsion = std::get_if<TorsionSpring>(&kind); torsion && torsion->stiffness != 0)
+        torsions_.push_back(e);
+    }
   }
 
-  /// Calls leave(lane) for every lane of which a spring's bound was passed since the call before.
+  /// Calls leave(lane) for every lane of which a spring has passed a bound or half a turn since the call
+  /// before, or turned by too much to tell.
   template <class Leave>
   void look(const KinematicsOf<Lanes>& kinematics, Leave&& leave) {
+    SiteReader<Lanes> reader(system_, system_.parameters, kinematics);
+    std::array<bool, count> passed{};  // (leave() may make this forget)
     std::size_t at = 0;
-    for (const std::size_t e : springs_) {
+    for (const std::size_t e : limits_) {
       const auto& spring = std::get<LimitSpring>(system_.parameters.efforts[e].kind);
-      SiteReader<Lanes> reader(system_, system_.parameters, kinematics);
       reader.turn_to(system_.efforts[e]);
       Eigen::Vector3<Lanes> x;
       if (spring.range.size() == 1)
@@ -176,19 +182,41 @@ class Stops {
         for (int lane = 0; lane < count; ++lane) {
           const double value = x[Eigen::Index(c)][lane];
           const int side = value > spring.range[c].upper ? 1 : value < spring.range[c].lower ? -1 : 0;
-          if (sides_[at][lane] != unknown && sides_[at][lane] != side) leave(lane);
+          passed[lane] |= sides_[at][lane] != unknown && sides_[at][lane] != side;
           sides_[at][lane] = side;
         }
       }
     }
+    for (std::size_t n = 0; n < torsions_.size(); ++n) {
+      reader.turn_to(system_.efforts[torsions_[n]]);
+      QuaternionOf<Lanes> turn =
+          std::get<TorsionSpring>(system_.parameters.efforts[torsions_[n]].kind).turned(reader);
+      if (n == turns_.size()) {
+        turns_.push_back(turn);
+        continue;
+      }
+      const Lanes near = turns_[n].dot(turn);
+      turn = choose(near < 0, QuaternionOf<Lanes>(-turn), turn);
+      for (int lane = 0; lane < count; ++lane)
+        passed[lane] |=
+            turn[0][lane] * turns_[n][0][lane] < 0 || std::abs(near[lane]) < std::cos(largest_turn / 2);
+      turns_[n] = turn;
+    }
+    for (int lane = 0; lane < count; ++lane)
+      if (passed[lane]) leave(lane);
   }
-  void forget() { sides_.clear(); }
+  void forget() {
+    sides_.clear();
+    turns_.clear();
+  }
 
  private:
   static constexpr int unknown = 2;
+  static constexpr double largest_turn = 2;  // rad, in a step
   const System& system_;
-  std::vector<std::size_t> springs_;
+  std::vector<std::size_t> limits_, torsions_;
   std::vector<std::array<int, count>> sides_;  ///< per bound and lane
+  std::vector<QuaternionOf<Lanes>> turns_;     ///< per torsion spring
 };
 
 /// Makes motions eight at a time; one per thread.
@@ -202,7 +230,7 @@ class BatchRun {
         change_(change),
         w_(system),
         flow_(system, w_),
-        stops_(system),
+        springs_(system),
         state_(system),
         y_(Eigen::VectorXd::Zero(flow_.size())),
         dy_(y_),
@@ -267,7 +295,7 @@ class BatchRun {
     y_.setZero();
     flow_.forget();
     balances_.assign(std::size_t(system_.groups), {});
-    stops_.forget();
+    springs_.forget();
     integrator_->reset();
     longest_made_ = 0;
   }
@@ -282,7 +310,7 @@ class BatchRun {
         continue;
       }
       left_ = false;
-      stops_.look(w_.kinematics, [&](int lane) { replace(lane); });
+      springs_.look(w_.kinematics, [&](int lane) { replace(lane); });
       if (!left_) break;
     }
     find_energies(system_, system_.parameters, w_);
@@ -321,7 +349,7 @@ class BatchRun {
       std::for_each(inertial.tensor.reshaped().begin(), inertial.tensor.reshaped().end(), copy);
     }
     for (Eigen::Index i = 0; i < y_.size(); i += count) y_[i + lane] = y_[i + other];
-    stops_.forget();
+    springs_.forget();
     integrator_->reset();
   }
 
@@ -355,7 +383,7 @@ class BatchRun {
   const std::optional<FastestChange>& change_;
   BatchWorkspace w_;
   BatchFlow flow_;
-  Stops stops_;
+  Springs springs_;
   BatchState state_;
   Eigen::VectorXd y_, dy_, out_;
   std::span<Ending> endings_;

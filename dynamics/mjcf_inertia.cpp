@@ -58,7 +58,7 @@ Inertial mjcf_inertial(const XmlElement& body, const std::vector<MjcfGeom>& geom
   if (out.mass == 0 && out.tensor.isZero(0)) return out;
   if (const auto fine = check_physical(out, "", Extent::may_be_bar_or_point); !fine)
     (inertial ? inertial : &body)
-        ->refuse(fmt::format("the inertia {}; compiler balanceinertia=\"true\" would mend impossible moments",
+        ->refuse(fmt::format("{}; compiler balanceinertia=\"true\" would mend impossible moments",
                              fine.error().what));
   return out;
 }

@@ -22,8 +22,8 @@
 #include "dynamics/recorder.hpp"
 #include "dynamics/settings_check.hpp"
 #include "dynamics/sink_watch.hpp"
+#include "dynamics/spring_events.hpp"
 #include "dynamics/step_path.hpp"
-#include "dynamics/stop_events.hpp"
 
 namespace borelli {
 
@@ -126,9 +126,12 @@ class Run {
     std::vector<EventSource*> sources = observer_.events;
     if (ranges.count() > 0) sources.push_back(&ranges);
     if (contacts) sources.push_back(&*contacts);
-    StopEvents stops(system_, system_.parameters);
-    has_stops_ = stops.count() > 0 && !steps_contacts();
-    if (has_stops_) sources.push_back(&stops);
+    SpringEvents springs(system_, system_.parameters);
+    if (springs.count() > 0 && !steps_contacts()) {
+      sources.push_back(&springs);
+      springs_ = &springs;
+      springs.follow(workspace_.kinematics);
+    }
     EventWatch watch(system_, sources);
     watch_ = &watch;
     watch.start(state_, workspace_.kinematics);
@@ -197,6 +200,7 @@ class Run {
     if (!integrator_.adaptive()) certifier_->observe_step(state_, workspace_.a, integrator_.order(), joined);
     probe_.solver.remember(workspace_.solver);
     if (contacts_) contacts_->follow(workspace_);
+    if (springs_) springs_->follow(workspace_.kinematics);
     return {};
   }
 
@@ -274,7 +278,7 @@ class Run {
         continue;
       }
       // (the shortest steps there are stand, or this would never end)
-      if (made > 2 * resolution && (!passes_over_function().empty() || (has_stops_ && path_.doubtful()))) {
+      if (made > 2 * resolution && (!passes_over_function().empty() || passes_over_springs(made))) {
         certifier_->count_rejection();
         integrator_.reset();
         step_ = follow_function_ = 0.5 * made;
@@ -340,6 +344,16 @@ class Run {
     update_kinematics(system_, system_.parameters, state_.t, state_.q.data(), state_.v.data(),
                       probe_.kinematics);
     return functions_.passed_over(probe_.kinematics, landed_);
+  }
+
+  /// Whether the step of h that land() has seen may hide what a spring does.
+  bool passes_over_springs(double h) {
+    if (!springs_) return false;
+    if (springs_->any_bounds() && path_.doubtful()) return true;
+    if (!springs_->any_turns()) return false;
+    const State& end = landing_.state;
+    update_kinematics(system_, system_.parameters, end.t, end.q.data(), end.v.data(), landed_);
+    return springs_->turned_too_far(landed_, h);
   }
 
   /// Takes the step that land() has seen: up to its first event that changes anything, into the books.
@@ -413,6 +427,7 @@ class Run {
       attempts_, rows_, follow_function_, start_, output_, even_, stiff_, keeping_, last_event_,
       events_at_once_, motion_, workspace_, probe_, leaps_, *certifier_, recorder_, *watch_, ranges);
     if (contacts_) k(*contacts_);
+    if (springs_) k(*springs_);
     return integrator_.keep(k);
   }
 
@@ -628,7 +643,7 @@ class Run {
   long attempts_ = 0, rows_ = 0;
   Knots knots_;  ///< where adaptive steps end
   LeapWatch leaps_;
-  bool has_stops_ = false;  ///< limit springs, whose bounds steps are not to pass unseen
+  SpringEvents* springs_ = nullptr;  ///< null: none of which steps are not to pass something unseen
   FunctionWatch functions_;
   Kinematics landed_;
   double follow_function_ = std::numeric_limits<double>::infinity();  ///< s, the longest step to try next

@@ -1,6 +1,8 @@
 // Many motions at once against each by itself.
 #include "dynamics/ensemble.hpp"
 
+#include <numbers>
+
 #include "scenes.hpp"
 
 namespace borelli::test {
@@ -122,6 +124,22 @@ TEST(Ensemble, TrustsNoFixedStepsThatPassOverTheScenesOwnWaves) {
   const auto endings = need(simulate_ensemble(system, members(system, 1), settings("rk4", 0.5, 0.05)));
   EXPECT_FALSE(endings[0].trusted);
   EXPECT_NE(endings[0].reason.find("effort 'push'"), std::string::npos) << endings[0].reason;
+}
+
+// Of eight wheels those that are fast enough to pass the half turn of their spring are made alone.
+TEST(Ensemble, TorsionSpringsThatTurnRoundAreLeftToRunsAlone) {
+  const System system = compiled(wheel(2, 0));  // 1/2 0.8 w^2 = 1/2 2 pi^2
+  const double enough = std::numbers::pi * std::sqrt(2 / 0.8);
+  std::vector<Member> starts(8, Member{system.initial, {}});
+  for (std::size_t i = 0; i < starts.size(); ++i) starts[i].start.v[0] = enough * (0.65 + 0.1 * double(i));
+  SimulationSettings how = settings("dop853", 3, 0.1);
+  how.tolerance = 1e-9;
+  const auto endings = need(simulate_ensemble(system, starts, how));
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    EXPECT_EQ(endings[i].alone, i >= 4) << i;
+    EXPECT_TRUE(endings[i].trusted) << i;
+    EXPECT_LT(distance(endings[i].state, single(system, starts[i].start, how).state), 1e-7) << i;
+  }
 }
 
 // One of eight starts where two axes of its joint lie along each other: no acceleration can be told there.

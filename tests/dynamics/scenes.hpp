@@ -108,6 +108,19 @@ inline Scene roundabout() {
   return scene;
 }
 
+/// A wheel that a torsion spring of `stiffness` holds to the world.
+inline Scene wheel(double stiffness, double speed) {
+  Scene scene;
+  scene.gravity.setZero();
+  scene.solids = {solid("wheel", "world", {hinge("turn", Vector3d::UnitZ(), 0, speed)},
+                        {inertial(1, {0, 0, 0}, {1, 1, 0.8})})};
+  TorsionSpring spring;
+  spring.a.solid = "wheel";
+  spring.stiffness = stiffness;
+  scene.efforts = {{"spring", spring}};
+  return scene;
+}
+
 /// Turns a, b and c about the own z, y and z of one solid: where b is 0 the outer two are about one line, and
 /// no acceleration can be told.
 inline Scene aligning_turns() {

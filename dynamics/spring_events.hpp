@@ -1,0 +1,60 @@
+// Where springs do not go on smoothly: the bounds of limit springs and the half turn of torsion springs, as
+// events. A limit spring's force has a kink there, and a stiff one may be touched for so short a time that a
+// step sees nothing of it; a torsion spring's torque turns round. Each step ends where that is passed, and
+// the next begins anew.
+#pragma once
+
+#include "dynamics/event.hpp"
+#include "dynamics/pose.hpp"
+
+namespace borelli {
+
+class SpringEvents : public EventSource {
+ public:
+  SpringEvents(const System& system, const Parameters& parameters);
+  int count() const override { return int(2 * bounds_.size() + turns_.size()); }
+  bool any_bounds() const { return !bounds_.empty(); }
+  bool any_turns() const { return !turns_.empty(); }
+  Crossing crossing(int) const override { return Crossing::both; }
+  void evaluate(const State& state, const Kinematics& kinematics, std::span<EventValue> values) override;
+  /// Logs "stop_reached", "stop_left" or "half_turn".
+  Result<AfterEvent> handle(std::span<const int> which, State& state, Workspace& workspace,
+                            std::vector<LoggedEvent>& log) override;
+
+  /// Takes a state for that by which half turns are told in states to come, until they have turned by almost
+  /// another one.
+  void follow(const Kinematics& kinematics);
+  /// Whether from that state to one h later a torsion spring may have turned by so much that it cannot be
+  /// told.
+  bool turned_too_far(const Kinematics& after, double h) const;
+
+  template <class Keeper>
+  void keep(Keeper& k) {
+    for (Turn& turn : turns_) k(turn.from, turn.speed);
+  }
+
+ private:
+  struct Bound {
+    std::size_t effort;
+    int component;  ///< of a ball's rotation vector
+  };
+  /// A torsion spring: the first component of its quaternion, which goes on through half a turn, is watched.
+  struct Turn {
+    std::size_t effort;
+    Quaternion from = identity_quaternion();  ///< of two that are one turn, the next ones are near this one
+    double speed = 0;                         ///< then, rad/s
+  };
+  /// Of the coordinate, or of the component: where it is, and its rate.
+  std::pair<double, double> at(const Bound& bound, const Kinematics& kinematics) const;
+  EventValue bound_value(int i, const Kinematics& kinematics) const;
+  Quaternion turned(const Turn& turn, const Kinematics& kinematics) const;
+  /// Of a in b, in a's axes.
+  Eigen::Vector3d turn_rate(const Turn& turn, const Kinematics& kinematics) const;
+
+  const System& system_;
+  const Parameters& parameters_;
+  std::vector<Bound> bounds_;  ///< two functions each: upper bound, lower bound
+  std::vector<Turn> turns_;    ///< one function each
+};
+
+}  // namespace borelli

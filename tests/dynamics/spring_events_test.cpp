@@ -1,0 +1,88 @@
+// Where springs turn round: no step passes over it.
+#include "dynamics/spring_events.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "scenes.hpp"
+
+namespace borelli::test {
+namespace {
+
+using std::numbers::pi;
+
+// Up to the half turn it is a swing, A sin(w t), which begins anew from the other side.
+TEST(SpringEvents, AWheelPassesHalfTurnsAsItsSwingSays) {
+  const double stiffness = 2, speed = 6, w = std::sqrt(stiffness / 0.8), end = 4;
+  ASSERT_GT(speed / w, pi);
+  const auto half = [&](double start) { return std::asin(pi * w / start) / w; };  // first half turn, s
+  const auto turns = [&](double start) { return std::floor((end + half(start)) / (2 * half(start))); };
+  const auto angle = [&](double start) {
+    return 2 * pi * turns(start) + start / w * std::sin(w * (end - 2 * half(start) * turns(start)));
+  };
+  // what a relative error of the speed does to them
+  const double faster = (1 + 1e-6) * speed;
+  const double half_follows = std::abs(half(faster) - half(speed)) / 1e-6,
+               angle_follows = std::abs(angle(faster) - angle(speed)) / 1e-6;
+  const Scene scene = wheel(stiffness, speed);
+  for (const char* method : {"gbs", "dop853", "dopri5", "gbs4"})
+    for (const double tolerance : {1e-5, 1e-8, 1e-11}) {
+      SimulationSettings how = settings(method, end, 0.1);
+      how.tolerance = tolerance;
+      const Trajectory out = run(scene, how);
+      const auto& log = out.certificate.events;
+      EXPECT_EQ(std::count_if(log.begin(), log.end(), [](const auto& e) { return e.kind == "half_turn"; }),
+                long(turns(speed)));
+      // one tolerance per step, of the angle and of the speed
+      const double error = tolerance * out.certificate.steps_accepted;
+      EXPECT_NEAR(log.front().time, half(speed), error * (1 / speed + half_follows)) << method << tolerance;
+      EXPECT_NEAR(last(out.q)[0], angle(speed), error * (1 + angle_follows)) << method << tolerance;
+      if (tolerance < 1e-5) {
+        EXPECT_TRUE(out.certificate.trusted) << method << tolerance;
+      }
+    }
+}
+
+// So weak that the method would take steps of many turns.
+TEST(SpringEvents, AFastWheelsHalfTurnsAreAllSeen) {
+  SimulationSettings how = settings("gbs", 1, 0.1);
+  how.tolerance = 1e-6;
+  const Trajectory out = run(wheel(1e-6, 100), how);
+  EXPECT_EQ(out.certificate.events.size(), 16u);  // 100 rad
+  EXPECT_TRUE(out.certificate.trusted);
+}
+
+// About no fixed axis, half turns are passed on any side; the two methods share nothing but the events.
+TEST(SpringEvents, TumblingBodiesPassHalfTurnsAlikeByUnlikeMethods) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Random random(seed);
+    Scene scene;
+    scene.gravity.setZero();
+    scene.solids = {solid("a", "world", {ball("turn_a")}, {inertial(1, random.vector(0.1), {1, 1.2, 0.8})}),
+                    solid("b", "a", {ball("turn_b")}, {inertial(1, random.vector(0.1), {0.5, 0.6, 0.7})})};
+    for (Solid& one : scene.solids) one.switches[0].v = {random.number(-6, 6), random.number(-6, 6), 5};
+    TorsionSpring spring;
+    spring.a.solid = "b";
+    spring.b.solid = "a";
+    spring.stiffness = 0.5;
+    spring.damping = 0.02;
+    spring.rest = random.vector(1);
+    scene.efforts = {{"spring", spring}};
+    SimulationSettings how = settings("dop853", 2, 0.1);
+    how.tolerance = 1e-12;
+    const Trajectory truth = run(scene, how);
+    how.method = "gbs";
+    for (const double tolerance : {1e-4, 1e-6, 1e-8, 1e-10}) {
+      how.tolerance = tolerance;
+      const Trajectory out = run(scene, how);
+      EXPECT_EQ(out.certificate.events.size(), truth.certificate.events.size()) << seed << ", " << tolerance;
+      // one tolerance per step, which some of these motions enlarge
+      EXPECT_LT((last(out.q) - last(truth.q)).cwiseAbs().maxCoeff(),
+                100 * tolerance * out.certificate.steps_accepted)
+          << seed << ", " << tolerance;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace borelli::test
