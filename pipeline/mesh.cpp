@@ -225,15 +225,16 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   std::ranges::stable_sort(order, std::greater(), [&](std::size_t n) { return boxes[present[n]].voxels; });
   std::atomic<std::size_t> next = 0, done = 0;
   std::mutex telling;
-  std::atomic<bool> out_of_memory = false;
+  std::atomic<bool> out_of_memory = false, stopped = false;
   const auto make = [&] {
-    for (std::size_t m = next++; m < present.size(); m = next++) {
+    for (std::size_t m = next++; m < present.size() && !stopped; m = next++) {
       const std::size_t n = order[m];
       const Box& box = boxes[present[n]];
       meshes[n] = part_mesh(labels, present[n], box, options.tolerance);
       const std::lock_guard lock(telling);
       done += box.voxels;
-      if (options.progress) options.progress(static_cast<double>(done) / static_cast<double>(all));
+      if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(all)))
+        stopped = true;
     }
   };
   const auto work = [&] {
@@ -251,6 +252,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   work();
   helpers.clear();
   if (out_of_memory) return failure("meshes", "do not fit into memory; a coarser grid makes fewer triangles");
+  if (stopped) return failure("meshes", "were stopped");
   return meshes;
 }
 

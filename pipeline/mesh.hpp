@@ -32,7 +32,7 @@ struct MeshOptions {
   /// smoothing moves the surface by a fraction of a voxel.)
   double tolerance = 0.001;
   int threads = 0;                       ///< 0: as many as the machine has; the meshes do not depend on it
-  std::function<void(double)> progress;  ///< share done, 0 to 1
+  std::function<bool(double)> progress;  ///< share done, 0 to 1; false: stop
 };
 
 /// The surface of every label that has voxels, in the order of the labels. Each edge has two triangles; the

@@ -62,10 +62,10 @@ std::vector<Stage> stages_of(RunData& data) {
   const RunSettings& settings = data.settings;
   const json all = settings_of(settings);
   const auto mute = [&data](auto work) {
-    return [work, &data](const Progress&, const json&) { return work(data); };
+    return [work, &data](const StageProgress&, const json&) { return work(data); };
   };
   const auto shown = [&data](auto work) {
-    return [work, &data](const Progress& progress, const json&) { return work(data, progress); };
+    return [work, &data](const StageProgress& progress, const json&) { return work(data, progress); };
   };
   std::vector<std::string> labelled{"segmentation/labels.nii.gz", "segmentation/labels.tsv",
                                     "segmentation/labels.ctbl", "segmentation/landmarks.json",
@@ -108,12 +108,13 @@ std::vector<Stage> stages_of(RunData& data) {
       {"mesh", {"segmentation"}, pick(all, {"mesh_tolerance_mm", "deface"}), {}, shown(make_meshes)});
   stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(make_glb)});
   stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(draw_picture)});
-  stages.push_back({"slices", {"segmentation"}, pick(all, {"deface"}), {}, mute(pack_scan)});
+  // the picture, which one core draws, waits for meshes, which all make
+  stages.push_back({"slices", {"segmentation"}, pick(all, {"deface"}), {}, mute(pack_scan), {}, {"mesh"}});
   stages.push_back({"report",
                     {"glb", "picture", "slices"},
                     json::object(),
                     {"report.html"},
-                    [&data](const Progress&, const json& record) { return write_page(data, record); }});
+                    [&data](const StageProgress&, const json& record) { return write_page(data, record); }});
   return stages;
 }
 

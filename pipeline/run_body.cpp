@@ -94,7 +94,7 @@ Result<json> build_scene(RunData& data) {
   return json{{"warnings", warnings}};
 }
 
-Result<json> find_smallest(RunData& data, const Progress& progress) {
+Result<json> find_smallest(RunData& data, const StageProgress& progress) {
   const auto scene = data.scene();
   if (!scene) return tl::unexpected(scene.error());
   EconomySettings asked{.quantities = data.settings.motion_quantities,
@@ -130,7 +130,7 @@ Result<json> find_smallest(RunData& data, const Progress& progress) {
         {"in_words", in_words(*economy)}}}};
 }
 
-Result<json> simulate_scene(RunData& data, const Progress& progress) {
+Result<json> simulate_scene(RunData& data, const StageProgress& progress) {
   std::error_code ignored;
   if (data.settings.model_tolerance == 0)  // of an earlier run that asked for it
     for (const char* name : {"model/smallest.toml", "model/economy.html"})
@@ -140,11 +140,11 @@ Result<json> simulate_scene(RunData& data, const Progress& progress) {
   const auto system = compile(**scene);
   if (!system) return tl::unexpected(system.error());
   const double end = (*scene)->simulation.end_time;
-  auto trajectory = simulate(*system, system->initial, system->settings, {[&](double t) {
-    progress(t / end);
-    return true;
-  }});
+  bool goes_on = true;
+  auto trajectory = simulate(*system, system->initial, system->settings,
+                             {[&](double t) { return goes_on = progress(t / end); }});
   if (!trajectory) return tl::unexpected(trajectory.error());
+  if (!goes_on) return failure((*scene)->name, "the motion was stopped");
   const Certificate& certificate = trajectory->certificate;
   if (!certificate.trusted && !data.settings.untrusted_is_fine)
     return failure(
@@ -167,7 +167,7 @@ Result<json> simulate_scene(RunData& data, const Progress& progress) {
   return answer;
 }
 
-Result<json> make_meshes(RunData& data, const Progress& progress) {
+Result<json> make_meshes(RunData& data, const StageProgress& progress) {
   const auto segmentation = data.segmentation();
   if (!segmentation) return tl::unexpected(segmentation.error());
   const auto labels = data.labels();

@@ -15,13 +15,13 @@ Result<nlohmann::json> build_scene(RunData& data);
 
 /// Leaves model/smallest.toml, the smallest model that keeps to the tolerance (economy.hpp), and
 /// model/economy.html. Errors: a motion that cannot be computed so well.
-Result<nlohmann::json> find_smallest(RunData& data, const Progress& progress);
+Result<nlohmann::json> find_smallest(RunData& data, const StageProgress& progress);
 
 /// Leaves motion/trajectory.h5 and .csv. Errors: a motion whose certificate says untrusted.
-Result<nlohmann::json> simulate_scene(RunData& data, const Progress& progress);
+Result<nlohmann::json> simulate_scene(RunData& data, const StageProgress& progress);
 
 /// Leaves mesh/*.stl and *.vtp; with --deface without the face.
-Result<nlohmann::json> make_meshes(RunData& data, const Progress& progress);
+Result<nlohmann::json> make_meshes(RunData& data, const StageProgress& progress);
 
 /// Leaves body.glb.
 Result<nlohmann::json> make_glb(RunData& data);

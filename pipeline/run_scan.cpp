@@ -76,7 +76,7 @@ Result<Segmentation> part_scan(RunData& data, const GreyVolume& volume, const Se
 
 }  // namespace
 
-Result<json> segment_scan(RunData& data, const Progress& progress) {
+Result<json> segment_scan(RunData& data, const StageProgress& progress) {
   const auto scan = data.scan([&](double share) { progress(0.2 * share); });
   if (!scan) return tl::unexpected(scan.error());
   SegmentOptions options{data.settings.work_grid_mm, data.settings.threads};
@@ -113,7 +113,7 @@ Result<json> segment_scan(RunData& data, const Progress& progress) {
   return answer;
 }
 
-Result<json> use_given_labels(RunData& data, const Progress& progress) {
+Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   const auto scan = data.scan([&](double share) { progress(0.5 * share); });
   if (!scan) return tl::unexpected(scan.error());
   auto labels = read_labels(data.settings.labels, data.settings.label_names);

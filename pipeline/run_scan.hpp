@@ -10,10 +10,10 @@
 namespace borelli {
 
 /// Finds the parts; leaves segmentation/. Answers what run.json is to say, as all stages do.
-Result<nlohmann::json> segment_scan(RunData& data, const Progress& progress);
+Result<nlohmann::json> segment_scan(RunData& data, const StageProgress& progress);
 
 /// The user's own label map of parts in place of those found. Errors: it lies on another grid than the scan.
-Result<nlohmann::json> use_given_labels(RunData& data, const Progress& progress);
+Result<nlohmann::json> use_given_labels(RunData& data, const StageProgress& progress);
 
 /// Leaves inertia/table.csv and table.json.
 Result<nlohmann::json> integrate_parts(RunData& data);

@@ -232,13 +232,12 @@ class StagesAtWork {
     ++threads_;
     try {
       while (const auto n = ready()) {
-        Turn& turn = turns_[*n];
-        turn.begun = true;
+        turns_[*n].begun = true;
         if (auto to_do = begin(*n); !to_do)
-          turn.error = to_do.error();
+          fail(*n, to_do.error());
         else if (*to_do) {
           if (ready() && threads_ < most_threads_) helpers_.emplace_back([this] { work(); });
-          if (auto done = carry_out(*n, lock); !done) turn.error = done.error();
+          if (auto done = carry_out(*n, lock); !done) fail(*n, done.error());
         }
       }
     } catch (...) {  // must not leave a thread
@@ -248,11 +247,24 @@ class StagesAtWork {
     --threads_;
   }
 
+  void fail(std::size_t n, const Error& error) {
+    turns_[n].error = error;
+    if (!in_vain(n)) observer_.fails(stages_[n], error);
+  }
+
+  // Whether the run is to end without this stage, since one before it failed.
+  bool in_vain(std::size_t n) const {
+    return thrown_ || std::any_of(turns_.begin(), turns_.begin() + static_cast<std::ptrdiff_t>(n),
+                                  [](const Turn& turn) { return turn.error.has_value(); });
+  }
+
   // The first stage that has all it needs and is not begun; none that comes after one that failed.
   std::optional<std::size_t> ready() const {
     const auto done = [&](const std::string& need) { return !turns_[index_of(need)].entry.is_null(); };
     for (std::size_t n = 0; n < stages_.size() && !turns_[n].error && !thrown_; ++n)
-      if (!turns_[n].begun && std::ranges::all_of(stages_[n].needs, done)) return n;
+      if (!turns_[n].begun && std::ranges::all_of(stages_[n].needs, done) &&
+          std::ranges::all_of(stages_[n].after, done))
+        return n;
     return std::nullopt;
   }
 
@@ -304,6 +316,7 @@ class StagesAtWork {
         [&](double fraction) {
           const std::lock_guard telling(mutex_);
           observer_.progress(stage, fraction);
+          return !in_vain(n);
         },
         so_far);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();

@@ -20,8 +20,9 @@
 
 namespace borelli {
 
-/// Called with the part of a stage that is done, 0 to 1.
-using Progress = std::function<void(double fraction)>;
+/// Called with the part of a stage that is done, 0 to 1. False: a stage before this one failed, and with it
+/// the run; this one is to end with an error, which nobody reads.
+using StageProgress = std::function<bool(double fraction)>;
 
 /// An output that a user may change by hand.
 struct EditableOutput {
@@ -37,8 +38,11 @@ struct Stage {
   /// Given run.json as far as it stands (the entries of those that it needs are there); answers what run.json
   /// is to say of this stage ("warnings" ...). A "files" in it takes the place of `outputs`; a "key" of ""
   /// has the stage done again by the next run.
-  std::function<Result<nlohmann::json>(const Progress&, const nlohmann::json& record)> work;
+  std::function<Result<nlohmann::json>(const StageProgress&, const nlohmann::json& record)> work;
   std::vector<EditableOutput> editable = {};
+  /// Earlier stages that go first though it needs nothing of them: where others wait for what keeps all cores
+  /// busy.
+  std::vector<std::string> after = {};
 };
 
 /// What the caller shows: the stages that begin, their progress, and how they ended. Called by one thread at
@@ -48,6 +52,8 @@ struct StageObserver {
   std::function<void(const Stage&, double fraction)> progress = [](const Stage&, double) {};
   std::function<void(const Stage&, double seconds)> ends = [](const Stage&, double) {};
   std::function<void(const Stage&)> skipped = [](const Stage&) {};
+  /// At once, though stages beside it may still be at work; not of one that is to end since another failed.
+  std::function<void(const Stage&, const Error&)> fails = [](const Stage&, const Error&) {};
 };
 
 /// SHA-256 of a file's bytes, or of all files of a folder (names and bytes, in the order of their names), in
@@ -64,9 +70,10 @@ std::string digest_of_bytes(std::string_view bytes);
 /// names the three that took longest, each with its seconds and share of all stages' seconds. A stage with a
 /// file that was changed by hand keeps it, and its entry has "by_hand", the warnings that say so. Answers
 /// run.json as it stands in the end. Errors: a stage's (of several that fail the first one's in the order
-/// given; what comes before it is still done, what comes after it not begun); outputs that cannot be written
-/// where they belong, before any work; a run.json that is no record; a file changed by hand whose stage must
-/// be done again for its other files. `force` takes no notice of changes by hand.
+/// given; what comes before it is still done; what comes after it is not begun, or told to stop by its
+/// progress); outputs that cannot be written where they belong, before any work; a run.json that is no
+/// record; a file changed by hand whose stage must be done again for its other files. `force` takes no notice
+/// of changes by hand.
 Result<nlohmann::json> run_stages(const FolderLock& lock, const nlohmann::json& head,
                                   const std::vector<Stage>& stages, bool force, int threads = 0,
                                   const StageObserver& observer = {});

@@ -1,8 +1,11 @@
 #include "pipeline/thumbnail.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "segmentation/nearest_whole.hpp"
 
@@ -87,29 +90,24 @@ void state_range(Thumbnail& copy, const GreyVolume& grey) {
 
 /// Trilinear value at a fractional index; outside the grid that of the nearest border voxel.
 double value_at(const GreyVolume& grey, const Eigen::Vector3d& index) {
-  std::size_t at[3][2];
-  double weight[3];
+  std::array<std::array<std::size_t, 2>, 3> at;
+  std::array<std::array<double, 2>, 3> weight;
   std::size_t stride = 1;
-  for (int c = 0; c < 3; ++c) {
-    const auto size = grey.grid.size[static_cast<std::size_t>(c)];
-    const double x = std::clamp(index[c], 0.0, static_cast<double>(size - 1));
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto size = grey.grid.size[c];
+    const double x = std::clamp(index[static_cast<Eigen::Index>(c)], 0.0, static_cast<double>(size - 1));
     const auto cell = static_cast<std::int64_t>(x);
-    weight[c] = x - static_cast<double>(cell);
-    at[c][0] = stride * static_cast<std::size_t>(cell);
-    at[c][1] = stride * static_cast<std::size_t>(std::min(cell + 1, size - 1));
+    const double rest = x - static_cast<double>(cell);
+    weight[c] = {1 - rest, rest};
+    at[c] = {stride * static_cast<std::size_t>(cell),
+             stride * static_cast<std::size_t>(std::min(cell + 1, size - 1))};
     stride *= static_cast<std::size_t>(size);
   }
   double sum = 0;
-  for (int corner = 0; corner < 8; ++corner) {
-    double w = 1;
-    std::size_t offset = 0;
-    for (int c = 0; c < 3; ++c) {
-      const int side = corner >> c & 1;
-      w *= side ? weight[c] : 1 - weight[c];
-      offset += at[c][side];
-    }
-    sum += w * grey.voxels[offset];
-  }
+  for (std::size_t c = 0; c < 2; ++c)
+    for (std::size_t b = 0; b < 2; ++b)
+      for (std::size_t a = 0; a < 2; ++a)
+        sum += weight[0][a] * weight[1][b] * weight[2][c] * grey.voxels[at[0][a] + at[1][b] + at[2][c]];
   return sum;
 }
 
@@ -137,15 +135,37 @@ template <class Set>
 void each_voxel_in(const Grid& grid, const Thumbnail& copy, std::int64_t first, std::int64_t last,
                    Set&& set) {
   const Eigen::Matrix3d index_of_mm = grid.axes.inverse();
+  const auto index_at = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> Eigen::Vector3d {
+    const Eigen::Vector3d steps(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k));
+    return index_of_mm * (copy.origin + copy.spacing * steps - grid.origin);
+  };
   auto at = static_cast<std::size_t>(first * copy.size[0] * copy.size[1]);
-  for (std::int64_t k = first; k < last; ++k)
-    for (std::int64_t j = 0; j < copy.size[1]; ++j)
-      for (std::int64_t i = 0; i < copy.size[0]; ++i, ++at) {
-        const Eigen::Vector3d steps(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k));
-        const Eigen::Vector3d index = index_of_mm * (copy.origin + copy.spacing * steps - grid.origin);
-        const auto a = nearest_whole(index[0]), b = nearest_whole(index[1]), c = nearest_whole(index[2]);
-        if (grid.holds(a, b, c)) set(at, index, grid.offset(a, b, c));
-      }
+  const auto visit = [&](const Eigen::Vector3d& index, std::int64_t a, std::int64_t b, std::int64_t c) {
+    if (grid.holds(a, b, c)) set(at, index, grid.offset(a, b, c));
+    ++at;
+  };
+  if (!grid.axes.isDiagonal(0)) {
+    for (std::int64_t k = first; k < last; ++k)
+      for (std::int64_t j = 0; j < copy.size[1]; ++j)
+        for (std::int64_t i = 0; i < copy.size[0]; ++i) {
+          const Eigen::Vector3d index = index_at(i, j, k);
+          visit(index, nearest_whole(index[0]), nearest_whole(index[1]), nearest_whole(index[2]));
+        }
+    return;
+  }
+  // along the patient's axes each index goes with one of the copy's: found once
+  std::array<std::vector<std::pair<double, std::int64_t>>, 3> places;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::int64_t n = 0; n < copy.size[c]; ++n) {
+      const double index =
+          index_at(c == 0 ? n : 0, c == 1 ? n : 0, c == 2 ? n : 0)[static_cast<Eigen::Index>(c)];
+      places[c].emplace_back(index, nearest_whole(index));
+    }
+  for (std::int64_t k = first; k < last; ++k) {
+    const auto [z, c] = places[2][static_cast<std::size_t>(k)];
+    for (const auto& [y, b] : places[1])
+      for (const auto& [x, a] : places[0]) visit({x, y, z}, a, b, c);
+  }
 }
 
 void fill_grey(Thumbnail& copy, const GreyVolume& grey, std::int64_t first, std::int64_t last) {

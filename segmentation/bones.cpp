@@ -60,7 +60,7 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
       mark(limbs.arm(side), arm_joints(limbs.arm(side), trunk.scale), "upper_arm", "forearm", "hand");
   }
   Volume<std::uint8_t> bones = nearest_seeds(std::move(places), seeds);
-  in_slabs(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
+  in_turns(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t k = first; k < last; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i) {

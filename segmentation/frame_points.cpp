@@ -31,12 +31,14 @@ template <class Belongs>
 std::vector<Vector3d> bones_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const Belongs& belongs) {
   std::vector<Vector3d> places;
   const auto& g = a.grid();
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    for (std::int64_t j = 0; j < g.size[1]; ++j)
-      for (std::int64_t i = 0; i < g.size[0]; ++i)
-        if (a.bone.at(i, j, k) && belongs(owner.at(i, j, k)))
-          places.push_back(
-              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
+  const auto& mask = a.bone.voxels;
+  for (auto at = mask.begin(); (at = std::find(at, mask.end(), 1)) != mask.end(); ++at) {
+    const std::int64_t o = at - mask.begin();
+    if (belongs(owner.voxels[static_cast<std::size_t>(o)]))
+      places.push_back(
+          g.point(Vector3d(static_cast<double>(o % g.size[0]), static_cast<double>(o / g.size[0] % g.size[1]),
+                           static_cast<double>(o / g.size[0] / g.size[1]))));
+  }
   return places;
 }
 

@@ -55,7 +55,7 @@ Nearer nearer_skin(const Anatomy& a) {
     if (front > back + much) by_slice[static_cast<std::size_t>(k)].back = a.step();
     if (back > front + much) by_slice[static_cast<std::size_t>(k)].front = a.step();
   };
-  in_slabs(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
+  in_turns(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t k = first; k < last; ++k) look(k);
   });
   Nearer out;

@@ -481,7 +481,7 @@ void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
 void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   // each limb's are its own
   std::array<Landmarks, 4> found_on;
-  in_slabs(std::ssize(found_on), a.threads, [&](std::int64_t first, std::int64_t last) {
+  in_turns(std::ssize(found_on), a.threads, [&](std::int64_t first, std::int64_t last) {
     for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n)
       (n % 2 ? find_arm : find_leg)(a, trunk, limbs, n < 2 ? left_side : right_side, found_on[n]);
   });

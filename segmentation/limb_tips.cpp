@@ -28,7 +28,7 @@ Flesh flesh_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::s
              nearer = static_cast<std::uint8_t>(part_label(before));
   const auto& g = a.grid();
   std::vector<Flesh> by_slice(static_cast<std::size_t>(g.size[2]));
-  in_slabs(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
+  in_turns(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t k = first; k < last; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i) {

@@ -148,7 +148,7 @@ constexpr float longest_limb = 3000;  // mm of way
 Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
   Limbs limbs;
   limbs.territory = std::move(territory);
-  in_slabs(std::ssize(limbs.way) - 1, a.threads, [&](std::int64_t first, std::int64_t last) {
+  in_turns(std::ssize(limbs.way) - 1, a.threads, [&](std::int64_t first, std::int64_t last) {
     for (auto n = static_cast<std::size_t>(first) + 1; n <= static_cast<std::size_t>(last); ++n) {
       const bool leg = n <= 2;
       const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <future>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -64,13 +65,17 @@ class Sections {
   }();
 };
 
-void judge(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes, Segmentation& out) {
+Vector3d point_of(const Grid& g, const std::array<std::int64_t, 3>& place) {
+  return g.point(
+      Vector3d(static_cast<double>(place[0]), static_cast<double>(place[1]), static_cast<double>(place[2])));
+}
+
+using Contact = std::array<double, 256>;  // see edge_contact
+
+void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, Segmentation& out) {
   std::array<std::int64_t, parts.size()> count{};
   for (const auto label : out.labels.voxels) ++count[label];
   std::optional<Sections> sections;
-  const auto contact =
-      edge_contact(a.body, a.scan.seen, a.depth, owner,
-                   [&](std::uint8_t own, const Vector3d& point) { return planes.part(own, point); });
   for (std::size_t n = 1; n < parts.size(); ++n) {
     PartFinding& finding = out.part[n];
     finding.volume = static_cast<double>(count[n]) * out.labels.grid.voxel_volume();
@@ -152,33 +157,35 @@ void forget_cut_ends(Segmentation& out) {
         out.landmarks.erase(std::string(name) + side);
 }
 
-// Hands and feet whose fingers or toes the scan's end cuts: they are too slender to be told by depth.
-void tell_cut_tips(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
-                   Segmentation& out) {
-  struct Tip {
-    std::string_view part, before, joint;
-    int own = part_label(part), nearer = part_label(before);
-    std::vector<std::array<std::int64_t, 3>> places{};
-  };
+struct Tip {
+  std::string_view part, before, joint;
+  int own = part_label(part), nearer = part_label(before);
+  std::vector<std::array<std::int64_t, 3>> places{};
+};
+
+// Hands and feet, each with its voxels.
+std::array<Tip, 4> find_tips(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes) {
   std::array<Tip, 4> tips{{{"hand_left", "forearm_left", "wrist_left"},
                            {"hand_right", "forearm_right", "wrist_right"},
                            {"foot_left", "shank_left", "ankle_left"},
                            {"foot_right", "shank_right", "ankle_right"}}};
   const auto& g = a.grid();
-  const auto point = [&](const std::array<std::int64_t, 3>& place) {
-    return g.point(Vector3d(static_cast<double>(place[0]), static_cast<double>(place[1]),
-                            static_cast<double>(place[2])));
-  };
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         const auto own = owner.at(i, j, k);
         if (!own || !a.body.at(i, j, k)) continue;
         for (Tip& tip : tips) {
-          if ((own == tip.own || own == tip.nearer) && planes.part(own, point({i, j, k})) == tip.own)
+          if ((own == tip.own || own == tip.nearer) && planes.part(own, point_of(g, {i, j, k})) == tip.own)
             tip.places.push_back({i, j, k});
         }
       }
+  return tips;
+}
+
+// Hands and feet whose fingers or toes the scan's end cuts: they are too slender to be told by depth.
+void tell_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentation& out) {
+  const auto point = [&](const std::array<std::int64_t, 3>& place) { return point_of(a.grid(), place); };
   for (const Tip& tip : tips) {
     PartFinding& finding = out.part[static_cast<std::size_t>(part_label(tip.part))];
     const auto joint = out.landmarks.find(std::string(tip.joint));
@@ -258,10 +265,8 @@ void doubt_impossible_shares(Segmentation& out) {
 
 // An arm that lies on the trunk is parted from it by how deep the flesh is, not by anything that the scan
 // shows.
-void doubt_what_touches(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
-                        Segmentation& out) {
+void doubt_what_touches(const std::array<double, parts.size()>& area, Segmentation& out) {
   constexpr double much = 0.15;  // of the area of a cube of the part's volume
-  const auto area = contact_areas(a, owner, planes);
   for (std::size_t n = 1; n < parts.size(); ++n) {
     PartFinding& finding = out.part[n];
     if (finding.volume == 0 || area[n] < much * std::pow(finding.volume, 2.0 / 3)) continue;
@@ -288,13 +293,20 @@ std::string_view name_of(Coverage coverage) {
 
 void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                  Segmentation& out) {
-  judge(a, owner, planes, out);
-  tell_cut_tips(a, owner, planes, out);
+  // three passes over the work grid, each by one thread, side by side
+  const auto aside = a.threads == 1 ? std::launch::deferred : std::launch::async;
+  auto touched = std::async(aside, [&] { return contact_areas(a, owner, planes); });
+  auto tips = std::async(aside, [&] { return find_tips(a, owner, planes); });
+  judge(a,
+        edge_contact(a.body, a.scan.seen, a.depth, owner,
+                     [&](std::uint8_t own, const Vector3d& point) { return planes.part(own, point); }),
+        planes, out);
+  tell_cut_tips(a, tips.get(), out);
   forget_cut_ends(out);
   tell_what_is_not_parted(planes, out);
   doubt_unparted_limbs(out);
   doubt_impossible_shares(out);
-  doubt_what_touches(a, owner, planes, out);
+  doubt_what_touches(touched.get(), out);
 }
 
 void doubt_hands_that_meet(Segmentation& out) {

@@ -52,21 +52,35 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
   for (const Part& part : parts) map.names.emplace_back(part.name);
   const auto& g = volume.grid;
   const double step = a.step();
-  in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+  const auto point = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+    return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+  };
+  using Place = std::array<std::int64_t, 3>;
+  const auto place_at_work = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> Place {
+    const Vector3d index = (point(i, j, k) - a.grid().origin) / step;
+    return {nearest_whole(index[0]), nearest_whole(index[1]), nearest_whole(index[2])};
+  };
+  // along the patient's own axes each index at work goes with one of the scan's: found once
+  const bool straight = g.axes.isDiagonal(0);
+  std::array<std::vector<std::int64_t>, 3> at_work;
+  for (std::size_t c = 0; straight && c < 3; ++c)
+    for (std::int64_t n = 0; n < g.size[c]; ++n)
+      at_work[c].push_back(place_at_work(c == 0 ? n : 0, c == 1 ? n : 0, c == 2 ? n : 0)[c]);
+  in_turns(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
     for (std::int64_t k = k0; k < k1; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i) {
-          const Vector3d p =
-              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
-          const Vector3d index = (p - a.grid().origin) / step;
-          const auto wi = nearest_whole(index[0]), wj = nearest_whole(index[1]), wk = nearest_whole(index[2]);
+          const auto [wi, wj, wk] = straight ? Place{at_work[0][static_cast<std::size_t>(i)],
+                                                     at_work[1][static_cast<std::size_t>(j)],
+                                                     at_work[2][static_cast<std::size_t>(k)]}
+                                             : place_at_work(i, j, k);
           const bool held = a.grid().holds(wi, wj, wk);
           const std::size_t w = held ? a.grid().offset(wi, wj, wk) : 0;
           if (const auto told = classes ? classes->place(g.offset(i, j, k)) : ClassParts::Place::open;
               told != ClassParts::Place::open) {
             if (told == ClassParts::Place::body)
               map.at(i, j, k) = static_cast<std::uint8_t>(
-                  classes->part(g.offset(i, j, k), held ? owner.voxels[w] : 0, p, planes));
+                  classes->part(g.offset(i, j, k), held ? owner.voxels[w] : 0, point(i, j, k), planes));
             continue;
           }
           if (!held) continue;
@@ -81,7 +95,7 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
           const bool hollow = !dense_there && !(classes && classes->at_work(w));
           const bool inside = dense ? in_mask || !dense_there
                                     : in_mask && (hollow || a.depth.voxels[w] > 2 * static_cast<float>(step));
-          if (inside) map.voxels[o] = static_cast<std::uint8_t>(planes.part(owner.voxels[w], p));
+          if (inside) map.voxels[o] = static_cast<std::uint8_t>(planes.part(owner.voxels[w], point(i, j, k)));
         }
   });
   return map;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <thread>
 #include <vector>
@@ -19,6 +20,18 @@ void in_slabs(std::int64_t count, int threads, const Work& work) {
     team.emplace_back([&, t] { work(count * t / n, count * (t + 1) / n); });
   work(0, count / n);
   for (auto& thread : team) thread.join();
+}
+
+/// The same in more ranges than threads, each of which takes the next one that is left: where some take much
+/// longer than others.
+template <class Work>
+void in_turns(std::int64_t count, int threads, const Work& work) {
+  const std::int64_t ranges = std::clamp<std::int64_t>(count, 1, 64);
+  std::atomic<std::int64_t> next = 0;
+  const std::int64_t wanted = threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
+  in_slabs(std::min(wanted, ranges), threads, [&](std::int64_t, std::int64_t) {
+    for (std::int64_t n = next++; n < ranges; n = next++) work(count * n / ranges, count * (n + 1) / ranges);
+  });
 }
 
 }  // namespace borelli

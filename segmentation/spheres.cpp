@@ -246,7 +246,7 @@ std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Vector3d& nea
     int count;
   };
   std::array<std::vector<Start>, 125> about;
-  in_slabs(std::ssize(about), threads, [&](std::int64_t first, std::int64_t last) {
+  in_turns(std::ssize(about), threads, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t n = first; n < last; ++n) {
       const Vector3d centre =
           near + 7 * Vector3d(static_cast<double>(n % 5 - 2), static_cast<double>(n / 5 % 5 - 2),
@@ -275,7 +275,7 @@ std::vector<FoundSphere> fit_balls(const GreyVolume& volume, const Vector3d& nea
     tried.push_back(start.ball);
   }
   std::vector<std::optional<FoundSphere>> measured(tried.size());
-  in_slabs(std::ssize(tried), threads, [&](std::int64_t first, std::int64_t last) {
+  in_turns(std::ssize(tried), threads, [&](std::int64_t first, std::int64_t last) {
     for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n) {
       measured[n] = refined(view, tried[n], least, most);
       if (measured[n]) measured[n]->score *= 1 - left_early(view, *measured[n]);

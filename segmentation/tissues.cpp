@@ -53,7 +53,7 @@ void fill_sections(Mask& bone, int c, double step, int threads) {
   const std::array<int, 2> in{c == 0 ? 1 : 0, c == 2 ? 1 : 2};
   const auto most = static_cast<std::size_t>(marrow_section / (step * step));
   const auto frames = frames_of(bone, c);
-  in_slabs(std::ssize(frames), threads, [&](std::int64_t w0, std::int64_t w1) {
+  in_turns(std::ssize(frames), threads, [&](std::int64_t w0, std::int64_t w1) {
     std::vector<std::uint8_t> done;
     std::vector<std::int64_t> hollow;
     for (std::int64_t w = w0; w < w1; ++w) {

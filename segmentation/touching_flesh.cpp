@@ -215,7 +215,7 @@ class Contact {
   static Mask disputed(const Anatomy& a, const Mask& lean, const Volume<std::uint8_t>& owner, int arm) {
     const auto& g = a.grid();
     Mask faces{g, std::vector<std::uint8_t>(g.count(), 0)};
-    in_slabs(g.size[2], a.threads, [&](std::int64_t k0, std::int64_t k1) {
+    in_turns(g.size[2], a.threads, [&](std::int64_t k0, std::int64_t k1) {
       for (std::int64_t k = std::max<std::int64_t>(1, k0); k < std::min(k1, g.size[2] - 1); ++k)
         for (std::int64_t j = 1; j + 1 < g.size[1]; ++j)
           for (std::int64_t i = 1; i + 1 < g.size[0]; ++i) {
@@ -268,7 +268,7 @@ class Contact {
     });
     constexpr float none = -1;
     std::vector<float> thickness(skin_points.size(), none);
-    in_slabs(std::ssize(skin_points), a_.threads, [&](std::int64_t first, std::int64_t last) {
+    in_turns(std::ssize(skin_points), a_.threads, [&](std::int64_t first, std::int64_t last) {
       for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n) {
         const auto& [p, arms] = skin_points[n];
         const auto same = nearest(*surface_, p, arms ? most_of_arm : most_of_other,
@@ -338,7 +338,7 @@ void part_touching_flesh(const Anatomy& a, const Mask& lean, Volume<std::uint8_t
     // fat's thickness changes little over so many voxels
     constexpr std::int64_t block = 4;
     const auto blocks = [&](std::size_t c) { return (box.high[c] - box.low[c]) / block + 1; };
-    in_slabs(blocks(2), a.threads, [&](std::int64_t first, std::int64_t last) {
+    in_turns(blocks(2), a.threads, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t w = first; w < last; ++w)
         for (std::int64_t v = 0; v < blocks(1); ++v)
           for (std::int64_t u = 0; u < blocks(0); ++u) {

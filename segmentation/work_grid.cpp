@@ -15,10 +15,38 @@ using Eigen::Vector3d;
 constexpr double margin = 30;
 constexpr double air_to_hu = -500;
 
+int padding_of(const GreyVolume& volume) { return volume.quantity == Quantity::hu ? -1024 : 0; }
+
+// The trilinear value at `t` between eight voxels, the first at `p`, rows and slices `sy` and `sz` apart;
+// false where one of them is padding.
+inline bool between(const std::int16_t* p, std::int64_t sy, std::int64_t sz, int padding, double tx,
+                    double ty, double tz, double& value) {
+  const int least = std::min({p[0], p[1], p[sy], p[sy + 1], p[sz], p[sz + 1], p[sz + sy], p[sz + sy + 1]});
+  if (least < padding) return false;
+  const auto line = [&](const std::int16_t* q) { return q[0] + tx * (q[1] - q[0]); };
+  const double low_face = line(p) + ty * (line(p + sy) - line(p));
+  const double high_face = line(p + sz) + ty * (line(p + sz + sy) - line(p + sz));
+  value = low_face + tz * (high_face - low_face);
+  return true;
+}
+
+// Where samples lie along one axis of the scan.
+struct Along {
+  double index;
+  std::int64_t cell;  // of the voxel before it; -1 where there is none or none after it
+  double rest;        // from there, voxels
+};
+
+Along along(double index, std::int64_t size) {
+  const auto cell = static_cast<std::int64_t>(index);
+  if (!(index >= 0) || cell + 1 >= size) return {index, -1, 0};
+  return {index, cell, index - static_cast<double>(cell)};
+}
+
 }  // namespace
 
 bool sample(const GreyVolume& volume, const Vector3d& index, double& value) {
-  const int padding = volume.quantity == Quantity::hu ? -1024 : 0;
+  const int padding = padding_of(volume);
   const auto& g = volume.grid;
   // well inside, and nothing padded: eight voxels at fixed distances
   const auto x = static_cast<std::int64_t>(index[0]), y = static_cast<std::int64_t>(index[1]),
@@ -26,16 +54,9 @@ bool sample(const GreyVolume& volume, const Vector3d& index, double& value) {
   if (index.minCoeff() >= 0 && x + 1 < g.size[0] && y + 1 < g.size[1] && z + 1 < g.size[2]) {
     const auto sy = g.size[0], sz = g.size[0] * g.size[1];
     const std::int16_t* p = &volume.voxels[static_cast<std::size_t>(z * sz + y * sy + x)];
-    const int least = std::min({p[0], p[1], p[sy], p[sy + 1], p[sz], p[sz + 1], p[sz + sy], p[sz + sy + 1]});
-    if (least >= padding) {
-      const double tx = index[0] - static_cast<double>(x), ty = index[1] - static_cast<double>(y),
-                   tz = index[2] - static_cast<double>(z);
-      const auto line = [&](const std::int16_t* q) { return q[0] + tx * (q[1] - q[0]); };
-      const double low_face = line(p) + ty * (line(p + sy) - line(p));
-      const double high_face = line(p + sz) + ty * (line(p + sz + sy) - line(p + sz));
-      value = low_face + tz * (high_face - low_face);
+    if (between(p, sy, sz, padding, index[0] - static_cast<double>(x), index[1] - static_cast<double>(y),
+                index[2] - static_cast<double>(z), value))
       return true;
-    }
   }
   std::array<std::int64_t, 3> low{}, high{};
   Vector3d t;
@@ -134,33 +155,83 @@ WorkVolume resampled(const GreyVolume& volume, double step, int threads) {
   std::array<int, 3> n{};
   for (int c = 0; c < 3; ++c)
     n[static_cast<std::size_t>(c)] = std::clamp(static_cast<int>(std::lround(width[c])), 1, 4);
+  const auto shift = [&](int c, int m) {
+    return width[c] * ((m + 0.5) / n[static_cast<std::size_t>(c)] - 0.5);
+  };
+  const int samples = n[0] * n[1] * n[2];
+  const auto put = [&](std::size_t o, double sum, int held) {
+    out.seen.voxels[o] = 2 * held > samples;
+    out.hu.voxels[o] =
+        held == 0 ? air : static_cast<std::int16_t>(nearest_whole(hu_of(sum / held, volume.quantity)));
+  };
+  const auto index_at = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> Vector3d {
+    return to_index *
+           (g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))) -
+            volume.grid.origin);
+  };
+  if (volume.grid.axes.isDiagonal(0)) {
+    // along the work grid's own axes places of samples are products: found once per axis
+    std::array<std::vector<Along>, 3> places;
+    for (int c = 0; c < 3; ++c) {
+      const auto axis = static_cast<std::size_t>(c);
+      for (std::int64_t m = 0; m < g.size[axis]; ++m) {
+        const double at = index_at(c == 0 ? m : 0, c == 1 ? m : 0, c == 2 ? m : 0)[c];
+        for (int s = 0; s < n[axis]; ++s)
+          places[axis].push_back(along(at + shift(c, s), volume.grid.size[axis]));
+      }
+    }
+    const std::int64_t sy = volume.grid.size[0], sz = volume.grid.size[0] * volume.grid.size[1];
+    const int padding = padding_of(volume);
+    in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+      const auto row = static_cast<std::size_t>(g.size[0]);
+      std::vector<double> sums(row);
+      std::vector<int> held(row);
+      for (std::int64_t k = k0; k < k1; ++k)
+        for (std::int64_t j = 0; j < g.size[1]; ++j) {
+          std::ranges::fill(sums, 0.0);
+          std::ranges::fill(held, 0);
+          for (int c = 0; c < n[2]; ++c)
+            for (int b = 0; b < n[1]; ++b) {
+              const Along &y = places[1][static_cast<std::size_t>(j * n[1] + b)],
+                          &z = places[2][static_cast<std::size_t>(k * n[2] + c)];
+              const bool among = y.cell >= 0 && z.cell >= 0;
+              const std::int16_t* const from = volume.voxels.data() + (among ? z.cell * sz + y.cell * sy : 0);
+              const Along* x = places[0].data();
+              for (std::size_t i = 0; i < row; ++i)
+                for (int a = 0; a < n[0]; ++a, ++x) {
+                  double value = 0;
+                  if ((!among || x->cell < 0 ||
+                       !between(from + x->cell, sy, sz, padding, x->rest, y.rest, z.rest, value)) &&
+                      !sample(volume, {x->index, y.index, z.index}, value))
+                    continue;
+                  sums[i] += value;
+                  ++held[i];
+                }
+            }
+          const std::size_t first = g.offset(0, j, k);
+          for (std::size_t i = 0; i < row; ++i) put(first + i, sums[i], held[i]);
+        }
+    });
+    return out;
+  }
   std::vector<Vector3d> shifts;
   for (int c = 0; c < n[2]; ++c)
     for (int b = 0; b < n[1]; ++b)
-      for (int a = 0; a < n[0]; ++a)
-        shifts.emplace_back(width[0] * ((a + 0.5) / n[0] - 0.5), width[1] * ((b + 0.5) / n[1] - 0.5),
-                            width[2] * ((c + 0.5) / n[2] - 0.5));
+      for (int a = 0; a < n[0]; ++a) shifts.emplace_back(shift(0, a), shift(1, b), shift(2, c));
   in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
     for (std::int64_t k = k0; k < k1; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i) {
-          const Vector3d index =
-              to_index *
-              (g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))) -
-               volume.grid.origin);
+          const Vector3d index = index_at(i, j, k);
           double sum = 0;
-          std::size_t held = 0;
-          for (const auto& shift : shifts) {
+          int held = 0;
+          for (const auto& aside : shifts) {
             double value = 0;
-            if (!sample(volume, index + shift, value)) continue;
+            if (!sample(volume, index + aside, value)) continue;
             sum += value;
             ++held;
           }
-          const std::size_t o = g.offset(i, j, k);
-          out.seen.voxels[o] = 2 * held > shifts.size();
-          out.hu.voxels[o] = held == 0 ? air
-                                       : static_cast<std::int16_t>(nearest_whole(
-                                             hu_of(sum / static_cast<double>(held), volume.quantity)));
+          put(g.offset(i, j, k), sum, held);
         }
   });
   return out;

@@ -65,8 +65,10 @@ Result<json> run(const Wanted& wanted, const Command& command) {
 
   ProgressBar bar(command.json);
   bar.begin("meshes");
-  const auto meshes = part_meshes(
-      *labels, {1e-3 * wanted.tolerance_mm, command.threads, [&](double share) { bar.update(share); }});
+  const auto meshes = part_meshes(*labels, {1e-3 * wanted.tolerance_mm, command.threads, [&](double share) {
+                                              bar.update(share);
+                                              return true;
+                                            }});
   if (!meshes) return tl::unexpected(meshes.error());
   if (meshes->empty()) return failure(wanted.labels, "has no labelled voxel");
   bar.end(fmt::format("{} parts", meshes->size()));

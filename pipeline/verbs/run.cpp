@@ -6,6 +6,8 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <set>
+#include <string>
 
 #include "dynamics/integrator.hpp"
 #include "pipeline/verbs/number_check.hpp"
@@ -108,10 +110,21 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
 
   ProgressBar bar(command.json);
   StageObserver observer;
-  observer.begins = [&](const Stage& stage) { bar.begin(stage.name); };
+  std::set<std::string> at_work;
+  observer.begins = [&](const Stage& stage) {
+    at_work.insert(stage.name);
+    bar.begin(stage.name);
+  };
   observer.progress = [&](const Stage& stage, double share) { bar.update(share, stage.name); };
   observer.ends = [&](const Stage& stage, double seconds) {
+    at_work.erase(stage.name);
     bar.end(fmt::format("{:.2f} s", seconds), stage.name);
+  };
+  observer.fails = [&](const Stage& stage, const Error& error) {
+    const bool begun = at_work.erase(stage.name) > 0;
+    if (at_work.empty()) return;  // no other may go on for long: it is told in the end
+    if (!begun) bar.begin(stage.name);
+    bar.end("failed: " + error.message(), stage.name);
   };
   observer.skipped = [&](const Stage& stage) {
     bar.begin(stage.name);

@@ -156,6 +156,20 @@ TEST(Mesh, DecimationKeepsToItsTolerance) {
 
 // Voxels finer than the tolerance are taken in blocks: the surface still lies within the tolerance of the
 // body's.
+TEST(Mesh, TheyAreNotMadeOnceProgressSaysNo) {
+  const double radius = 10;
+  const Grid grid = around(Vector3d(2, 2, 2).asDiagonal(), radius);
+  LabelMap map = voxelised(grid, [&](const Vector3d& p) { return (p - middle).norm() < radius; });
+  map.names = {"outside", "one", "two", "three"};
+  for (std::size_t o = 0; o < map.voxels.size(); ++o)
+    if (map.voxels[o]) map.voxels[o] = static_cast<std::uint8_t>(1 + o % 3);
+  int asked = 0;
+  const auto meshes = part_meshes(map, {.threads = 1, .progress = [&](double) { return ++asked < 2; }});
+  ASSERT_FALSE(meshes);
+  EXPECT_EQ(meshes.error().what, "were stopped");
+  EXPECT_EQ(asked, 2);
+}
+
 TEST(Mesh, FineVoxelsAreTakenInBlocks) {
   const double radius = 40;
   const auto exact = [&](const Vector3d& p) { return (p - middle).norm() - radius; };

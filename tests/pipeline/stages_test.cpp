@@ -8,6 +8,7 @@
 #include <map>
 #include <mutex>
 #include <new>
+#include <set>
 #include <thread>
 
 #include "pipeline/whole_file.hpp"
@@ -36,7 +37,7 @@ struct Stages : testing::Test {
             std::move(needs),
             std::move(settings),
             {name + ".txt"},
-            [this, name](const Progress&, const json&) -> Result<json> {
+            [this, name](const StageProgress&, const json&) -> Result<json> {
               if (name == broken) return failure(name, "broken");
               ran.push_back(name);
               if (auto written = write_whole(folder / (name + ".txt"), name); !written)
@@ -66,6 +67,7 @@ struct StagesSideBySide : testing::Test {
   std::vector<std::string> ran;
   std::map<std::string, std::function<void()>> first;  // what a stage does before it leaves its file
   std::map<std::string, std::string> broken;
+  std::string endless;  // goes on until it is told to stop
   StageObserver observer;
 
   void SetUp() override { fs::remove_all(folder), fs::create_directories(folder); }
@@ -76,10 +78,14 @@ struct StagesSideBySide : testing::Test {
             std::move(needs),
             {},
             {name + ".txt"},
-            [this, name](const Progress& progress, const json& record) -> Result<json> {
+            [this, name](const StageProgress& progress, const json& record) -> Result<json> {
               if (first.contains(name)) first.at(name)();
               if (broken.contains(name)) return failure(name, broken.at(name));
               for (int i = 0; i < 100; ++i) progress(0.01 * i);
+              for (int i = 0; i < 5000 && name == endless; ++i) {
+                if (!progress(0.99)) return failure(name, "stopped");
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+              }
               {
                 const std::lock_guard lock(mutex);
                 ran.push_back(name);
@@ -173,6 +179,54 @@ TEST_F(StagesSideBySide, WhatWasDoneBesideAFailingStageIsKept) {
   ASSERT_TRUE(whole);
   EXPECT_EQ(ran, (std::vector<std::string>{"left", "lefter", "all"}));
   EXPECT_EQ(names(*whole), (std::vector<std::string>{"one", "left", "lefter", "right", "all"}));
+}
+
+TEST_F(StagesSideBySide, AFailureIsToldAtOnceAndStopsWhatComesAfterIt) {
+  broken = {{"left", "broken"}};
+  endless = "right";
+  std::atomic<bool> right = false;
+  std::vector<std::string> told;
+  observer.begins = [&](const Stage& stage) { right = right || stage.name == "right"; };
+  observer.fails = [&](const Stage& stage, const Error& error) {
+    told.push_back(stage.name + " " + error.what);
+  };
+  first["left"] = [&] { wait_for(right); };
+  const auto stopped = run(2);
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().where, "left");
+  EXPECT_EQ(told, (std::vector<std::string>{"left broken"}));
+  EXPECT_EQ(ran, (std::vector<std::string>{"one"}));
+  EXPECT_EQ(names(record()), (std::vector<std::string>{"one"}));
+  std::set<std::string> left_there;
+  for (const auto& entry : fs::directory_iterator(folder)) left_there.insert(entry.path().filename());
+  EXPECT_EQ(left_there, (std::set<std::string>{".lock", "one.txt", "run.json"}));
+  broken.clear(), endless.clear();
+  const auto whole = run(1);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ(ran, (std::vector<std::string>{"left", "lefter", "right", "all"}));
+}
+
+TEST_F(StagesSideBySide, AFailureIsToldWhileWhatComesBeforeItGoesOn) {
+  broken = {{"right", "broken"}};
+  std::atomic<bool> left = false, told = false;
+  observer.fails = [&](const Stage& stage, const Error&) { told = stage.name == "right"; };
+  first["left"] = [&] { left = true, wait_for(told); };
+  first["right"] = [&] { wait_for(left); };
+  const auto stopped = run(2);
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().where, "right");
+  EXPECT_EQ(ran, (std::vector<std::string>{"one", "left", "lefter"}));
+}
+
+TEST_F(StagesSideBySide, OneThatGoesAfterAnotherWaitsForItThoughItNeedsNothingOfIt) {
+  const auto lock = FolderLock::take(folder);
+  ASSERT_TRUE(lock);
+  std::vector<Stage> stages{stage("one", {}), stage("two", {}), stage("three", {})};
+  stages[2].after = {"one", "two"};
+  first["three"] = [&] { EXPECT_EQ(ran.size(), 2u); };
+  const auto record = run_stages(*lock, {{"inputs", "abc"}}, stages, false, 3, observer);
+  ASSERT_TRUE(record);
+  EXPECT_EQ(ran.back(), "three");
 }
 
 TEST_F(StagesSideBySide, WantOfMemoryInAnyOfThemEndsTheRun) {
