@@ -150,7 +150,8 @@ class BatchFlow : public Flow {
   bool solved_ = false;  ///< the workspace has the equations at state_
 };
 
-/// On which side of their bounds limit springs are, and of their half turn torsion springs.
+/// On which side of their bounds limit springs are, and whether they push there; on which side of their half
+/// turn torsion springs are.
 class Springs {
  public:
   explicit Springs(const System& system) : system_(system) {
@@ -162,8 +163,8 @@ class Springs {
     }
   }
 
-  /// Calls leave(lane) for every lane of which a spring has passed a bound or half a turn since the call
-  /// before, or turned by too much to tell.
+  /// Calls leave(lane) for every lane of which a spring has passed a bound or half a turn, or gone slack
+  /// or taut, since the call before, or turned by too much to tell.
   template <class Leave>
   void look(const KinematicsOf<Lanes>& kinematics, Leave&& leave) {
     SiteReader<Lanes> reader(system_, system_.parameters, kinematics);
@@ -172,16 +173,21 @@ class Springs {
     for (const std::size_t e : limits_) {
       const auto& spring = std::get<LimitSpring>(system_.parameters.efforts[e].kind);
       reader.turn_to(system_.efforts[e]);
-      Eigen::Vector3<Lanes> x;
-      if (spring.range.size() == 1)
+      Eigen::Vector3<Lanes> x, rate;
+      if (spring.range.size() == 1) {
         x[0] = reader.position(0);
-      else
+        rate[0] = reader.rate(0);
+      } else {
         x = logarithm(reader.turn(0));
+        rate = rotation_vector_rate(x, reader.turn_rate(0));
+      }
       for (std::size_t c = 0; c < spring.range.size(); ++c, ++at) {
         if (at == sides_.size()) sides_.emplace_back().fill(unknown);
         for (int lane = 0; lane < count; ++lane) {
           const double value = x[Eigen::Index(c)][lane];
-          const int side = value > spring.range[c].upper ? 1 : value < spring.range[c].lower ? -1 : 0;
+          const int beyond = value > spring.range[c].upper ? 1 : value < spring.range[c].lower ? -1 : 0;
+          const bool slack = 1 + spring.dissipation * beyond * rate[Eigen::Index(c)][lane] < 0;
+          const int side = slack ? 2 * beyond : beyond;
           passed[lane] |= sides_[at][lane] != unknown && sides_[at][lane] != side;
           sides_[at][lane] = side;
         }
@@ -211,7 +217,7 @@ class Springs {
   }
 
  private:
-  static constexpr int unknown = 2;
+  static constexpr int unknown = 3;
   static constexpr double largest_turn = 2;  // rad, in a step
   const System& system_;
   std::vector<std::size_t> limits_, torsions_;

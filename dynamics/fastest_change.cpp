@@ -55,19 +55,23 @@ std::optional<FastestChange> fastest_change(const System& system, const Paramete
   return search.found;
 }
 
-std::vector<char> groups_moved(const System& system, const Parameters& parameters) {
-  std::vector<char> moved(system.groups, false);
-  for (int d = 0; d < system.driven_nv; ++d) moved[system.velocity_groups[system.nv + d]] = true;
+std::vector<char> groups_of_counted_work(const System& system, const Parameters& parameters) {
+  std::vector<char> counted(system.groups, false);
+  for (int d = 0; d < system.driven_nv; ++d) counted[system.velocity_groups[system.nv + d]] = true;
+  for (std::size_t e = 0; e < parameters.efforts.size(); ++e)
+    if (const auto* stop = std::get_if<LimitSpring>(&parameters.efforts[e].kind);
+        stop && stop->dissipation > 0)
+      counted[system.efforts[e].group] = true;
   for (std::size_t i = 0; i < parameters.constraints.size(); ++i)
     std::visit(
         [&]<class Kind>(const Kind& kind) {
           Search search{1, true};
           if constexpr (std::is_same_v<Kind, FunctionConstraint>) search.take(1, "");
           TimeFunctionFields<Search>{parameters.constraints[i].name, search}.of(kind);
-          if (search.found) moved[system.constraints[i].group] = true;
+          if (search.found) counted[system.constraints[i].group] = true;
         },
         parameters.constraints[i].kind);
-  return moved;
+  return counted;
 }
 
 }  // namespace borelli

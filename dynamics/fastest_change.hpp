@@ -25,8 +25,10 @@ struct FastestChange {
 std::optional<FastestChange> fastest_change(const System& system, const Parameters& parameters, double span,
                                             bool tables);
 
-/// Of each independent group: whether drives or constraints move it in time, or a user's own constraint may.
-std::vector<char> groups_moved(const System& system, const Parameters& parameters);
+/// Of each independent group: whether its work is to be as good as its motion, which alone says too little of
+/// it: drives or constraints move it in time, or a user's own constraint may; or it has a limit spring with
+/// losses, which do not end smoothly where a slack one is left.
+std::vector<char> groups_of_counted_work(const System& system, const Parameters& parameters);
 
 /// The longest step that follows it, in parts of its period. With eight steps to a period classical
 /// Runge-Kutta samples it sixteen times, and step doubling thirty-two times: w h is below 0.8 (0.4 for the

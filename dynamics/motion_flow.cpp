@@ -64,8 +64,10 @@ MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings,
     handling_.alpha = settings.baumgarte_alpha;
     handling_.beta = settings.baumgarte_beta;
   }
-  if (method_is_adaptive(settings.method)) moved_groups_ = groups_moved(system, system.parameters);
-  if (std::find(moved_groups_.begin(), moved_groups_.end(), 1) == moved_groups_.end()) moved_groups_.clear();
+  if (method_is_adaptive(settings.method))
+    counted_groups_ = groups_of_counted_work(system, system.parameters);
+  if (std::find(counted_groups_.begin(), counted_groups_.end(), 1) == counted_groups_.end())
+    counted_groups_.clear();
   within_step_ = handling_;
   within_step_.decide_rank = false;
 }
@@ -84,7 +86,7 @@ bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y,
   set_scale(state);
   if (!known) {
     turned_ = -1;
-    if (!moved_groups_.empty() && unit_energy_.size() == 0 && !find_unit_energies(state)) return false;
+    if (!counted_groups_.empty() && unit_energy_.size() == 0 && !find_unit_energies(state)) return false;
     fault_ = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(), handling_, w_);
     if (fault_) return false;
     w_.solver.remember();
@@ -246,11 +248,11 @@ bool MotionFlow::find_unit_energies(const State& state) {
   return true;
 }
 
-/// The work on groups that are moved from outside counts against their kinetic energy, as velocities count
-/// against their own size: so the energy balance, which is judged by it, is as good as the motion.
+/// Work that counts does so against its group's kinetic energy, as velocities count against their own size:
+/// so the energy balance, which is judged by it, is as good as the motion.
 void MotionFlow::set_work_scale() {
-  for (std::size_t g = 0; g < moved_groups_.size(); ++g) {
-    if (!moved_groups_[g]) continue;
+  for (std::size_t g = 0; g < counted_groups_.size(); ++g) {
+    if (!counted_groups_[g]) continue;
     const auto i = Eigen::Index(g);
     largest_energy_[i] = std::max(largest_energy_[i], w_.terms.group_kinetic[i]);
     if (const double energy = unit_energy_[i] + largest_energy_[i]; energy > 0)

@@ -82,7 +82,7 @@ class MotionFlow : public Flow {
   int turned_ = -1;  ///< the velocity whose ball turned too far for the chart; -1: none
   Eigen::VectorXd q0_, scale_;
   /// The groups whose work an adaptive method's steps follow: those that drives or constraints move.
-  std::vector<char> moved_groups_;
+  std::vector<char> counted_groups_;
   /// Of each group, J: its kinetic energy where every coordinate moves by its scale per second; the largest
   /// so far.
   Eigen::VectorXd unit_energy_, largest_energy_;

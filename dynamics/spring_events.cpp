@@ -46,12 +46,16 @@ std::pair<double, double> SpringEvents::at(const Bound& bound, const Kinematics&
 }
 
 EventValue SpringEvents::bound_value(int i, const Kinematics& kinematics) const {
-  const Bound& bound = bounds_[i / 2];
-  const Range& range = spring_of(parameters_, bound.effort).range[bound.component];
+  const Bound& bound = bounds_[i / 4];
+  const LimitSpring& spring = spring_of(parameters_, bound.effort);
+  const Range& range = spring.range[bound.component];
   const auto [x, rate] = at(bound, kinematics);
-  const EventValue value =
-      i % 2 == 0 ? EventValue{range.upper + room - x, -rate} : EventValue{x - range.lower + room, rate};
-  return std::isfinite(value.value) ? value : EventValue{1, 0};  // no bound
+  const bool upper = i % 2 == 0;
+  const EventValue left =
+      upper ? EventValue{range.upper + room - x, -rate} : EventValue{x - range.lower + room, rate};
+  if (!std::isfinite(left.value)) return {1, 0};  // no bound
+  if (i % 4 < 2) return left;
+  return {left.value < 0 ? 1 - spring.dissipation * left.rate : 1, 0};
 }
 
 Quaternion SpringEvents::turned(const Turn& turn, const Kinematics& kinematics) const {
@@ -70,15 +74,18 @@ Eigen::Vector3d SpringEvents::turn_rate(const Turn& turn, const Kinematics& kine
 }
 
 void SpringEvents::evaluate(const State&, const Kinematics& kinematics, std::span<EventValue> values) {
-  const int bounds = int(2 * bounds_.size());
-  for (int i = 0; i < bounds; ++i) values[i] = bound_value(i, kinematics);
+  for (int i = 0; i < first_turn(); ++i) values[i] = bound_value(i, kinematics);
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     const Quaternion theta = turned(turns_[i], kinematics);
-    values[bounds + i] = {theta[0], -0.5 * theta.tail<3>().dot(turn_rate(turns_[i], kinematics))};
+    values[first_turn() + i] = {theta[0], -0.5 * theta.tail<3>().dot(turn_rate(turns_[i], kinematics))};
   }
 }
 
 void SpringEvents::follow(const Kinematics& kinematics) {
+  for (std::size_t b = 0; b < bounds_.size(); ++b)
+    for (int side = 0; side < 2; ++side)
+      if (const double pushes = bound_value(int(4 * b) + 2 + side, kinematics).value; std::abs(pushes) > 1e-6)
+        bounds_[b].slack[side] = pushes < 0;  // (else as the event has left it)
   for (Turn& turn : turns_) {
     turn.from = turned(turn, kinematics);
     turn.speed = turn_rate(turn, kinematics).norm();
@@ -94,19 +101,25 @@ bool SpringEvents::turned_too_far(const Kinematics& after, double h) const {
 Result<AfterEvent> SpringEvents::handle(std::span<const int> which, State& state, Workspace& workspace,
                                         std::vector<LoggedEvent>& log) {
   for (const int i : which) {
-    if (const int turn = i - int(2 * bounds_.size()); turn >= 0) {
+    if (const int turn = i - first_turn(); turn >= 0) {
       log.push_back({state.t, "half_turn",
                      fmt::format("effort '{}' turns round", parameters_.efforts[turns_[turn].effort].name)});
       continue;
     }
-    const Bound& bound = bounds_[i / 2];
+    Bound& bound = bounds_[i / 4];
     const auto& spring = spring_of(parameters_, bound.effort);
+    const bool upper = i % 2 == 0, of_bound = i % 4 < 2;
+    const EventValue left = bound_value(upper ? i / 4 * 4 : i / 4 * 4 + 1, workspace.kinematics);
+    if (!of_bound && left.value >= 0) continue;  // at the bound itself: that is an event of its own
+    bool& slack = bound.slack[i % 2];
+    slack = !of_bound && !slack;
+    const char* kind =
+        of_bound ? (left.rate < 0 ? "stop_reached" : "stop_left") : (slack ? "stop_slack" : "stop_taut");
     log.push_back(
-        {state.t, bound_value(i, workspace.kinematics).rate < 0 ? "stop_reached" : "stop_left",
+        {state.t, kind,
          fmt::format(
-             "effort '{}' {} {:.6g}{}", parameters_.efforts[bound.effort].name,
-             i % 2 == 0 ? "above" : "below",
-             i % 2 == 0 ? spring.range[bound.component].upper : spring.range[bound.component].lower,
+             "effort '{}' {} {:.6g}{}", parameters_.efforts[bound.effort].name, upper ? "above" : "below",
+             upper ? spring.range[bound.component].upper : spring.range[bound.component].lower,
              spring.range.size() == 1 ? "" : fmt::format(" about its {} axis", "xyz"[bound.component]))});
   }
   return AfterEvent::restart;

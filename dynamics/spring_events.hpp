@@ -4,6 +4,8 @@
 // the next begins anew.
 #pragma once
 
+#include <array>
+
 #include "dynamics/event.hpp"
 #include "dynamics/pose.hpp"
 
@@ -12,17 +14,17 @@ namespace borelli {
 class SpringEvents : public EventSource {
  public:
   SpringEvents(const System& system, const Parameters& parameters);
-  int count() const override { return int(2 * bounds_.size() + turns_.size()); }
+  int count() const override { return first_turn() + int(turns_.size()); }
   bool any_bounds() const { return !bounds_.empty(); }
   bool any_turns() const { return !turns_.empty(); }
   Crossing crossing(int) const override { return Crossing::both; }
   void evaluate(const State& state, const Kinematics& kinematics, std::span<EventValue> values) override;
-  /// Logs "stop_reached", "stop_left" or "half_turn".
+  /// Logs "stop_reached", "stop_left", "stop_slack", "stop_taut" or "half_turn".
   Result<AfterEvent> handle(std::span<const int> which, State& state, Workspace& workspace,
                             std::vector<LoggedEvent>& log) override;
 
-  /// Takes a state for that by which half turns are told in states to come, until they have turned by almost
-  /// another one.
+  /// Takes a state for that by which the ones to come are told: springs that are slack, and half turns, until
+  /// almost another one.
   void follow(const Kinematics& kinematics);
   /// Whether from that state to one h later a torsion spring may have turned by so much that it cannot be
   /// told.
@@ -30,13 +32,15 @@ class SpringEvents : public EventSource {
 
   template <class Keeper>
   void keep(Keeper& k) {
+    for (Bound& bound : bounds_) k(bound.slack);
     for (Turn& turn : turns_) k(turn.from, turn.speed);
   }
 
  private:
   struct Bound {
     std::size_t effort;
-    int component;  ///< of a ball's rotation vector
+    int component;                               ///< of a ball's rotation vector
+    std::array<bool, 2> slack = {false, false};  ///< beyond the upper and the lower one
   };
   /// A torsion spring: the first component of its quaternion, which goes on through half a turn, is watched.
   struct Turn {
@@ -46,6 +50,7 @@ class SpringEvents : public EventSource {
   };
   /// Of the coordinate, or of the component: where it is, and its rate.
   std::pair<double, double> at(const Bound& bound, const Kinematics& kinematics) const;
+  int first_turn() const { return int(4 * bounds_.size()); }
   EventValue bound_value(int i, const Kinematics& kinematics) const;
   Quaternion turned(const Turn& turn, const Kinematics& kinematics) const;
   /// Of a in b, in a's axes.
@@ -53,7 +58,7 @@ class SpringEvents : public EventSource {
 
   const System& system_;
   const Parameters& parameters_;
-  std::vector<Bound> bounds_;  ///< two functions each: upper bound, lower bound
+  std::vector<Bound> bounds_;  ///< four functions each: of the upper and the lower one; whether they push
   std::vector<Turn> turns_;    ///< one function each
 };
 

@@ -84,5 +84,45 @@ TEST(SpringEvents, TumblingBodiesPassHalfTurnsAlikeByUnlikeMethods) {
   }
 }
 
+// x'' = -g - k x max(0, 1 + d x') beyond the bound at 0, by the classical method of Runge and Kutta in a
+// million steps.
+TEST(SpringEvents, AStopThatGoesSlackIsNotPassedOver) {
+  const double g = 9.81, k = 50, d = 0.5, end = 0.4;
+  for (int n = 0; n < 10; ++n) {
+    const double start = 0.6 + 0.05 * n;
+    const auto acceleration = [&](double x, double v) {
+      return x > 0 ? -g - k * x * std::max(0.0, 1 + d * v) : -g;
+    };
+    double x = start, v = 1;
+    const int steps = 1000000;
+    const double h = end / steps;
+    for (int i = 0; i < steps; ++i) {
+      const double a1 = acceleration(x, v), v2 = v + 0.5 * h * a1, a2 = acceleration(x + 0.5 * h * v, v2),
+                   v3 = v + 0.5 * h * a2, a3 = acceleration(x + 0.5 * h * v2, v3), v4 = v + h * a3,
+                   a4 = acceleration(x + h * v3, v4);
+      x += h / 6 * (v + 2 * v2 + 2 * v3 + v4);
+      v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+    }
+    Scene scene;
+    scene.gravity = {0, 0, -g};
+    scene.solids = {solid("mass", "world", {slide("z", Vector3d::UnitZ(), start, 1)},
+                          {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+    scene.efforts = {{"stop", LimitSpring{{"z"}, k, d, {{-100, 0}}}}};
+    for (const char* method : {"gbs", "dop853", "dopri5"})
+      for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
+        SimulationSettings how = settings(method, end, 0.1);
+        how.tolerance = tolerance;
+        const Trajectory out = run(scene, how);
+        std::string events;
+        for (const LoggedEvent& event : out.certificate.events) events += event.kind + " ";
+        EXPECT_EQ(events, "stop_slack stop_left ") << method << tolerance;
+        EXPECT_TRUE(out.certificate.trusted) << method << tolerance << out.certificate.reason;
+        const double error = 10 * tolerance * out.certificate.steps_accepted;
+        EXPECT_NEAR(last(out.q)[0], x, error) << method << tolerance;
+        EXPECT_NEAR(last(out.v)[0], v, error) << method << tolerance;
+      }
+  }
+}
+
 }  // namespace
 }  // namespace borelli::test
