@@ -7,6 +7,16 @@
 
 namespace borelli {
 
+namespace {
+
+// of the velocities: below, what impulses leave to settle is less than what a step's error leaves
+constexpr double most_unsettled = 1e-4;
+
+// of what a run may be off by, what one step may take where it could be made in parts
+constexpr double own_part = 0.05;
+
+}  // namespace
+
 double energy_threshold(const SimulationSettings& settings, bool adaptive, bool steps_contacts) {
   if (settings.energy_threshold > 0) return settings.energy_threshold;
   // a fixed step promises nothing: a thousandth is what an eye lets pass. A tolerance per step adds up over
@@ -21,6 +31,7 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
     : system_(system),
       parameters_(parameters),
       group_energies_(system.groups),
+      group_masses_(Eigen::VectorXd::Zero(system.groups)),
       largest_speeds_(system.groups, 1),
       residual_rows_(system.constraints.size()),
       moved_most_(system.groups),
@@ -36,6 +47,8 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
   certificate_.constraint_rank = assembly.rank;
   certificate_.redundant = assembly.redundant;
   note_assembly(assembly);
+  for (std::size_t b = 0; b < system.bodies.size(); ++b)
+    group_masses_[system.bodies[b].group] += parameters.inertials[b].mass;
   for (const std::string& name : system.constraint_names) {
     certificate_.residuals.emplace_back();
     certificate_.residuals.back().constraint = name;
@@ -81,7 +94,8 @@ void EnergyBalance::observe(double t, double kinetic, double potential, double w
   work_low_ = std::min(work_low_, work);
   work_high_ = std::max(work_high_, work);
   rounding = std::max(rounding, 1e-12 * std::max({kinetic, std::abs(potential), std::abs(work)}));
-  drift.observe(t, std::abs(kinetic + potential - work - start_));
+  off_ = kinetic + potential - work - start_;
+  drift.observe(t, std::abs(off_));
 }
 
 double EnergyBalance::turnover() const {
@@ -106,11 +120,8 @@ std::string Certifier::group_words(int group) const {
 /// J: what rounding of forces that balance each other leaves to projections: some units in the last place of
 /// what falls as long as the steps would give.
 double Certifier::rounding_of_rest(int group) const {
-  double mass = 0;
-  for (std::size_t b = 0; b < system_.bodies.size(); ++b)
-    if (system_.bodies[b].group == group) mass += parameters_.inertials[b].mass;
-  return 16 * std::numeric_limits<double>::epsilon() * mass * parameters_.gravity.squaredNorm() *
-         step_squares_;
+  return 16 * std::numeric_limits<double>::epsilon() * group_masses_[group] *
+         parameters_.gravity.squaredNorm() * step_squares_;
 }
 
 void Certifier::judge_energy(const Work& work) {
@@ -316,11 +327,31 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
     }
     contact_gain_ += gain;
   }
-  // below, it is less than what a step's error leaves
-  if (step.unsettled > 1e-4)
+  if (step.unsettled > most_unsettled)
     distrust(t, fmt::format("the impulses of the contacts did not settle at t = {:.6g} s: {:.2g} of their "
                             "velocities is left, most at '{}'",
                             t, step.unsettled, system_.contacts[step.unsettled_contact].name));
+}
+
+bool Certifier::too_long(double h, const ContactStep& step, const Eigen::VectorXd& energy,
+                         const Work& work) const {
+  if (step.passed >= 0 || step.unsettled > most_unsettled) return true;
+  const double limit = own_part * certificate_.energy_threshold;
+  for (std::size_t i = 0; i < system_.contacts.size(); ++i)
+    if (-step.gap[Eigen::Index(i)] > limit * system_.row_scale[system_.contacts[i].row]) return true;
+  const double fall =
+      0.5 * parameters_.gravity.squaredNorm() * h * h;  // J/kg, of which a step's own turns over
+  for (int g = 0; g < system_.groups; ++g) {
+    const EnergyBalance& balance = group_energies_[g];
+    const double allowed =
+        std::max(limit * std::max(balance.turnover(), fall * group_masses_[g]), balance.rounding);
+    const double done = work.groups[g] + work.group_projection[g] + work.group_events[g] +
+                        step.group_work[g] + step.group_projection[g];
+    if (std::abs(balance.changed(energy[g], done)) > allowed || step.group_work[g] > allowed ||
+        std::abs(step.group_projection[g]) > allowed)
+      return true;
+  }
+  return false;
 }
 
 void Certifier::count_step(double t, double h, bool whole) {

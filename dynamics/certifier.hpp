@@ -36,17 +36,19 @@ struct EnergyBalance {
   double rounding = 0;  ///< J: what of a drift may be rounding
 
   void observe(double t, double kinetic, double potential, double work);
+  /// By how much a state whose energy is `energy` after that work would change what the balance is off by, J.
+  double changed(double energy, double work) const { return energy - work - start_ - off_; }
   /// What passed between the forms of energy, J.
   double turnover() const;
   template <class Keeper>
   void keep(Keeper& k) {
-    k(drift, projected, rounding, started_, start_, largest_kinetic_, potential_low_, potential_high_,
+    k(drift, projected, rounding, started_, start_, off_, largest_kinetic_, potential_low_, potential_high_,
       work_low_, work_high_);
   }
 
  private:
   bool started_ = false;
-  double start_ = 0;
+  double start_ = 0, off_ = 0;
   double largest_kinetic_ = 0, potential_low_ = 0, potential_high_ = 0, work_low_ = 0, work_high_ = 0;
 };
 
@@ -85,6 +87,9 @@ class Certifier {
   void observe_gaps(double t, const Eigen::VectorXd& h);
   /// Takes in what contacts did in a step that ended at t, where the method realises them itself.
   void observe_contacts(double t, const ContactStep& step);
+  /// Whether such a step of h is too long: where it alone takes a part (5 %) of what the run may be off by,
+  /// or is not to be trusted at all. `energy`: of the independent groups at its end, after `work`, J.
+  bool too_long(double h, const ContactStep& step, const Eigen::VectorXd& energy, const Work& work) const;
   /// An explicit method found the scene stiff at time t.
   void find_stiff(double t) { certificate_.stiff_from = t; }
   /// What has happened so far.
@@ -122,6 +127,7 @@ class Certifier {
   bool started_ = false;
   EnergyBalance energy_;
   std::vector<EnergyBalance> group_energies_;  ///< of each independent group
+  Eigen::VectorXd group_masses_;               ///< kg
   std::vector<double> largest_speeds_;         ///< of each group, m/s or rad/s, at least 1
   double last_time_ = 0;
   double contact_gain_ = 0, contact_gain_time_ = 0;  ///< J, s: what contacts have given, and first did

@@ -49,6 +49,9 @@ constexpr int most_events_at_once = 1000;
 // steps that were tried so far: they have all of it to do, and twice
 constexpr double worth_leaving = 1.5;
 
+// of a step of one length: the least part that it is made in where contacts ask for it
+constexpr double finest_part = 1. / 64;
+
 // how often a run is put off on its way
 constexpr std::size_t disturbances = 8;
 
@@ -210,30 +213,53 @@ class Run {
       even_.from = state_.t;
       even_.count = std::max(1L, long(std::ceil((target - even_.from) / settings_.step - 1e-9)));
       even_.number = 1;
-      even_.whole = true;
+      even_.whole = even_.divisible = true;
     }
-    for (; even_.number <= even_.count && !stopped_; ++even_.number, even_.whole = true) {
+    for (; even_.number <= even_.count && !stopped_; ++even_.number, even_.whole = even_.divisible = true) {
       const double next =
           even_.number == even_.count
               ? target
               : even_.from + (target - even_.from) * double(even_.number) / double(even_.count);
-      while (state_.t < next && !stopped_) {  // once, unless an event ends it
-        const double t = state_.t;
-        const Attempt attempt = integrator_.attempt(motion_, t, next - t, y_, dy_, out_);
-        if (attempt.trouble) return diverged({system_.scene, attempt.trouble});
-        if (!attempt.evaluated) return diverged(motion_.failure(t));
-        const bool whole = even_.whole;
-        even_.whole = false;
-        if (auto done = land(next, next - t); !done) return done;
+      while (state_.t < next && !stopped_) {  // once, unless an event ends it or it is made in parts
+        const double t = state_.t, left = next - t;
+        const bool last = even_.part >= left * (1 - 1e-9);
+        const double h = last ? left : even_.part, end = last ? next : t + h;
+        const auto made = try_evenly(end, h);
+        if (!made) return tl::unexpected(made.error());
+        if (!*made) {
+          certifier_->count_rejection();
+          even_.part = 0.5 * h;
+          continue;
+        }
+        even_.part = std::min(std::max(2 * h, last ? even_.part : 0), settings_.step);
         if (const std::string name = passes_over_function(); !name.empty())
           certifier_->distrust(t, fmt::format("steps of {:.4g} s pass over what the function of constraint "
                                               "'{}' does between their ends; take shorter ones",
-                                              next - t, name));
-        if (auto done = accept(next, next - t, whole); !done) return done;
+                                              h, name));
+        const bool whole = even_.whole;
+        if (auto done = accept(end, h, whole); !done) return done;
+        even_.whole = whole && state_.t >= end;
       }
     }
     even_.number = 0;
     return {};
+  }
+
+  /// A step of h to the end of it. False: it is to be made in parts, as methods that realise contacts may.
+  Result<bool> try_evenly(double end, double h) {
+    const double t = state_.t;
+    const bool divisible = steps_contacts() && even_.divisible && h > 1.5 * finest_part * settings_.step;
+    const Attempt attempt = integrator_.attempt(motion_, t, h, y_, dy_, out_);
+    if (attempt.trouble) return diverged({system_.scene, attempt.trouble});
+    if (!attempt.evaluated && divisible) return false;
+    if (!attempt.evaluated) return diverged(motion_.failure(t));
+    if (auto done = land(end, h); !done) {
+      if (divisible) return false;
+      return tl::unexpected(done.error());
+    }
+    if (!steps_contacts() || !too_long(h)) return true;
+    even_.divisible = divisible;
+    return !divisible;
   }
 
   Result<void> advance_adaptively(double target) {
@@ -334,6 +360,20 @@ class Run {
     path_.begin(state_.t, h, y_, dy_, out_, work_);
     if (auto done = path_.land_at_end(t, landing_); !done) return diverged(done.error());
     return {};
+  }
+
+  /// Whether the step of h that land() has seen is one to be made in parts, of a method that realises
+  /// contacts itself.
+  bool too_long(double h) {
+    const State& end = landing_.state;
+    if (!landing_.projected) {
+      if (update_energies(system_, system_.parameters, end.t, end.q.data(), end.v.data(), probe_))
+        return true;
+      energy_ = probe_.terms.group_kinetic + probe_.terms.group_potential;
+    }
+    return certifier_->too_long(h, *integrator_.contact_step(),
+                                landing_.projected ? landing_.projection.energy_before : energy_,
+                                landing_.work);
   }
 
   /// The constraint whose function the step that land() has seen is too long for; empty: none.
@@ -661,10 +701,12 @@ class Run {
   struct Even {
     double from = 0, target = 0;
     long count = 0, number = 0;
-    bool whole = true;  ///< no event has cut it short
+    bool whole = true;                                      ///< no event has cut it short
+    double part = std::numeric_limits<double>::infinity();  ///< s: the longest to try of it
+    bool divisible = true;  ///< its least part was no better: what is left of it is not divided further
   } even_;
   bool event_passed_ = false;  ///< the state reached is one after an event that changed it
-  Eigen::VectorXd energy_before_event_;
+  Eigen::VectorXd energy_, energy_before_event_;
   double last_event_ = -std::numeric_limits<double>::infinity();
   int events_at_once_ = 0;
 };

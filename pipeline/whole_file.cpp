@@ -26,6 +26,7 @@ namespace {
 // them: it must not lock or allocate.
 struct Slot {
   std::atomic<bool> taken{false}, ready{false};
+  std::atomic<pid_t> thread{0};
   std::array<char, PATH_MAX> path{};
 };
 std::array<Slot, 16> slots;
@@ -38,15 +39,18 @@ class Noted {
     for (Slot& slot : slots) {
       if (slot.taken.exchange(true)) continue;
       std::memcpy(slot.path.data(), path.c_str(), path.size() + 1);
+      slot.thread = gettid();
       slot.ready = true;
       slot_ = &slot;
       return;
     }
   }
-  ~Noted() {
+  ~Noted() { forget(); }
+  void forget() {
     if (!slot_) return;
     slot_->ready = false;
     slot_->taken = false;
+    slot_ = nullptr;
   }
   Noted(const Noted&) = delete;
   Noted& operator=(const Noted&) = delete;
@@ -99,16 +103,20 @@ Result<void> check_no_folder(const fs::path& path) {
 
 }  // namespace
 
-void remove_partial_files() noexcept {
-  for (const Slot& slot : slots)
-    if (slot.ready) unlink(slot.path.data());
-}
-
 void stop_writing() noexcept {
   stopped = true;
-  remove_partial_files();
-  poll(nullptr, 0, 5);  // ms: one that was about to be opened is there by then
-  remove_partial_files();
+  // a thread that is noted and has not opened its file yet had not seen that: the file is waited for
+  std::array<bool, slots.size()> removed{};
+  for (int waited = 0; waited < 500; ++waited) {  // ms
+    bool missing = false;
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      if (!slots[i].ready) continue;
+      removed[i] = unlink(slots[i].path.data()) == 0 || removed[i];
+      missing = missing || (!removed[i] && slots[i].thread != gettid());
+    }
+    if (!missing) return;
+    poll(nullptr, 0, 1);
+  }
 }
 
 Result<void> check_writable(const fs::path& path) {
@@ -135,8 +143,11 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
 
   // hidden, so that a person does not take it for a result; the extension stays, since writers choose by it
   const fs::path beside = folder / (".partial-" + std::to_string(getpid()) + "-" + path.filename().string());
-  const Noted noted(beside.string());
-  while (stopped) pause();  // until the program ends
+  Noted noted(beside.string());
+  if (stopped) {
+    noted.forget();
+    for (;;) pause();  // until the program ends
+  }
   auto done = write(beside);
   if (done) {
     fs::rename(beside, path, problem);

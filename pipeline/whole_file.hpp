@@ -33,10 +33,8 @@ Result<void> check_writable(const std::filesystem::path& path);
 Result<void> check_folder_writable(const std::filesystem::path& folder,
                                    const std::vector<std::string>& names = {});
 
-/// Removes the temporary files that write_whole is filling now. A signal's handler may call it.
-void remove_partial_files() noexcept;
-
-/// The same before the program's end, while other threads may write: none of them begins another file.
+/// Removes the temporary files that write_whole is filling now, of all threads, before the program's end:
+/// none begins another file. A signal's handler may call it.
 void stop_writing() noexcept;
 
 /// All bytes of a file.

@@ -67,26 +67,29 @@ TEST_F(WholeFile, ErrorsOfTheWriterNameTheFileThatWasAskedFor) {
   EXPECT_EQ(done.error().what, "cannot open " + (folder / "file.txt").string() + " for it");
 }
 
-TEST_F(WholeFile, PartialFilesOfNowCanBeRemoved) {
+TEST_F(WholeFile, PartialFilesOfNowAreRemovedAtTheEnd) {
   fs::create_directories(folder);
   std::ofstream(folder / ".partial-0-another") << "not of this process";
-  const auto inner = [&](const fs::path& beside) -> Result<void> {
-    std::ofstream(beside) << "half";
-    remove_partial_files();
-    EXPECT_FALSE(fs::exists(beside));
-    return failure("here", "stopped");
-  };
-  const auto outer = [&](const fs::path& beside) -> Result<void> {
-    std::ofstream(beside) << "half";
-    EXPECT_FALSE(write_whole(folder / "inner.txt", inner));
-    EXPECT_FALSE(fs::exists(beside));
-    std::ofstream(beside) << "whole";
-    return {};
-  };
-  EXPECT_TRUE(write_whole(folder / "outer.txt", outer));
-  remove_partial_files();
-  EXPECT_EQ(read_whole(folder / "outer.txt").value(), "whole");
-  EXPECT_EQ(files(), 2u);  // outer.txt and the other process's
+  const pid_t writer = fork();
+  if (writer == 0) {
+    const auto inner = [&](const fs::path& beside) -> Result<void> {
+      std::ofstream(beside) << "half";
+      stop_writing();
+      _exit(fs::exists(beside) ? 1 : 0);
+    };
+    const auto outer = [&](const fs::path& beside) -> Result<void> {
+      std::ofstream(beside) << "half";
+      return write_whole(folder / "inner.txt", inner);
+    };
+    static_cast<void>(write_whole(folder / "outer.txt", outer));
+    _exit(2);
+  }
+  int status = 0;
+  waitpid(writer, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_EQ(files(), 1u);  // the other process's
+  EXPECT_TRUE(fs::exists(folder / ".partial-0-another"));
 }
 
 TEST_F(WholeFile, ASignalLeavesNoPartialFileOfAnyThread) {
