@@ -338,7 +338,9 @@ bool Certifier::too_long(double h, const ContactStep& step, const Eigen::VectorX
   if (step.passed >= 0 || step.unsettled > most_unsettled) return true;
   const double limit = own_part * certificate_.energy_threshold;
   for (std::size_t i = 0; i < system_.contacts.size(); ++i)
-    if (-step.gap[Eigen::Index(i)] > limit * system_.row_scale[system_.contacts[i].row]) return true;
+    if (std::max(-step.gap[Eigen::Index(i)], step.bent[Eigen::Index(i)]) >
+        limit * system_.row_scale[system_.contacts[i].row])
+      return true;
   const double fall =
       0.5 * parameters_.gravity.squaredNorm() * h * h;  // J/kg, of which a step's own turns over
   for (int g = 0; g < system_.groups; ++g) {

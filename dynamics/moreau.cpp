@@ -73,7 +73,7 @@ void MoreauStepping::Scratch::reserve(int contacts) {
   problem.G.setZero(directions, directions);
   for (VectorXd* of_rows : {&before, &impulse, &plastic, &driven, &problem.free})
     of_rows->conservativeResizeLike(VectorXd::Zero(directions));
-  for (VectorXd* of_contacts : {&late, &apart, &problem.target})
+  for (VectorXd* of_contacts : {&late, &ends, &apart, &problem.target})
     of_contacts->conservativeResizeLike(VectorXd::Zero(contacts));
   problem.friction.resize(std::size_t(contacts));
 }
@@ -198,10 +198,25 @@ void MoreauStepping::add_acting(const System& system, int i, double h) {
                              : is_near      ? std::min(0., after - 2 * ends / h)
                                             : 0;
   s.problem.friction[number] = surface.friction;
+  s.ends[number] = ends;
   s.late[number] = speed < -fall_ && after < 0 ? std::clamp(ends / (h * after), 0., 1.) : 0.5;
   s.acting.push_back(i);
   s.acts[i] = 1;
   s.problem.count = number + 1;
+}
+
+/// How far the gaps of what acts are from those of straight ways.
+void MoreauStepping::judge_ways(const System& system, double h, bool sudden) {
+  Scratch& s = *scratch_;
+  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+  step_.bent.setZero();
+  for (Eigen::Index k = 0; k < rows; k += 3) {
+    const int i = s.acting[k / 3];
+    const auto response = s.problem.G.row(k).head(rows);
+    const double moved =
+        sudden ? response.dot(s.plastic.head(rows)) : 0.5 * h * response.dot(s.impulse.head(rows));
+    step_.bent[i] = std::abs(s.end.h[system.contacts[i].row] - s.ends[k / 3] - moved);
+  }
 }
 
 /// What the certificate is to know of gaps.
@@ -237,7 +252,7 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
     scratch_ = std::make_unique<Scratch>(system, motion->workspace().kinematics.equations);
     if (step_.impulse.size() == 0)  // (else it was taken up)
       step_.impulse = VectorXd::Zero(3 * Eigen::Index(system.contacts.size()));
-    step_.gap = VectorXd::Zero(Eigen::Index(system.contacts.size()));
+    step_.gap = step_.bent = VectorXd::Zero(Eigen::Index(system.contacts.size()));
     step_.group_work = step_.group_projection = VectorXd::Zero(system.groups);
   }
   return {.evaluated = meet(flow, *motion, t, h, y, out), .next_step = h};
@@ -289,6 +304,7 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
     if (!add_overlapping(motion, t, h, added)) return false;
     if (!added) break;
   }
+  judge_ways(system, h, sudden);
   step_.acted = s.problem.count > 0;
   step_.impulse.setZero();
   if (step_.acted) {

@@ -38,6 +38,9 @@ struct ContactStep {
   double impact_loss = 0;     ///< J, lost in these
   double unsettled = 0;       ///< what of the velocities the impulses left to settle, in parts of them
   int unsettled_contact = 0;  ///< where most
+  /// m, of each contact that acted: by how much its gap at the end differs from the one that a straight way
+  /// from the middle would have left it.
+  Eigen::VectorXd bent;
 };
 
 class MoreauStepping : public Integrator {
@@ -76,6 +79,7 @@ class MoreauStepping : public Integrator {
     std::vector<int> touched;  ///< of eight columns after the other: rows of Y that are not zero
     Eigen::VectorXd before, impulse, plastic;  ///< of the rows: m/s at the step's start, N s
     Eigen::VectorXd driven;                    ///< of the rows: what drives give of the velocity, m/s
+    Eigen::VectorXd ends;   ///< of the contacts, m: their gaps at the end without impulses, if straight
     Eigen::VectorXd late;   ///< of the contacts: for which part of the step their impulses move them
     Eigen::VectorXd apart;  ///< of the contacts, kg m: impulses of position along normals
     std::vector<int> acting;
@@ -110,6 +114,7 @@ class MoreauStepping : public Integrator {
   bool find_separation(const System& system);
   bool separate(Flow& flow, const MotionFlow& motion, double t);
   void judge_gaps(const System& system, double h);
+  void judge_ways(const System& system, double h, bool sudden);
 
   std::unique_ptr<Scratch> scratch_;
   ContactStep step_, kept_step_;  ///< (impulses begin where those of the step before were)
