@@ -17,10 +17,12 @@ namespace {
 
 // Newton's method may be sent from one mode to another and back: it has so many solves, and so many about
 // each proximal point, of which so many may come no nearer, and fewer where it is near enough
-constexpr int quick_solves = 5, most_solves = 20, most_idle = 6, most_idle_near = 2;
+constexpr int most_solves = 20, most_idle = 6, most_idle_near = 2;
 // sweeps before the first proximal point, and where no proximal point came near
 constexpr int first_sweeps = 10, sweeps_between = 300;
 constexpr double rounding = 1e-14;  // a part of the velocities
+// what laying the impulses on their cones at last may add to is left room for
+constexpr double near_enough = 1. / 3 * ContactSolver::nearly;
 
 // The projection's step r, in parts of what one contact alone would take: any of them has the same solution,
 // but Newton's method takes another way to it.
@@ -30,7 +32,7 @@ constexpr double projection_steps[] = {1, 10, 0.1, 100};
 // equations are off by it times the change of the impulses, so after the last solve by nothing. Of the first
 // solves, which find the modes, it is larger: dependent contacts that contradict each other by little are not
 // to send each other far off.
-constexpr double first_damping = 1e-4, damping_falls = 0.1, least_damping = 1e-8;
+constexpr double first_damping = 1e-2, damping_falls = 0.1, least_damping = 1e-8;
 
 // The same, of proximal points.
 constexpr double first_proximal = 1e-3, least_proximal = 1e-6, most_proximal = 10;
@@ -38,53 +40,92 @@ constexpr double proximal_falls = 0.3, proximal_grows = 10;
 constexpr int most_points = 60;
 
 constexpr int width = Lanes::count;  // numbers gone over at once
-constexpr int at_once = 4;           // columns eliminated at once
+constexpr int at_once = 4;           // rows of what is not symmetric
 
-/// Row i from `begin` on (a multiple of `width`), less so many parts of the pivots' rows.
-inline void subtract(const double* const pivot[at_once], const double part[at_once], int begin, int stride,
-                     double* row) {
-  for (int j = begin; j < stride; j += width) {
-    Lanes x = Lanes::load(row + j);
-    for (int l = 0; l < at_once; ++l) x -= part[l] * Lanes::load(pivot[l] + j);
-    x.store(row + j);
+/// Of the rows that are symmetric and definite, eight pivots after the other: what those before take off of
+/// their rows, tile by tile, and then each other. `parts`: the rows over their pivots, and room for one row
+/// more. Of a row the pivot's inverse comes to stand in its diagonal. False: not definite.
+[[gnu::always_inline]] inline bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride) {
+  double* const none = parts + symmetric * stride;
+  std::fill(none, none + stride, 0.);
+  for (int k = 0; k < symmetric; k += width) {
+    const int count = std::min(width, symmetric - k);
+    double* rows[width];
+    for (int l = 0; l < width; ++l) rows[l] = l < count ? a + (k + l) * stride : none;
+    double inverse[width] = {}, within[width][width] = {};
+    for (int j = k; j < stride; j += width) {
+      Lanes sums[width];
+      for (int l = 0; l < width; ++l) sums[l] = Lanes::load(rows[l] + j);
+      for (int p = 0; p < k; ++p) {
+        const Lanes across = Lanes::load(a + p * stride + j);
+        const double* const part = parts + p * stride + k;
+        for (int l = 0; l < width; ++l) sums[l] -= part[l] * across;
+      }
+      if (j == k) {
+#pragma GCC unroll 8
+        for (int l = 0; l < width; ++l) {
+#pragma GCC unroll 8
+          for (int m = 0; m < l; ++m) {
+            within[l][m] = sums[m][l] * inverse[m];
+            sums[l] -= within[l][m] * sums[m];
+          }
+          if (l >= count) continue;
+          if (!(sums[l][l] > 0)) return false;
+          inverse[l] = 1 / sums[l][l];
+        }
+      } else {
+#pragma GCC unroll 8
+        for (int l = 1; l < width; ++l) {
+#pragma GCC unroll 8
+          for (int m = 0; m < l; ++m) sums[l] -= within[l][m] * sums[m];
+        }
+      }
+      for (int l = 0; l < width; ++l) sums[l].store(rows[l] + j);
+      for (int l = 0; l < count; ++l) (inverse[l] * sums[l]).store(parts + (k + l) * stride + j);
+    }
+    for (int l = 0; l < count; ++l) rows[l][k + l] = inverse[l];
+  }
+  return true;
+}
+
+/// The same pivots taken off of `count` rows (at_once at most) that follow.
+[[gnu::always_inline]] inline void eliminate_from(const double* a, int symmetric, int stride, int count,
+                                                  double* after) {
+  double* rows[at_once];
+  for (int r = 0; r < at_once; ++r) rows[r] = after + std::min(r, count - 1) * stride;
+  for (int j = 0; j < stride; j += width) {
+    Lanes sums[at_once];
+    for (int r = 0; r < at_once; ++r) sums[r] = Lanes::load(rows[r] + j);
+    for (int p = 0; p < std::min(j, symmetric); ++p) {
+      const Lanes across = Lanes::load(a + p * stride + j);
+      for (int r = 0; r < at_once; ++r) sums[r] -= rows[r][p] * across;
+    }
+    double part[at_once][width];
+    for (int l = 0; j + l < std::min(j + width, symmetric); ++l) {
+      const double* const pivot = a + (j + l) * stride;
+      const Lanes across = Lanes::load(pivot + j);
+      for (int r = 0; r < at_once; ++r) {
+        part[r][l] = sums[r][l] * pivot[j + l];
+        sums[r] -= part[r][l] * across;
+      }
+    }
+    for (int r = 0; r < at_once; ++r) {
+      sums[r].store(rows[r] + j);
+      for (int l = 0; j + l < std::min(j + width, symmetric); ++l) rows[r][j + l] = part[r][l];
+    }
   }
 }
 
 /// Gauss' elimination of n equations in rows of `stride` numbers each (a multiple of `width`), right side in
 /// column n; the solution comes to stand in x (stride numbers). The first `symmetric` rows and columns are
 /// symmetric and definite: of these rows what is left of the diagonal is not looked at, and may be written
-/// over. The others are chosen by pivots of their columns. False: singular.
+/// over. The others are chosen by pivots of their columns. `parts`: room for one row more than the symmetric
+/// ones. False: singular.
 BORELLI_LANES_FOR_PROCESSOR
-bool eliminate(double* a, int symmetric, int n, int stride, double* x) {
-  for (int k = 0; k < symmetric; k += at_once) {
-    const int count = std::min(at_once, symmetric - k);
-    const double* pivot[at_once];
-    double inverse[at_once];
-    for (int l = 0; l < at_once; ++l) pivot[l] = a + (k + std::min(l, count - 1)) * stride;
-    for (int l = 0; l < count; ++l) {
-      double* const row = a + (k + l) * stride;
-      double part[at_once] = {};
-      for (int m = 0; m < l; ++m) part[m] = pivot[m][k + l] * inverse[m];
-      if (l > 0) subtract(pivot, part, k & ~(width - 1), stride, row);
-      if (!(row[k + l] > 0)) return false;
-      row[k + l] = inverse[l] = 1 / row[k + l];
-    }
-    for (int i = k + count; i < symmetric; ++i) {
-      double part[at_once] = {};
-      for (int l = 0; l < count; ++l) part[l] = pivot[l][i] * inverse[l];
-      subtract(pivot, part, i & ~(width - 1), stride, a + i * stride);
-    }
-    for (int i = symmetric; i < n; ++i) {
-      double* const row = a + i * stride;
-      double part[at_once] = {};
-      for (int l = 0; l < count; ++l) {
-        part[l] = row[k + l];
-        for (int m = 0; m < l; ++m) part[l] -= part[m] * pivot[m][k + l];
-        part[l] *= inverse[l];
-      }
-      subtract(pivot, part, (k + count) & ~(width - 1), stride, row);
-    }
-  }
+bool eliminate(double* a, int symmetric, int n, int stride, double* parts, double* x) {
+  if (!eliminate_symmetric(a, parts, symmetric, stride)) return false;
+  for (int i = symmetric; i < n; i += at_once)
+    eliminate_from(a, symmetric, stride, std::min(at_once, n - i), a + i * stride);
   for (int k = symmetric; k < n; ++k) {
     int best = k;
     for (int i = k + 1; i < n; ++i)
@@ -221,7 +262,7 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
             {across / step_ * (size - limit) / limit + near,
              y * (c.free[row + 1] - near * p[row + 1]) - x * (c.free[row + 2] - near * p[row + 2]),
              int(slides_.size())});
-        slides_.push_back({row, c.friction[i] * x, c.friction[i] * y, -y, x});
+        slides_.push_back({row, int(rows_.size()) - 1, c.friction[i] * x, c.friction[i] * y, -y, x});
         continue;
       }
     }
@@ -234,38 +275,49 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
   const int m = int(rows_.size()), stride = (m + width) & ~(width - 1);
   if (m == 0) return true;
   static_assert(sizeof(Line) == width * sizeof(double));
-  if (const std::size_t room = std::size_t(m + 1) * stride / width; numbers_.size() < room)
+  if (const std::size_t room = std::size_t(m + symmetric + 2) * stride / width; numbers_.size() < room)
     numbers_.resize(room);
   double* const numbers = numbers_.data()->each;
   ++solves_;
+  // of what slides both unknowns' columns, over all rows
+  const int slides = int(slides_.size());
+  if (turned_.rows() < 2 * slides || turned_.cols() < n) turned_.resize(2 * c.count, n);
+  for (int i = 0; i < slides; ++i) {
+    const Slide& slide = slides_[i];
+    const double *normal = c.G.row(slide.row).data(), *x = c.G.row(slide.row + 1).data(),
+                 *y = c.G.row(slide.row + 2).data();
+    double *across = turned_.row(2 * i).data(), *along = turned_.row(2 * i + 1).data();
+    for (int r = 0; r < n; ++r) {
+      across[r] = slide.x * x[r] + slide.y * y[r];
+      along[r] = normal[r] + slide.with_x * x[r] + slide.with_y * y[r];
+    }
+  }
   for (int k = 0; k < m; ++k) {
     const Equation& equation = equations_[k];
-    const double* from = c.G.row(rows_[k]).data();
-    if (!slides_.empty()) {
-      double* const turned = turned_.data();
-      if (equation.slide < 0) {
-        std::copy(from, from + n, turned);
-      } else {
-        const Slide& slide = slides_[equation.slide];
-        const double* const next = c.G.row(rows_[k] + 1).data();
-        for (int j = 0; j < n; ++j) turned[j] = slide.x * from[j] + slide.y * next[j];
-      }
-      for (const Slide& slide : slides_) {
-        double* const at = turned + slide.row;
-        const double x = at[1], y = at[2];
-        at[0] += slide.with_x * x + slide.with_y * y;
-        at[1] = slide.x * x + slide.y * y;
-      }
-      from = turned;
-    }
     double* const row = numbers + k * stride;
-    for (int j = k < symmetric ? k : 0; j < m; ++j) row[j] = from[rows_[j]];
+    const double* from =
+        equation.slide < 0 ? c.G.row(rows_[k]).data() : turned_.row(2 * equation.slide).data();
+    for (int j = k < symmetric ? k & ~(width - 1) : 0; j < m; ++j) row[j] = from[rows_[j]];
+    if (equation.slide < 0) {
+      const double* column = turned_.data() + rows_[k];
+      for (int i = 0; i < slides; ++i, column += 2 * turned_.cols()) {
+        row[slides_[i].unknown] = column[0];
+        row[symmetric + i] = column[turned_.cols()];
+      }
+    } else {
+      for (int i = 0; i < slides; ++i) {
+        const Slide& slide = slides_[i];
+        const double x = from[slide.row + 1], y = from[slide.row + 2];
+        row[slide.unknown] = slide.x * x + slide.y * y;
+        row[symmetric + i] += slide.with_x * x + slide.with_y * y;
+      }
+    }
     std::fill(row + m, row + stride, 0.);
     row[k] += equation.gives;
     row[m] = equation.right;
   }
   double* const solution = numbers + m * stride;
-  if (!eliminate(numbers, symmetric, m, stride, solution)) return false;
+  if (!eliminate(numbers, symmetric, m, stride, solution + stride, solution)) return false;
   for (int k = 0; k < m; ++k) {
     if (!std::isfinite(solution[k])) return false;
     const int slide = equations_[k].slide;
@@ -280,17 +332,17 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
 }
 
 /// What is left of the best that it came to, m/s; `p` is that. `enough`: of it, what is aimed at.
-double ContactSolver::newton(const ContactProblem& c, double scale, double enough, int most, double damping,
+double ContactSolver::newton(const ContactProblem& c, double scale, double enough, double damping,
                              VectorXd& p) {
   const int n = 3 * c.count;
   update_velocity(c, p);
   double best = residual(c, p, u_);
   best_.head(n) = p.head(n);
   // (one solve in any case, so that what rests is left no impulses but its own)
-  for (int pass = 0, idle = 0; pass < most && best > (pass == 0 ? rounding * scale : enough); ++pass) {
-    if (++idle > (best <= nearly * scale ? most_idle_near : most_idle)) break;
+  for (int pass = 0, idle = 0; pass < most_solves && best > (pass == 0 ? rounding * scale : enough); ++pass) {
+    if (++idle > (best <= near_enough * scale ? most_idle_near : most_idle)) break;
     if (!find_direction(c, p, damping)) break;
-    damping = std::max(least_damping, damping_falls * damping);
+    damping = std::max(std::min(least_damping, damping), damping_falls * damping);
     p.head(n) += change_.head(n);
     add_product(c.G.data(), c.G.cols(), change_.data(), n, u_.data());
     const double left = residual(c, p, u_);
@@ -325,8 +377,8 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
     point_.head(n) = p.head(n);
     if (point == 0) sweep(soft_, first_sweeps, p);
     // (no nearer to the point than a tenth of how near that is)
-    const double enough = std::clamp(0.1 * best, settled * scale, nearly * scale);
-    const bool solved = newton(soft_, scale, enough, most_solves, least_damping, p) <= nearly * scale;
+    const double enough = std::clamp(0.1 * best, settled * scale, near_enough * scale);
+    const bool solved = newton(soft_, scale, enough, 0, p) <= near_enough * scale;
     update_velocity(c, p);
     const double left = residual(c, p, u_);
     if (left < best) {
@@ -334,7 +386,7 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
       best = left;
       best_point_.head(n) = p.head(n);
     }
-    if (best <= settled * scale || (best <= nearly * scale && ++idle > most_idle_near)) break;
+    if (best <= settled * scale || (best <= near_enough * scale && ++idle > most_idle_near)) break;
     if (!solved) p.head(n) = point_.head(n);
     alpha = solved ? std::max(proximal_falls * alpha, least_proximal)
                    : std::min(proximal_grows * alpha, most_proximal);
@@ -345,13 +397,13 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
 double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) {
   const Eigen::Index n = 3 * Eigen::Index(c.count);
   if (u_.size() < n)
-    for (VectorXd* x : {&u_, &change_, &turned_, &best_, &start_, &point_, &best_point_}) x->resize(n);
+    for (VectorXd* x : {&u_, &change_, &best_, &start_, &point_, &best_point_}) x->resize(n);
   start_.head(n) = p.head(n);
-  double left = newton(c, scale, settled * scale, quick_solves, first_damping, p),
+  double left = newton(c, scale, settled * scale, first_damping, p),
          best = std::numeric_limits<double>::infinity();
-  if (left > nearly * scale) p.head(n) = start_.head(n);
+  if (left > near_enough * scale) p.head(n) = start_.head(n);
   for (const double step : projection_steps) {
-    if (left <= nearly * scale) break;
+    if (left <= near_enough * scale) break;
     if (step != 1) sweep(c, sweeps_between, p);
     step_ = step;
     proximal_points(c, scale, p);

@@ -41,18 +41,18 @@ class ContactSolver {
   long solves() const { return solves_; }
 
   /// Parts of the velocities: what is aimed at, and what is enough where it comes no nearer.
-  static constexpr double settled = 1e-8, nearly = 1e-6;
+  static constexpr double settled = 1e-8, nearly = 3e-5;
 
  private:
   double residual(const ContactProblem& problem, const Eigen::VectorXd& p, const Eigen::VectorXd& u);
   void update_velocity(const ContactProblem& problem, const Eigen::VectorXd& p);
   void sweep(const ContactProblem& problem, int times, Eigen::VectorXd& p);
-  double newton(const ContactProblem& problem, double scale, double enough, int most, double damping,
+  double newton(const ContactProblem& problem, double scale, double enough, double damping,
                 Eigen::VectorXd& p);
   void proximal_points(const ContactProblem& problem, double scale, Eigen::VectorXd& p);
   bool find_direction(const ContactProblem& problem, const Eigen::VectorXd& p, double damping);
 
-  Eigen::VectorXd u_, change_, turned_, best_, start_, point_, best_point_;
+  Eigen::VectorXd u_, change_, best_, start_, point_, best_point_;
   ContactProblem soft_;
   /// Of one solve: what the unknown gives way by, the right side, and of what slides which it is.
   struct Equation {
@@ -61,16 +61,17 @@ class ContactSolver {
   };
   /// A contact that slides: what p_n brings with it across, and the direction of the other unknown.
   struct Slide {
-    int row;
+    int row, unknown;
     double with_x, with_y, x, y;
   };
+  RowsOf<double> turned_;  ///< of each slide both unknowns' columns
   std::vector<int> rows_;  ///< of the unknowns
   std::vector<Equation> equations_;
   std::vector<Slide> slides_;
   struct alignas(64) Line {  // of the cache
     double each[8];
   };
-  std::vector<Line> numbers_;  ///< the matrix, a row's right side behind it, and the solution
+  std::vector<Line> numbers_;  ///< the matrix, a row's right side behind it, the solution, and its parts
   double step_ = 1;
   int worst_ = 0;
   long solves_ = 0;

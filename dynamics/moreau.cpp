@@ -264,6 +264,8 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
   const System& system = motion.system();
   const Eigen::Index n = system.nv;
   Scratch& s = *scratch_;
+  if (step_.length > 0) step_.impulse *= h / step_.length;  // a guess: of what rests
+  step_.length = h;
   step_.group_work.setZero();
   step_.group_projection.setZero();
   step_.impacts = 0;

@@ -26,6 +26,7 @@ namespace borelli {
 
 /// What the contacts did in the last step.
 struct ContactStep {
+  double length = 0;                 ///< s
   Eigen::VectorXd gap;               ///< m, of each contact at the step's end; of those that do not act, the
                                      ///< least in it
   Eigen::VectorXd group_work;        ///< J, of their impulses on each independent group
@@ -56,7 +57,7 @@ class MoreauStepping : public Integrator {
   const ContactStep* contact_step() const override { return scratch_ ? &step_ : nullptr; }
   bool handles_contacts() const override { return true; }
   bool keep(Keeper& k) override {
-    k(step_.impulse);
+    k(step_.length, step_.impulse);
     return true;
   }
   void reset() override { step_.impulse.setZero(); }

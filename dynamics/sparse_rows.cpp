@@ -11,26 +11,22 @@ namespace borelli {
 
 namespace {
 
-/// The free columns that an action's sites and coordinates depend on, ascending, closed under ancestors.
-std::vector<int> columns_of(const System& system, const Action& action) {
-  std::vector<int> columns;
-  const auto add = [&](int u) {
-    if (u < 0 || u >= system.nv) return;
-    columns.push_back(u);
-    columns.insert(columns.end(), system.ancestors.begin() + system.first_ancestor[u],
-                   system.ancestors.begin() + system.first_ancestor[u + 1]);
+/// Marks the free columns that an action's sites and coordinates depend on, closed under ancestors.
+void mark_columns(const System& system, const Action& action, std::vector<char>& marked) {
+  const auto mark = [&](int u) {
+    if (u < 0 || u >= system.nv || marked[u]) return;
+    marked[u] = 1;
+    for (int a = system.first_ancestor[u]; a < system.first_ancestor[u + 1]; ++a)
+      marked[system.ancestors[a]] = 1;
   };
   for (int i = 0; i < action.site_count; ++i) {
     const int at = system.sites[action.first_site + i].body;
     if (at < 0) continue;
     const Body& body = system.bodies[at];
-    for (int s = 0; s < body.support_count; ++s) add(system.support[body.first_support + s]);
+    for (int s = 0; s < body.support_count; ++s) mark(system.support[body.first_support + s]);
   }
   for (int i = 0; i < action.coordinate_count; ++i)
-    add(system.coordinate_sites[action.first_coordinate + i].u);
-  std::sort(columns.begin(), columns.end());
-  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
-  return columns;
+    mark(system.coordinate_sites[action.first_coordinate + i].u);
 }
 
 }  // namespace
@@ -38,40 +34,48 @@ std::vector<int> columns_of(const System& system, const Action& action) {
 SparseRows::SparseRows(const System& system)
     : constraint_(system.row_constraint),
       spread_(system.nv, 0.0),
-      empty_(system.rows, 1),
       words_((system.rows + 63) / 64),
       relatives_(std::size_t(system.rows) * words_, 0),
       left_(system.rows, 0.0) {
-  std::vector<std::vector<int>> users(system.nv);  // of each column: constraints
+  std::vector<char> marked(system.nv);
   int numbers = 0;
-  for (std::size_t c = 0; c < system.constraints.size(); ++c) {
-    const Action& action = system.constraints[c];
-    const std::vector<int> columns = columns_of(system, action);
-    ranges_.push_back({int(columns_.size()), int(columns.size())});
+  for (const Action& action : system.constraints) {
+    std::fill(marked.begin(), marked.end(), 0);
+    mark_columns(system, action, marked);
+    const int first = int(columns_.size());
+    for (int u = 0; u < system.nv; ++u)
+      if (marked[u]) columns_.push_back(u);
+    const int count = int(columns_.size()) - first;
+    ranges_.push_back({first, count});
     rows_.push_back({action.first_row, action.row_count});
-    columns_.insert(columns_.end(), columns.begin(), columns.end());
-    for (int u : columns) users[u].push_back(int(c));
     for (int r = 0; r < action.row_count; ++r) {
       first_.push_back(numbers);
-      numbers += int(columns.size());
+      numbers += count;
     }
   }
   numbers_.assign(numbers, 0.0);
-  std::vector<int> near;
-  for (int c = 0; c < int(ranges_.size()); ++c) {
-    near = {c};
-    for (int i = 0; i < ranges_[c].count; ++i) {
-      const std::vector<int>& others = users[columns_[ranges_[c].first + i]];
-      near.insert(near.end(), std::upper_bound(others.begin(), others.end(), c), others.end());
-    }
-    std::sort(near.begin(), near.end());
-    near.erase(std::unique(near.begin(), near.end()), near.end());
-    first_neighbour_.push_back(int(neighbours_.size()));
-    neighbours_.insert(neighbours_.end(), near.begin(), near.end());
-  }
-  first_neighbour_.push_back(int(neighbours_.size()));
+  // (with contacts when they are first asked for: methods that leave these out have many rows without use)
+  if (system.contacts.empty()) find_neighbours();
   first_entry_.reserve(system.rows + 1);
   entries_.reserve(std::size_t(system.rows) * std::min(system.rows, 64));  // more than most factors have
+}
+
+void SparseRows::find_neighbours() {
+  std::vector<std::vector<int>> users(spread_.size());  // of each column: constraints
+  for (int c = 0; c < int(ranges_.size()); ++c)
+    for (int i = 0; i < ranges_[c].count; ++i) users[columns_[ranges_[c].first + i]].push_back(c);
+  std::vector<int> marked(ranges_.size(), -1);  // by which of them last
+  for (int c = 0; c < int(ranges_.size()); ++c) {
+    first_neighbour_.push_back(int(neighbours_.size()));
+    neighbours_.push_back(c);
+    for (int i = 0; i < ranges_[c].count; ++i) {
+      const std::vector<int>& others = users[columns_[ranges_[c].first + i]];
+      for (auto other = std::upper_bound(others.begin(), others.end(), c); other != others.end(); ++other)
+        if (std::exchange(marked[*other], c) != c) neighbours_.push_back(*other);
+    }
+    std::sort(neighbours_.begin() + first_neighbour_.back(), neighbours_.end());
+  }
+  first_neighbour_.push_back(int(neighbours_.size()));
 }
 
 void SparseRows::clear(int r) { std::fill_n(row(r), columns(r).size(), 0.0); }
@@ -102,7 +106,7 @@ void SparseRows::relate(int i, int j, double product) {
 }
 
 void SparseRows::multiply() {
-  // (room when it is first asked for: methods that leave contacts out have rows of theirs without use)
+  if (first_neighbour_.empty()) find_neighbours();
   if (products_.size() == 0) products_.setZero(Eigen::Index(left_.size()), Eigen::Index(left_.size()));
   entries_.clear();
   first_entry_.assign(1, 0);

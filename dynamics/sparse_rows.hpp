@@ -55,6 +55,7 @@ class SparseRows {
     int first = 0, count = 0;
   };
 
+  void find_neighbours();
   void relate(int i, int j, double product);
   bool related(int i, int j) const { return relatives_[i * words_ + j / 64] >> (j % 64) & 1; }
 
@@ -64,7 +65,6 @@ class SparseRows {
   std::vector<int> columns_, first_neighbour_,
       neighbours_;                        ///< constraints that share a column: itself, later ones
   std::vector<double> numbers_, spread_;  ///< (spread_: nv zeros)
-  std::vector<char> empty_;
   int words_;
   Rows products_;                         ///< rows x rows, where related
   std::vector<std::uint64_t> relatives_;  ///< words_ per row: which rows have a product with it
