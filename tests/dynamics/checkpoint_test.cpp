@@ -91,6 +91,45 @@ TEST(Checkpoint, HoldsContactsAndWhatTheyLost) {
   }
 }
 
+// A small ball of 60 m/s that meets another one: steps of 10 ms would pass through it and are made in parts.
+TEST(Checkpoint, HoldsTheMidstOfAStepMadeInParts) {
+  Scene scene;
+  scene.gravity.setZero();
+  for (const char* name : {"fast", "still"})
+    scene.solids.push_back(
+        solid(name, "world", {slide(name, Vector3d::UnitX(), *name == 'f' ? 0 : 0.7, *name == 'f' ? 60 : 0)},
+              {inertial(1, {0, 0, 0}, {1, 1, 1})}));
+  SphereOverSphere meet;
+  meet.a = {"fast", {0, 0, 0}};
+  meet.b = {"still", {0, 0, 0}};
+  meet.radii = {0.005, 0.005};
+  scene.constraints = {{"meet", meet}};
+  const SimulationSettings how = settings("moreau", 0.1, 1e-2);
+  const System system = compiled(scene);
+  std::vector<double> ends;
+  Observer observer;
+  observer.progress = [&](double t) {
+    ends.push_back(t);
+    return true;
+  };
+  const Trajectory whole = need(simulate(system, system.initial, how, observer));
+  std::size_t inside = 0;  // the steps that end within one of 10 ms
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    if (std::abs(ends[i] - std::round(ends[i] / 1e-2) * 1e-2) < 1e-9) continue;
+    ++inside;
+    Observer other;
+    std::string kept;
+    std::size_t steps = 0;
+    other.keep = [&](const std::string& checkpoint) { kept = checkpoint; };
+    other.progress = [&](double) { return ++steps < i + 1; };
+    need(simulate(system, system.initial, how, other));
+    other = {};
+    other.checkpoint = kept;
+    EXPECT_TRUE(bytes_of(need(simulate(system, system.initial, how, other))) == bytes_of(whole)) << ends[i];
+  }
+  EXPECT_GT(inside, 1u);
+}
+
 TEST(Checkpoint, HoldsWhatIsKnownOfSingularPositions) {
   const Scene scene = sample("four_bar_2.toml");
   EXPECT_LT(compare(scene, scene.simulation).certificate.nearness, 0.3);

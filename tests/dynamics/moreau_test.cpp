@@ -274,6 +274,79 @@ TEST(Moreau, AHumanFallsAndIsHeldUpByTheFloor) {
   }
 }
 
+TEST(Moreau, AHumanFallsInLongStepsOfWhichFewAreMadeInParts) {
+  const System system = compiled(human_over_floor());
+  for (const double step : {5e-3, 1e-2})
+    for (const double higher : {0., 0.001, 0.002}) {
+      State start = system.initial;
+      start.q[2] += higher;
+      const Trajectory path = need(simulate(system, start, settings("moreau", 5, step)));
+      const Certificate& c = path.certificate;
+      EXPECT_TRUE(c.trusted) << step << ' ' << c.reason;
+      EXPECT_LT(c.energy_drift, 1e-2 * c.energy_turnover);
+      EXPECT_LT(c.work_projection_size, 1e-2 * c.energy_turnover);
+      for (const ConstraintResidual& residual : c.residuals)
+        EXPECT_LT(residual.position, 1e-3) << residual.constraint;
+      EXPECT_GT(c.steps_rejected, 0);
+      EXPECT_LT(c.steps_accepted + c.steps_rejected, 1.5 * 5 / step);
+      EXPECT_GE(c.smallest_step, step / 64 * (1 - 1e-9));
+      EXPECT_LT(c.smallest_step, step / 2 * (1 + 1e-9));
+    }
+}
+
+// Newton's law along a line: what whole steps would pass through is met in parts, and no energy but the
+// law's is lost; where it is met is known to a part.
+TEST(Moreau, AFastBallMeetsWhatAWholeStepWouldPassThrough) {
+  const double step = 1e-2, radius = 0.02, mass = 0.5, other = 2;
+  int in_parts = 0;
+  for (const double e : {0., 0.5, 1.})
+    for (const double speed : {10., 30., 60.})
+      for (const double away : {1., 1.13, 1.57}) {
+        Scene scene;
+        scene.gravity.setZero();
+        scene.solids = {free_ball("fast", {0, 0, 0}, radius, mass),
+                        free_ball("still", {away, 0, 0}, radius, other)};
+        scene.solids[0].switches[0].v = {speed};
+        scene.constraints = {between("fast", "still", radius, e, 0)};
+        const double end = 2 * away / speed, meets = (away - 2 * radius) / speed;
+        const Trajectory path = run(scene, settings("moreau", end, step));
+        EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+        in_parts += path.certificate.steps_rejected > 0;
+        const double common = mass * speed / (mass + other), after = common * (1 - e * other / mass),
+                     driven = common * (1 + e);
+        EXPECT_NEAR(last(path.v)[0], after, ContactSolver::settled * speed);
+        EXPECT_NEAR(last(path.v)[6], driven, ContactSolver::settled * speed);
+        // before and after it the way is straight: within one part it is met
+        const double part = speed * path.certificate.smallest_step;
+        EXPECT_NEAR(last(path.q)[0], speed * meets + after * (end - meets), 2 * part);
+        EXPECT_NEAR(last(path.q)[7], away + driven * (end - meets), 2 * part);
+      }
+  EXPECT_GE(in_parts, 9);  // where the other ball lies in the first half of a step
+}
+
+// A ball pressed between a floor and a lid that comes down on it: no step, however short, has impulses for
+// that. The run says so, and costs a dozen steps for each of these.
+TEST(Moreau, WhatPartsDoNotMendIsNamedAndCostsAFewTimesAsMuch) {
+  Scene scene;
+  scene.solids = {free_ball("ball", {0, 0, 0.1}, 0.1, 1),
+                  solid("lid", "world", {driven(slide("down", Vector3d::UnitZ()), Polynomial{{0.25, -0.1}})},
+                        {inertial(1, {0, 0, 0}, {1, 1, 1})})};
+  scene.constraints = {over_floor("ball", 0.1, 0, 0), over_floor("ball", 0.1, 0, 0)};
+  scene.constraints[1].name = "ball under lid";
+  auto& above = std::get<SphereOverPlane>(scene.constraints[1].kind);
+  above.plane.on = {"lid", {0, 0, 0}};
+  above.plane.normal = {0, 0, -1};
+  const System system = compiled(scene);
+  const double step = 1e-2;
+  const auto ran = simulate(system, system.initial, settings("moreau", 1, step));
+  ASSERT_TRUE(ran) << ran.error().message();
+  EXPECT_FALSE(ran->certificate.trusted);
+  EXPECT_NE(ran->certificate.reason.find("did not settle at t = 0.5"), std::string::npos)
+      << ran->certificate.reason;
+  // of each of the steps that it is pressed in, half of all: 6 that are too long, and 7 parts
+  EXPECT_LE(ran->certificate.steps_accepted + ran->certificate.steps_rejected, (0.5 + 0.5 * 13 + 0.1) / step);
+}
+
 TEST(Moreau, AHumansFallConvergesToTheRunThatLocatesImpacts) {
   // feet that land, slip and stick, knees that give way: before it falls so chaotically that nothing
   // converges
