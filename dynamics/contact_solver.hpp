@@ -6,7 +6,7 @@
 // written as p = P(p), a projection of p - r u on the half line and on Coulomb's disc. It is solved by
 // Newton's method on that equation, which is not smooth where contacts change between open, sticking and
 // sliding (Alart and Curnier, A mixed formulation for frictional contact problems prone to Newton like
-// solution methods, CMAME 92, 1991). From the impulses of the step before that takes two to four solves.
+// solution methods, CMAME 92, 1991). From the impulses of the step before that takes three to six solves.
 // Where contacts depend on each other (a box on its corners, bodies that jam each other) G is singular: each
 // solve keeps the impulses near what they were, and what a few solves do not settle is come to by proximal
 // points (Rockafellar, Monotone operators and the proximal point algorithm, SIAM J. Control Optim. 14, 1976;

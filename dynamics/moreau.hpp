@@ -1,6 +1,7 @@
 // Time stepping for scenes with many contacts (Moreau, Numerical aspects of the sweeping process, Computer
 // Methods in Applied Mechanics and Engineering 177, 1999; Jean, The non-smooth contact dynamics method,
-// ibid.): steps of one length that look for no moment of impact. Contacts that the step would close act in it
+// ibid.): steps that look for no moment of impact (of one length; who runs them makes those in parts that
+// Certifier::too_long finds). Contacts that the step would close act in it
 // by impulses, resting ones like those that meet: velocities keep Newton's law of restitution and Coulomb's
 // of friction, all of them at once (contact_solver.hpp). Order 2 between impacts (the midpoint rule), 1 over
 // them.
