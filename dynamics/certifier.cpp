@@ -12,6 +12,10 @@ namespace {
 // of the velocities: below, what impulses leave to settle is less than what a step's error leaves
 constexpr double most_unsettled = 1e-4;
 
+// what overlaps by a tenth of the length that touches before it is put apart (where a hundredth is trusted)
+// may as well have gone through
+constexpr double goes_through = 0.1;
+
 // of what a run may be off by, what one step may take where it could be made in parts
 constexpr double own_part = 0.05;
 
@@ -31,6 +35,7 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
     : system_(system),
       parameters_(parameters),
       group_energies_(system.groups),
+      contact_errors_(system.groups),
       group_masses_(Eigen::VectorXd::Zero(system.groups)),
       largest_speeds_(system.groups, 1),
       residual_rows_(system.constraints.size()),
@@ -318,19 +323,29 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
              fmt::format("what meets at '{}' may go through within the step that ends at t = {:.6g} s; take "
                          "shorter steps",
                          system_.contacts[step.passed].name, t));
-  certificate_.impacts += step.impacts;
-  certificate_.impact_loss += step.impact_loss;
-  if (const double gain = step.group_work.sum(); gain > 0) {
-    if (contact_gain_ == 0) {
-      contact_gain_time_ = t;
-      step.group_work.maxCoeff(&contact_gain_group_);
-    }
-    contact_gain_ += gain;
-  }
   if (step.unsettled > most_unsettled)
     distrust(t, fmt::format("the impulses of the contacts did not settle at t = {:.6g} s: {:.2g} of their "
                             "velocities is left, most at '{}'",
                             t, step.unsettled, system_.contacts[step.unsettled_contact].name));
+  for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
+    const auto contact = Eigen::Index(i);
+    // (what overlaps by less is put apart, and its energy is in the books)
+    const double limit = certificate_.energy_threshold * system_.row_scale[system_.contacts[i].row],
+                 off = std::max(step.bent[contact], goes_through * step.overlap[contact]);
+    if (off <= limit) continue;
+    distrust(t,
+             fmt::format(
+                 "the step that ends at t = {:.6g} s is too long for '{}': its gap is off by {:.2g} m in it "
+                 "(limit {:.2g}); take shorter steps",
+                 t, system_.contacts[i].name, off, limit));
+  }
+  certificate_.impacts += step.impacts;
+  certificate_.impact_loss += step.impact_loss;
+  for (int g = 0; g < system_.groups; ++g) {
+    ContactError& error = contact_errors_[std::size_t(g)];
+    error.now += step.group_shift[g] + std::max(0., step.group_work[g] - step.group_shift[g]);
+    error.most.observe(t, std::abs(error.now));
+  }
 }
 
 bool Certifier::too_long(double h, const ContactStep& step, const Eigen::VectorXd& energy,
@@ -338,8 +353,9 @@ bool Certifier::too_long(double h, const ContactStep& step, const Eigen::VectorX
   if (step.passed >= 0 || step.unsettled > most_unsettled) return true;
   const double limit = own_part * certificate_.energy_threshold;
   for (std::size_t i = 0; i < system_.contacts.size(); ++i)
-    if (std::max(-step.gap[Eigen::Index(i)], step.bent[Eigen::Index(i)]) >
-        limit * system_.row_scale[system_.contacts[i].row])
+    if (const double length = system_.row_scale[system_.contacts[i].row], part = limit * length;
+        std::max(-step.gap[Eigen::Index(i)], step.bent[Eigen::Index(i)]) > part ||
+        step.overlap[Eigen::Index(i)] > certificate_.energy_threshold * length)
       return true;
   const double fall =
       0.5 * parameters_.gravity.squaredNorm() * h * h;  // J/kg, of which a step's own turns over
@@ -349,8 +365,8 @@ bool Certifier::too_long(double h, const ContactStep& step, const Eigen::VectorX
         std::max(limit * std::max(balance.turnover(), fall * group_masses_[g]), balance.rounding);
     const double done = work.groups[g] + work.group_projection[g] + work.group_events[g] +
                         step.group_work[g] + step.group_projection[g];
-    if (std::abs(balance.changed(energy[g], done)) > allowed || step.group_work[g] > allowed ||
-        std::abs(step.group_projection[g]) > allowed)
+    if (std::abs(balance.changed(energy[g], done)) > allowed || std::abs(step.group_shift[g]) > allowed ||
+        step.group_work[g] - step.group_shift[g] > allowed || std::abs(step.group_projection[g]) > allowed)
       return true;
   }
   return false;
@@ -389,13 +405,18 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
   c.energy_turnover = energy_.turnover();
   judge_energy(work);
   const double limit = c.energy_threshold;
-  if (contact_gain_ > std::max(limit * energy_.turnover(), energy_.rounding))
-    distrust(
-        contact_gain_time_,
-        fmt::format("contacts gave {:.3g} J, {:.2g} of the {:.3g} J turned over (limit {:.2g}), the first "
-                    "of it to {} at t = {:.6g} s",
-                    contact_gain_, contact_gain_ / energy_.turnover(), energy_.turnover(), limit,
-                    group_words(contact_gain_group_), contact_gain_time_));
+  for (int g = 0; g < system_.groups; ++g) {
+    const Climb& most = contact_errors_[std::size_t(g)].most;
+    const EnergyBalance& balance = group_energies_[std::size_t(g)];
+    if (most.largest() > std::max(limit * balance.turnover(), balance.rounding))
+      distrust(
+          most.time(),
+          fmt::format(
+              "contacts gave {} or took from it {:.3g} J more than their laws say, {:.2g} of the {:.3g} J "
+              "turned over (limit {:.2g}), at t = {:.6g} s; take shorter steps",
+              group_words(g), most.largest(), most.largest() / balance.turnover(), balance.turnover(), limit,
+              most.time()));
+  }
   for (std::size_t i = 0; i < c.conserved.size(); ++i)
     if (const Conserved& conserved = c.conserved[i];
         conserved.drift > std::max(limit * conserved.scale, momentum_rounding_[i]))

@@ -55,6 +55,17 @@ struct EnergyBalance {
 /// The largest drift relative to what was turned over that is trusted, for lack of the user's own.
 double energy_threshold(const SimulationSettings& settings, bool adaptive, bool steps_contacts = false);
 
+/// What contacts have given (or taken: negative) that no law says, J.
+struct ContactError {
+  double now = 0;
+  Climb most;  ///< of its size
+
+  template <class Keeper>
+  void keep(Keeper& k) {
+    k(now, most);
+  }
+};
+
 class Certifier {
  public:
   /// `threshold`: the largest drift relative to what was turned over that is trusted.
@@ -101,7 +112,7 @@ class Certifier {
   void keep(Keeper& k) {
     k(certificate_, step_squares_, started_, energy_, group_energies_, residual_rows_, moved_most_,
       largest_speeds_, last_time_, start_momenta_, last_momenta_, momentum_rounding_, singular_, step_watch_,
-      order_, contact_gain_, contact_gain_time_, contact_gain_group_);
+      order_, contact_errors_);
   }
 
   /// The verdict, with the counts.
@@ -127,11 +138,10 @@ class Certifier {
   bool started_ = false;
   EnergyBalance energy_;
   std::vector<EnergyBalance> group_energies_;  ///< of each independent group
+  std::vector<ContactError> contact_errors_;   ///< of each
   Eigen::VectorXd group_masses_;               ///< kg
   std::vector<double> largest_speeds_;         ///< of each group, m/s or rad/s, at least 1
   double last_time_ = 0;
-  double contact_gain_ = 0, contact_gain_time_ = 0;  ///< J, s: what contacts have given, and first did
-  int contact_gain_group_ = 0;                       ///< the group that they first gave it to
   /// Of each constraint: the rows of its worst residuals, and what else is to be said of the first that was
   /// too large: the rows that it contradicts.
   struct ResidualRows {

@@ -205,17 +205,20 @@ void MoreauStepping::add_acting(const System& system, int i, double h) {
   s.problem.count = number + 1;
 }
 
-/// How far the gaps of what acts are from those of straight ways.
+/// How far off the gaps of what acts are.
 void MoreauStepping::judge_ways(const System& system, double h, bool sudden) {
   Scratch& s = *scratch_;
   const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
   step_.bent.setZero();
+  step_.overlap.setZero();
   for (Eigen::Index k = 0; k < rows; k += 3) {
     const int i = s.acting[k / 3];
     const auto response = s.problem.G.row(k).head(rows);
     const double moved =
         sudden ? response.dot(s.plastic.head(rows)) : 0.5 * h * response.dot(s.impulse.head(rows));
-    step_.bent[i] = std::abs(s.end.h[system.contacts[i].row] - s.ends[k / 3] - moved);
+    const double gap = s.end.h[system.contacts[i].row];
+    step_.bent[i] = std::abs(gap - s.ends[k / 3] - moved);
+    step_.overlap[i] = std::max(0., -gap);
   }
 }
 
@@ -252,8 +255,8 @@ Attempt MoreauStepping::attempt(Flow& flow, double t, double h, const VectorXd& 
     scratch_ = std::make_unique<Scratch>(system, motion->workspace().kinematics.equations);
     if (step_.impulse.size() == 0)  // (else it was taken up)
       step_.impulse = VectorXd::Zero(3 * Eigen::Index(system.contacts.size()));
-    step_.gap = step_.bent = VectorXd::Zero(Eigen::Index(system.contacts.size()));
-    step_.group_work = step_.group_projection = VectorXd::Zero(system.groups);
+    step_.gap = step_.bent = step_.overlap = VectorXd::Zero(Eigen::Index(system.contacts.size()));
+    step_.group_work = step_.group_shift = step_.group_projection = VectorXd::Zero(system.groups);
   }
   return {.evaluated = meet(flow, *motion, t, h, y, out), .next_step = h};
 }
@@ -267,6 +270,7 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
   if (step_.length > 0) step_.impulse *= h / step_.length;  // a guess: of what rests
   step_.length = h;
   step_.group_work.setZero();
+  step_.group_shift.setZero();
   step_.group_projection.setZero();
   step_.impacts = 0;
   step_.passed = -1;
@@ -316,7 +320,8 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
     if (sudden) {
       s.shift = 0.5 * h * s.change;
       move(flow, s.shift, out);
-      if (!book_move(motion, t + h, out, landed_, step_.group_work)) return false;
+      if (!book_move(motion, t + h, out, landed_, step_.group_shift)) return false;
+      step_.group_work += step_.group_shift;
     }
     out = landed_;
     if (apart) {

@@ -31,6 +31,7 @@ struct ContactStep {
   Eigen::VectorXd gap;               ///< m, of each contact at the step's end; of those that do not act, the
                                      ///< least in it
   Eigen::VectorXd group_work;        ///< J, of their impulses on each independent group
+  Eigen::VectorXd group_shift;       ///< J, what of it is no law's: that impulses move what meets in the step
   Eigen::VectorXd group_projection;  ///< J, of putting apart what still overlapped
   Eigen::VectorXd
       impulse;         ///< N s, of each contact along its normal and the two across; zero: it does not act
@@ -40,9 +41,9 @@ struct ContactStep {
   double impact_loss = 0;     ///< J, lost in these
   double unsettled = 0;       ///< what of the velocities the impulses left to settle, in parts of them
   int unsettled_contact = 0;  ///< where most
-  /// m, of each contact that acted: by how much its gap at the end differs from the one that a straight way
-  /// from the middle would have left it.
-  Eigen::VectorXd bent;
+  /// m, of each contact that acted, before anything is put apart: by how much its gap at the end differs from
+  /// the one that a straight way from the middle would have left it; and by how much it overlaps.
+  Eigen::VectorXd bent, overlap;
 };
 
 class MoreauStepping : public Integrator {

@@ -51,6 +51,9 @@ constexpr double worth_leaving = 1.5;
 
 // of a step of one length: the least part that it is made in where contacts ask for it
 constexpr double finest_part = 1. / 64;
+constexpr int most_patience = 64;
+// where so many of a step's least parts are too long all the same, what is left of it is not divided
+constexpr int most_vain = 4;
 
 // how often a run is put off on its way
 constexpr std::size_t disturbances = 8;
@@ -213,25 +216,36 @@ class Run {
       even_.from = state_.t;
       even_.count = std::max(1L, long(std::ceil((target - even_.from) / settings_.step - 1e-9)));
       even_.number = 1;
-      even_.whole = even_.divisible = true;
+      even_.whole = true;
+      even_.vain = 0;
     }
-    for (; even_.number <= even_.count && !stopped_; ++even_.number, even_.whole = even_.divisible = true) {
+    for (; even_.number <= even_.count && !stopped_; ++even_.number, even_.whole = true, even_.vain = 0) {
       const double next =
           even_.number == even_.count
               ? target
               : even_.from + (target - even_.from) * double(even_.number) / double(even_.count);
+      const double whole_step = (target - even_.from) / double(even_.count);
       while (state_.t < next && !stopped_) {  // once, unless an event ends it or it is made in parts
-        const double t = state_.t, left = next - t;
-        const bool last = even_.part >= left * (1 - 1e-9);
-        const double h = last ? left : even_.part, end = last ? next : t + h;
-        const auto made = try_evenly(end, h);
+        const double t = state_.t, left = next - t, part = even_.part * whole_step;
+        const bool last = part >= left * (1 - 1e-9);
+        const double h = last ? left : part, end = last ? next : t + h;
+        const auto made = try_evenly(end, h, whole_step);
         if (!made) return tl::unexpected(made.error());
         if (!*made) {
           certifier_->count_rejection();
-          even_.part = 0.5 * h;
+          // parts are halves of halves: what is left of a step is one of them, or more
+          even_.part = std::exp2(std::ceil(std::log2(h / whole_step) - 1e-6) - 1);
+          if (even_.longer) even_.patience = std::min(2 * even_.patience, most_patience);
+          even_.longer = false;
+          even_.made = 0;
           continue;
         }
-        even_.part = std::min(std::max(2 * h, last ? even_.part : 0), settings_.step);
+        if (even_.longer) even_.patience = std::max(1, even_.patience / 2);
+        even_.longer = ++even_.made >= even_.patience && even_.part < 1;
+        if (even_.longer) {
+          even_.part *= 2;
+          even_.made = 0;
+        }
         if (const std::string name = passes_over_function(); !name.empty())
           certifier_->distrust(t, fmt::format("steps of {:.4g} s pass over what the function of constraint "
                                               "'{}' does between their ends; take shorter ones",
@@ -245,10 +259,11 @@ class Run {
     return {};
   }
 
-  /// A step of h to the end of it. False: it is to be made in parts, as methods that realise contacts may.
-  Result<bool> try_evenly(double end, double h) {
+  /// A step of h, of a whole one, to the end of it. False: it is to be made in parts, as methods that realise
+  /// contacts may.
+  Result<bool> try_evenly(double end, double h, double whole_step) {
     const double t = state_.t;
-    const bool divisible = steps_contacts() && even_.divisible && h > 1.5 * finest_part * settings_.step;
+    const bool divisible = steps_contacts() && even_.vain < most_vain && h > 1.5 * finest_part * whole_step;
     const Attempt attempt = integrator_.attempt(motion_, t, h, y_, dy_, out_);
     if (attempt.trouble) return diverged({system_.scene, attempt.trouble});
     if (!attempt.evaluated && divisible) return false;
@@ -258,7 +273,7 @@ class Run {
       return tl::unexpected(done.error());
     }
     if (!steps_contacts() || !too_long(h)) return true;
-    even_.divisible = divisible;
+    if (!divisible) ++even_.vain;
     return !divisible;
   }
 
@@ -701,9 +716,12 @@ class Run {
   struct Even {
     double from = 0, target = 0;
     long count = 0, number = 0;
-    bool whole = true;                                      ///< no event has cut it short
-    double part = std::numeric_limits<double>::infinity();  ///< s: the longest to try of it
-    bool divisible = true;  ///< its least part was no better: what is left of it is not divided further
+    bool whole = true;    ///< no event has cut it short
+    double part = 1;      ///< the longest to try, in parts of it: halves of halves
+    int made = 0;         ///< so many parts of that length one after the other
+    int patience = 1;     ///< after so many a longer one is tried: twice as many after each tried in vain
+    bool longer = false;  ///< the next one is such a try
+    int vain = 0;         ///< of its least parts: too long all the same
   } even_;
   bool event_passed_ = false;  ///< the state reached is one after an event that changed it
   Eigen::VectorXd energy_, energy_before_event_;

@@ -42,11 +42,15 @@ void slip_rows(ConstraintScan<T>& scan, int r, int a, int b, const Meeting<T>& a
     for (int c = 0; c < N; ++c) scan.residual(r + c, c == 0 ? value : T(0), T(0), T(0));
     return;
   }
+  scan.template along_each<N>(r, a, at.p, t);
+  scan.template along_each<N>(r, b, at.p, -t);
+  if (scan.detail() == ConstraintScan<T>::Detail::rates) {
+    for (int c = 0; c < N; ++c) scan.residual(r + c, c == 0 ? value : T(0), T(0), T(0));
+    return;
+  }
   const Eigen::Vector3<T> va = scan.velocity(a, at.p), vb = scan.velocity(b, at.p), v = va - vb;
   const Eigen::Vector3<T> wanders =
       scan.angular_velocity(a).cross(at.p_rate - va) - scan.angular_velocity(b).cross(at.p_rate - vb);
-  scan.template along_each<N>(r, a, at.p, t);
-  scan.template along_each<N>(r, b, at.p, -t);
   for (int c = 0; c < N; ++c)
     scan.residual(r + c, c == 0 ? value : T(0), T(0), t.col(c).dot(wanders) + t_rate.col(c).dot(v));
 }
@@ -80,13 +84,17 @@ void rows_on_plane(ConstraintScan<T>& scan, int r, int a, const Meeting<T>& at, 
     slip_rows<T, 2>(scan, r, a, b, at, axes.template rightCols<2>(), rates.template rightCols<2>());
 }
 
-/// Where a sphere of solid a is nearest to a plane of solid b; the gap is n . (c - on) - radius.
+/// Where a sphere of solid a is nearest to a plane of solid b; the gap is n . (c - on) - radius. How it moves
+/// is found for scans of rows.
 template <class T>
 Meeting<T> sphere_on_plane(const ConstraintScan<T>& scan, int a, const Eigen::Vector3d& centre, double radius,
                            int b, const Plane& plane) {
-  const auto c = scan.point(a, centre);
-  const Eigen::Vector3<T> n = scan.frame(b).R * plane.normal, w = scan.angular_velocity(b);
-  return {c.p - radius * n, c.v - radius * w.cross(n), n.dot(c.p - scan.point(b, plane.on.point).p) - radius};
+  const auto X = scan.frame(b);
+  const Eigen::Vector3<T> c = scan.frame(a) * centre, n = X.R * plane.normal;
+  Meeting<T> at{c - radius * n, Eigen::Vector3<T>::Zero(), n.dot(c - X * plane.on.point) - radius};
+  if (scan.detail() == ConstraintScan<T>::Detail::rows)
+    at.p_rate = scan.velocity(a, c) - radius * scan.angular_velocity(b).cross(n);
+  return at;
 }
 
 /// Rows r, r + 1, r + 2: a sphere of solid a over a plane of solid b.
@@ -127,60 +135,70 @@ void capsule_over_capsule(ConstraintScan<T>& scan, int r, int a, const ThickSegm
                           const ThickSegment& B) {
   using std::sqrt;
   using Vector = Eigen::Vector3<T>;
-  const auto ca = scan.point(a, A.centre), cb = scan.point(b, B.centre);
-  const Vector ua = scan.frame(a).R * A.axis, ub = scan.frame(b).R * B.axis;
-  const Vector wa = scan.angular_velocity(a), wb = scan.angular_velocity(b), between = ca.p - cb.p;
+  using Detail = typename ConstraintScan<T>::Detail;
+  const auto Xa = scan.frame(a), Xb = scan.frame(b);
+  const Vector ca = Xa * A.centre, cb = Xb * B.centre, ua = Xa.R * A.axis, ub = Xb.R * B.axis,
+               between = ca - cb;
   const T cosine = ua.dot(ub), da = ua.dot(between), db = ub.dot(between), K = 1 - cosine * cosine;
   const auto clamped = [](const T& x, double half, bool& free) {
     free = std::abs(value_of(x)) < half;
     return free ? x : T(value_of(x) < 0 ? -half : half);
   };
   const double ha = A.length / 2, hb = B.length / 2;
-  if constexpr (std::is_same_v<T, double>) {
-    const Vector closing = ca.v - cb.v, turn_a = ha * wa.cross(ua), turn_b = hb * wb.cross(ub);
-    double fastest = 0;
-    for (const Vector& turn : {Vector(turn_a + turn_b), Vector(turn_a - turn_b)})
-      fastest = std::max({fastest, (closing + turn).norm(), (closing - turn).norm()});
-    scan.speed(r, fastest);
-  }
   // of parallel ones no pair of points is nearest: that at a's middle is taken
   const bool parallel = value_of(K) < 1e-12;
   bool free_a = false, free_b = false;
   T s = parallel ? T(0) : clamped((cosine * db - da) / K, ha, free_a);
   const T t = clamped(cosine * s + db, hb, free_b);
   if (!free_b) s = clamped(cosine * t - da, ha, free_a);
-  const Vector xa = ca.p + s * ua, xb = cb.p + t * ub, d = xa - xb;
-  const T length = sqrt(d.squaredNorm());
-  if (!(value_of(length) > 1e-12 * (A.radius + B.radius))) {
-    scan.degenerate(r);
-    scan.residual(r, T(-A.radius - B.radius), T(0), T(0));
+  const Vector xa = ca + s * ua, xb = cb + t * ub, d = xa - xb;
+  const T length = sqrt(d.squaredNorm()), gap = length - A.radius - B.radius;
+  const bool coincide = !(value_of(length) > 1e-12 * (A.radius + B.radius));
+  if (coincide) scan.degenerate(r);
+  if (scan.detail() == Detail::values) {
+    for (int c = 0; c < 3; ++c) scan.residual(r + c, c == 0 ? gap : T(0), T(0), T(0));
     return;
   }
-  const Vector n = d / length;
-  const Vector va = ca.v + s * wa.cross(ua), vb = cb.v + t * wb.cross(ub), v = va - vb;
-  const T mixed_a = ua.dot(v) + d.dot(wa.cross(ua)), mixed_b = -ub.dot(v) - d.dot(wb.cross(ub));
-  T s_rate(0), t_rate(0);
-  if (free_a && free_b && !parallel) {
-    s_rate = -(mixed_a + cosine * mixed_b) / K;
-    t_rate = -(cosine * mixed_a + mixed_b) / K;
-  } else if (free_b) {
-    t_rate = -mixed_b;
-  } else if (free_a) {
-    s_rate = -mixed_a;
+  const Vector wa = scan.angular_velocity(a), wb = scan.angular_velocity(b), va_c = scan.velocity(a, ca),
+               vb_c = scan.velocity(b, cb);
+  if constexpr (std::is_same_v<T, double>) {
+    const Vector closing = va_c - vb_c, turn_a = ha * wa.cross(ua), turn_b = hb * wb.cross(ub);
+    double fastest = 0;
+    for (const Vector& turn : {Vector(turn_a + turn_b), Vector(turn_a - turn_b)})
+      fastest = std::max({fastest, (closing + turn).squaredNorm(), (closing - turn).squaredNorm()});
+    scan.speed(r, sqrt(fastest));
   }
-  const T opening = n.dot(v);
+  if (coincide) {
+    scan.residual(r, gap, T(0), T(0));
+    return;
+  }
+  const Vector n = d / length, e = across<T>(n);
+  Meeting<T> at{xb + B.radius * n, Vector::Zero()};
+  T bias(0);
+  if (scan.detail() == Detail::rows) {
+    const Vector va = va_c + s * wa.cross(ua), vb = vb_c + t * wb.cross(ub), v = va - vb;
+    const T mixed_a = ua.dot(v) + d.dot(wa.cross(ua)), mixed_b = -ub.dot(v) - d.dot(wb.cross(ub));
+    T s_rate(0), t_rate(0);
+    if (free_a && free_b && !parallel) {
+      s_rate = -(mixed_a + cosine * mixed_b) / K;
+      t_rate = -(cosine * mixed_a + mixed_b) / K;
+    } else if (free_b) {
+      t_rate = -mixed_b;
+    } else if (free_a) {
+      s_rate = -mixed_a;
+    }
+    const T opening = n.dot(v);
+    bias = (v.squaredNorm() + mixed_a * s_rate + mixed_b * t_rate - opening * opening) / length;
+    const Vector xb_rate = vb + t_rate * ub, d_rate = va + s_rate * ua - xb_rate;
+    at.p_rate = xb_rate + B.radius * (d_rate - n.dot(d_rate) * n) / length;
+  }
   scan.along(r, a, xa, n);
   scan.along(r, b, xb, -n);
-  scan.residual(r, length - A.radius - B.radius, T(0),
-                (v.squaredNorm() + mixed_a * s_rate + mixed_b * t_rate - opening * opening) / length);
-  const Vector xb_rate = vb + t_rate * ub, d_rate = va + s_rate * ua - xb_rate;
-  const Vector n_rate = (d_rate - n.dot(d_rate) * n) / length;
-  const Vector p = xb + B.radius * n, p_rate = xb_rate + B.radius * n_rate;
-  const Vector e = across<T>(n), none = Vector::Zero();
+  scan.residual(r, gap, T(0), bias);
   // axes across are chosen anew at each place: how they turn matters to a slip alone, which they only measure
-  const Meeting<T> at{p, p_rate};
-  slip_row<T>(scan, r + 1, a, b, at, e, none);
-  slip_row<T>(scan, r + 2, a, b, at, n.cross(e), none);
+  Eigen::Matrix<T, 3, 2> tangents;
+  tangents << e, n.cross(e);
+  slip_rows<T, 2>(scan, r + 1, a, b, at, tangents, Eigen::Matrix<T, 3, 2>::Zero());
 }
 
 }  // namespace borelli
