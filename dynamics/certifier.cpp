@@ -409,13 +409,11 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
     const Climb& most = contact_errors_[std::size_t(g)].most;
     const EnergyBalance& balance = group_energies_[std::size_t(g)];
     if (most.largest() > std::max(limit * balance.turnover(), balance.rounding))
-      distrust(
-          most.time(),
-          fmt::format(
-              "contacts gave {} or took from it {:.3g} J more than their laws say, {:.2g} of the {:.3g} J "
-              "turned over (limit {:.2g}), at t = {:.6g} s; take shorter steps",
-              group_words(g), most.largest(), most.largest() / balance.turnover(), balance.turnover(), limit,
-              most.time()));
+      distrust(most.time(), fmt::format("impulses of contacts changed the energy of {} by {:.3g} J beside "
+                                        "what their laws say, {:.2g} of the {:.3g} J "
+                                        "turned over (limit {:.2g}), at t = {:.6g} s; take shorter steps",
+                                        group_words(g), most.largest(), most.largest() / balance.turnover(),
+                                        balance.turnover(), limit, most.time()));
   }
   for (std::size_t i = 0; i < c.conserved.size(); ++i)
     if (const Conserved& conserved = c.conserved[i];
