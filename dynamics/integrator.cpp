@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "dynamics/collocation.hpp"
 #include "dynamics/embedded_runge_kutta.hpp"
 #include "dynamics/extrapolation.hpp"
 #include "dynamics/gauss_legendre.hpp"
@@ -69,6 +70,7 @@ constexpr Method methods[] = {
     {"gbs4", extrapolated<4>},
     {"gbs6", extrapolated<6>},
     {"gbs8", extrapolated<8>},
+    {"gauss16", with_tolerance<Collocation>},
     {"semi_implicit_euler", plain<SemiImplicitEuler>},
     {"verlet", plain<VelocityVerlet>},
     {"implicit_midpoint", gauss<1>},

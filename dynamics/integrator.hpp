@@ -32,6 +32,8 @@ class Flow {
   virtual Eigen::Index positions() const { return 0; }
   /// The positions' part of the derivative alone, which costs little.
   virtual void position_rate(const Eigen::VectorXd& /*y*/, Eigen::VectorXd& /*dy*/) {}
+  /// The same of four states side by side.
+  virtual void position_rates(const Eigen::VectorX<Quad>& /*y*/, Eigen::VectorX<Quad>& /*dy*/) {}
   /// Whether f is the same at all times, and its slopes at several states cost less side by side than one by
   /// one.
   virtual bool has_lanes() { return false; }

@@ -169,6 +169,10 @@ void MotionFlow::position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
   chart_rate(system_, y.data(), y.data() + system_.nv, dy.data());
 }
 
+void MotionFlow::position_rates(const Eigen::VectorX<Quad>& y, Eigen::VectorX<Quad>& dy) {
+  chart_rate(system_, y.data(), y.data() + system_.nv, dy.data());
+}
+
 /// dy at y from the equations solved there.
 void MotionFlow::fill(const Eigen::VectorXd& y, Eigen::VectorXd& dy) const {
   const int n = system_.nv;

@@ -20,6 +20,7 @@ class MotionFlow : public Flow {
   const Eigen::VectorXd& error_scale() const override { return scale_; }
   Eigen::Index positions() const override { return system_.nv; }
   void position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
+  void position_rates(const Eigen::VectorX<Quad>& y, Eigen::VectorX<Quad>& dy) override;
   bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
   /// Where a batch can have the scene (batch.hpp), no row holds, nothing depends on time, the solids do not
   /// mostly swing by themselves (of those, one state takes hardly any time) and no lane had to be solved by

@@ -282,7 +282,7 @@ TEST(Certificate, AStepDoesNotPassOverAPolynomialsOrATablesWaves) {
     ASSERT_TRUE(fine.certificate.trusted) << fine.certificate.reason;
     const double end = last(fine.q)[0];
     EXPECT_GT(std::abs(end), 1);
-    for (const char* method : {"rk4", "rk4_adaptive", "dopri5", "dop853", "gbs"}) {
+    for (const char* method : {"rk4", "rk4_adaptive", "dopri5", "dop853", "gbs", "gauss16"}) {
       const Trajectory t = run(scene, settings(method, 128, 128));
       if (t.certificate.trusted) {
         EXPECT_NEAR(last(t.q)[0], end, 1e-4 * std::abs(end)) << method;

@@ -58,8 +58,9 @@ TEST(Checkpoint, EveryMethodGoesOnExactly) {
   scene.solids.push_back(solid("ball", "l2",
                                {fixed({0, 0, -1}), ball("turn", identity_quaternion(), {1, 2, 3})},
                                {inertial(1, {0.1, 0, -0.2}, {0.03, 0.04, 0.05})}));
-  for (const char* method : {"euler", "rk2", "rk4", "rk4_adaptive", "dopri5", "dop853", "gbs", "gbs4", "gbs8",
-                             "semi_implicit_euler", "verlet", "implicit_midpoint", "gauss4", "gauss6"})
+  for (const char* method :
+       {"euler", "rk2", "rk4", "rk4_adaptive", "dopri5", "dop853", "gbs", "gauss16", "gbs4", "gbs8",
+        "semi_implicit_euler", "verlet", "implicit_midpoint", "gauss4", "gauss6"})
     for (const double interval : {0.0, 0.03, 0.25})
       compare(scene, rows_every(settings(method, 1, 1e-2, 1e-8), interval));
 }

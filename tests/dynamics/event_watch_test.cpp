@@ -131,7 +131,7 @@ TEST(Events, AnExcursionWithinOneStepIsNotMissed) {
       solid("mass", "world", {slide("x", Vector3d::UnitX(), 0, 1)}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
   scene.efforts = {{"spring", CoordinateSpring{{"x"}, 1, 0, 0}}};  // x = sin t
   scene.solids[0].switches[0].ranges = {Range{-2, 0.99999}};
-  for (const char* method : {"rk4", "rk4_adaptive", "dopri5", "dop853", "gbs"}) {
+  for (const char* method : {"rk4", "rk4_adaptive", "dopri5", "dop853", "gbs", "gauss16"}) {
     const Trajectory path = run(scene, settings(method, 3, method == std::string("rk4") ? 0.02 : 0.5, 1e-10));
     const auto& events = path.certificate.events;
     ASSERT_EQ(events.size(), 2u) << method;
@@ -168,7 +168,7 @@ TEST(Events, OnConstraintsAreLocatedThere) {
   scene.constraints = {{"rod", Distance{{"point", {0, 0, 0}}, {"world", {0, 0, 0}}, constant(1)}}};
   scene.solids[0].switches[0].ranges = {Range{-2, 0}};
   const double period = 2.36784194757623745;
-  for (const char* method : {"dopri5", "dop853", "gbs", "rk4_adaptive"}) {
+  for (const char* method : {"dopri5", "dop853", "gbs", "gauss16", "rk4_adaptive"}) {
     const auto events = run(scene, settings(method, 5, 0.01, 1e-11)).certificate.events;
     ASSERT_EQ(events.size(), 4u) << method;
     for (int i = 0; i < 4; ++i) EXPECT_NEAR(events[i].time, (0.25 + 0.5 * i) * period, 1e-9) << method;

@@ -8,7 +8,7 @@ namespace borelli::test {
 namespace {
 
 constexpr double g = 9.81;
-constexpr const char* adaptive[] = {"rk4_adaptive", "dopri5", "dop853", "gbs"};
+constexpr const char* adaptive[] = {"rk4_adaptive", "dopri5", "dop853", "gbs", "gauss16"};
 
 SimulationSettings to_accuracy(double end, double accuracy) {
   SimulationSettings how;

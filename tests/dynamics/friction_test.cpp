@@ -100,7 +100,7 @@ Vector2d carried(double r, double alpha, double mu, double end) {
 
 TEST(Friction, OfATurntableThatSpinsUpCarriesAndLetsGo) {
   const Vector2d expected = carried(0.5, 1, 0.3, 4);
-  for (const char* method : {"dopri5", "dop853", "gbs", "rk4_adaptive"})
+  for (const char* method : {"dopri5", "dop853", "gbs", "gauss16", "rk4_adaptive"})
     for (double tolerance : {1e-9, 1e-10}) {
       SCOPED_TRACE(fmt::format("{} at {}", method, tolerance));
       Scene scene;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <functional>
 #include <limits>
 
@@ -43,5 +44,52 @@ inline Eigen::VectorXd integrate(Flow& flow, Integrator& method, Eigen::VectorXd
   }
   return y;
 }
+
+inline FunctionFlow bernoulli() {  // y = 1 / (2 + sin t)
+  return {
+      1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) { dy[0] = -y[0] * y[0] * std::cos(t); }};
+}
+
+/// From 0 to `end` in steps of the method's own choice, from .1 on; how many it took.
+inline int advance(FunctionFlow& flow, Integrator& method, Eigen::VectorXd& y, double end) {
+  Eigen::VectorXd dy(y.size()), out(y.size());
+  double t = 0, h = 0.1;
+  int steps = 0;
+  while (t < end) {
+    h = std::min(h, end - t);
+    flow.derivative(t, y, dy);
+    const Attempt attempt = method.attempt(flow, t, h, y, dy, out);
+    if (attempt.accepted) t += h, y = out, ++steps;
+    h = attempt.next_step;
+  }
+  return steps;
+}
+
+/// Two bodies on springs that harden, whose slopes can be had side by side; where the first is beyond 3 there
+/// are none.
+struct SpringsInLanes : FunctionFlow {
+  SpringsInLanes() : FunctionFlow(4, function) {}
+  static void function(double, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+    dy << y[2], y[3], -y[0] - y[0] * y[0] * y[0] + y[1], -2 * y[1] + y[0];
+  }
+  bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override {
+    return FunctionFlow::derivative(t, y, dy) && y[0] <= 3;
+  }
+  bool has_lanes() override { return in_lanes; }
+  bool derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) override {
+    evaluations += states;
+    ++calls;
+    Eigen::VectorXd one(4), slope(4);
+    for (int lane = 0; lane < Quad::count; ++lane) {
+      for (int c = 0; c < 4; ++c) one[c] = y[c][lane];
+      if (!(one[0] <= 3)) return false;
+      function(0, one, slope);
+      for (int c = 0; c < 4; ++c) dy[c].set(lane, slope[c]);
+    }
+    return true;
+  }
+  bool in_lanes = true;
+  int calls = 0;
+};
 
 }  // namespace borelli::test

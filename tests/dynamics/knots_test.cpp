@@ -69,7 +69,7 @@ TEST(Knots, LetNoErrorOfATablePassUnseen) {
   }
   const Table table(times, values);
   const System system = compiled(pushed(table));
-  for (const char* method : {"dopri5", "dop853", "gbs", "rk4_adaptive"}) {
+  for (const char* method : {"dopri5", "dop853", "gbs", "gauss16", "rk4_adaptive"}) {
     SCOPED_TRACE(method);
     SimulationSettings how = settings(method, 10, 0.01, 1e-11);
     how.output_interval = 0.1;

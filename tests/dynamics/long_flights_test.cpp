@@ -39,7 +39,7 @@ Scene balls(const std::vector<std::pair<double, double>>& heights, double restit
 }
 
 TEST(LongFlights, ABallThrownUpMeetsThePostThatItFallsOn) {
-  for (const char* method : {"rk4_adaptive", "dopri5", "dop853", "gbs", "arkode"}) {
+  for (const char* method : {"rk4_adaptive", "dopri5", "dop853", "gbs", "gauss16", "arkode"}) {
     SCOPED_TRACE(method);
     Scene scene;
     scene.solids = {solid("ball", "world",
@@ -139,7 +139,7 @@ TEST(LongFlights, ABallMeetsWhatItWouldJumpOverInAStep) {
 TEST(LongFlights, AnArmMeetsTheBallThatItTurnsTo) {
   for (double speed : {7., 10., 20., 300.})
     for (double radius : {0.005, 0.02})
-      for (const char* method : {"dopri5", "dop853", "gbs", "rk4_adaptive", "arkode"}) {
+      for (const char* method : {"dopri5", "dop853", "gbs", "gauss16", "rk4_adaptive", "arkode"}) {
         SCOPED_TRACE(fmt::format("{} at {} rad/s", method, speed));
         Scene scene;
         scene.gravity.setZero();

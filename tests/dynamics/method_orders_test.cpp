@@ -1,6 +1,7 @@
 // The order table: every method's observed order on whole scenes, by halving the step, in equal steps: a
 // pendulum (one angle), a solid that turns freely (orientation), IFToMM's A01 (a point held on a circle), the
 // last under projection and under Baumgarte.
+#include <algorithm>
 #include <cmath>
 
 #include "dynamics/motion_flow.hpp"
@@ -42,6 +43,8 @@ TEST(MethodOrders, EveryMethodIsInTheTable) {
   std::vector<std::string> names;
   for (const Row& row : table) names.emplace_back(row.method);
   names.insert(names.end() - 1, "cvode");  // chooses its steps and orders itself; accuracy_test.cpp runs it
+  // of order 16, of which rounding leaves nothing to see here: collocation_test.cpp
+  names.insert(std::find(names.begin(), names.end(), "gbs8") + 1, "gauss16");
   EXPECT_EQ(names, integrator_names());
 }
 

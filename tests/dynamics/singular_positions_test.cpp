@@ -51,7 +51,7 @@ void expect_benchmarks_end(int n, const Trajectory& t, double tolerance) {
 // Ten seconds of IFToMM A02 are ten passages through theta = 0 or pi.
 TEST(Windows, TwoEndWhereTheBenchmarkSays) {
   for (double tilt : {0., 0.6, 1.2})
-    for (const char* method : {"rk4_adaptive", "dopri5", "dop853", "gbs"})
+    for (const char* method : {"rk4_adaptive", "dopri5", "dop853", "gbs", "gauss16"})
       for (double tolerance : {1e-9, 1e-11}) {
         SCOPED_TRACE(fmt::format("{} at {:g}, tilted by {}", method, tolerance, tilt));
         const Trajectory t = run(windows(2, tilt, -1), settings(method, 10, 1e-3, tolerance));
@@ -133,7 +133,7 @@ TEST(IsoscelesSlider, GoesOnThroughTheCranksFoot) {
     for (const auto& [at, weight] : {std::pair{0., 1.}, {.5, 4.}, {1., 1.}})
       time += weight * strip / 6 * std::sqrt(inertia(start + (i + at) * strip) / energy);
   for (double tilt : {0., 0.7})
-    for (const char* method : {"rk4_adaptive", "dopri5", "dop853", "gbs", "rk4"}) {
+    for (const char* method : {"rk4_adaptive", "dopri5", "dop853", "gbs", "gauss16", "rk4"}) {
       SCOPED_TRACE(fmt::format("{}, tilted by {}", method, tilt));
       const Trajectory t = run(isosceles_slider(tilt, start, rate), settings(method, time, 1e-3, 1e-9));
       EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
@@ -175,7 +175,7 @@ TEST(Bricard, MovesThoughOverconstrained) {
   EXPECT_GT(fine.certificate.energy_turnover, 1);  // it moves
   EXPECT_LT(fine.certificate.energy_drift, 1e-7);
   EXPECT_EQ(fine.certificate.singular_passages, 0);
-  for (const char* method : {"rk4_adaptive", "dopri5", "rk4", "gbs"}) {
+  for (const char* method : {"rk4_adaptive", "dopri5", "rk4", "gbs", "gauss16"}) {
     SCOPED_TRACE(method);
     const Trajectory t = run(bricard(), settings(method, 10, 1e-3, 1e-9));
     EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;

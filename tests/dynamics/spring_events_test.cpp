@@ -25,7 +25,7 @@ TEST(SpringEvents, AWheelPassesHalfTurnsAsItsSwingSays) {
   const double half_follows = std::abs(half(faster) - half(speed)) / 1e-6,
                angle_follows = std::abs(angle(faster) - angle(speed)) / 1e-6;
   const Scene scene = wheel(stiffness, speed);
-  for (const char* method : {"gbs", "dop853", "dopri5", "gbs4"})
+  for (const char* method : {"gbs", "gauss16", "dop853", "dopri5", "gbs4"})
     for (const double tolerance : {1e-5, 1e-8, 1e-11}) {
       SimulationSettings how = settings(method, end, 0.1);
       how.tolerance = tolerance;
@@ -108,7 +108,7 @@ TEST(SpringEvents, AStopThatGoesSlackIsNotPassedOver) {
     scene.solids = {solid("mass", "world", {slide("z", Vector3d::UnitZ(), start, 1)},
                           {inertial(1, {0, 0, 0}, {0, 0, 0})})};
     scene.efforts = {{"stop", LimitSpring{{"z"}, k, d, {{-100, 0}}}}};
-    for (const char* method : {"gbs", "dop853", "dopri5"})
+    for (const char* method : {"gbs", "gauss16", "dop853", "dopri5"})
       for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
         SimulationSettings how = settings(method, end, 0.1);
         how.tolerance = tolerance;

@@ -109,7 +109,7 @@ TEST(Methods, OfHigherOrderReachTheHeavyTopsReference) {
                         {inertial(15, {0, 1, 0}, {0.234375, 0.46875, 0.234375})})};
   const Vector3d centre(-.15041682275, -.72416559164, -.67302226956);
   const System system = compiled(scene);
-  for (const char* method : {"dopri5", "dop853", "gbs"}) {
+  for (const char* method : {"dopri5", "dop853", "gbs", "gauss16"}) {
     const Trajectory end = run(system, settings(method, 2, 0.001, 1e-12));
     EXPECT_LT((Vector3d(last(end.gravity_centre)) - centre).norm(), 1e-9) << method;
     EXPECT_TRUE(end.certificate.trusted) << method << ": " << end.certificate.reason;
@@ -119,7 +119,7 @@ TEST(Methods, OfHigherOrderReachTheHeavyTopsReference) {
 TEST(Methods, AHighOrderCostsLessWhereTheToleranceIsTight) {
   const System system = compiled(roundabout());
   const long doubling = run(system, settings("rk4_adaptive", 5, 0.01, 1e-11)).certificate.evaluations;
-  for (const char* method : {"dop853", "gbs"}) {
+  for (const char* method : {"dop853", "gbs", "gauss16"}) {
     const Trajectory end = run(system, settings(method, 5, 0.01, 1e-11));
     // the roundabout's reference (see simulate_test.cpp)
     EXPECT_LT((last(end.q) - Vector3d(36.589803206456790, -.491961391081574, .009149081659433)).norm(), 1e-8)

@@ -1,0 +1,367 @@
+#include "dynamics/collocation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/processor.hpp"
+#include "dynamics/slope_jacobian.hpp"
+
+namespace borelli {
+
+namespace {
+
+constexpr int nodes = Collocation::nodes, half = Quad::count;
+
+// of the tolerance: what rounds may leave undone
+constexpr double left_undone = 0.1;
+// a change of that size is rounding; rates are not taken from less than so many
+constexpr double rounding = 1e-15, tells_rate = 1e4;
+// of a change: what a round leaves of it at least, lest a single round pass for enough
+constexpr double least_rate = 0.01;
+// rounds that leave more than that settle too slowly; steps aim at the other
+constexpr double slowest_rate = 0.9, aimed_rate = 0.3;
+constexpr int most_rounds = 12;
+// in tolerances: the error that steps aim at, and one that more rounds will not change
+constexpr double aimed_error = 0.005, hopeless_error = 10;
+// of the last coefficient: a change that alters little of it
+constexpr double settled_shape = 0.1;
+// from step to step
+constexpr double most_growth = 2, least_shrink = 0.2;
+// steps that are so many times as long as those known are foretold by nothing
+constexpr double farthest = 2.5;
+// of a coefficient and the next to where slopes are foretold: where these grow by more, few nodes foretell
+// better than many
+constexpr double farthest_growth = 1.2;
+// a slope leaps at an end of the step where it is so many times what smoothness explains from the others'
+constexpr double leap = 8;
+
+/// One number at each node, or one weight for it.
+struct AtNodes {
+  Quad first, second;
+  void set(int node, double x) { (node < half ? first : second).set(node % half, x); }
+};
+
+double legendre(int degree, double x) {
+  double before = 0, now = 1;
+  for (int k = 0; k < degree; ++k)
+    before = std::exchange(now, ((2 * k + 1) * x * now - k * before) / (k + 1));
+  return now;
+}
+
+/// Gauss' nodes on the interval from 0 to 1, and what follows from them.
+struct Tables {
+  double c[nodes], b[nodes];
+  AtNodes places;              ///< c
+  AtNodes coupling[nodes];     ///< per node: its slope's part in the moves to all of them
+  AtNodes weights;             ///< b
+  AtNodes coefficient[nodes];  ///< per degree: of Legendre's polynomial in the slopes
+  AtNodes start, end;          ///< the values there of a polynomial through those at the nodes
+
+  Tables() {
+    for (int i = 0; i < nodes; ++i) {
+      double x = -std::cos(M_PI * (i + 0.75) / (nodes + 0.5)), slope = 1;
+      for (int k = 0; k < 10; ++k) {
+        slope = nodes * (legendre(nodes - 1, x) - x * legendre(nodes, x)) / (1 - x * x);
+        x -= legendre(nodes, x) / slope;
+      }
+      c[i] = (1 + x) / 2;
+      b[i] = 1 / ((1 - x * x) * slope * slope);
+    }
+    for (int i = 0; i < nodes; ++i) {
+      places.set(i, c[i]);
+      weights.set(i, b[i]);
+      start.set(i, lagrange(i, 0));
+      end.set(i, lagrange(i, 1));
+      for (int degree = 0; degree < nodes; ++degree)
+        coefficient[degree].set(i, (2 * degree + 1) * b[i] * legendre(degree, 2 * c[i] - 1));
+      for (int j = 0; j < nodes; ++j) {
+        double integral = 0;
+        for (int k = 0; k < nodes; ++k) integral += c[i] * b[k] * lagrange(j, c[i] * c[k]);
+        coupling[j].set(i, integral);
+      }
+    }
+  }
+  double lagrange(int j, double x) const {
+    double value = 1;
+    for (int k = 0; k < nodes; ++k)
+      if (k != j) value *= (x - c[k]) / (c[j] - c[k]);
+    return value;
+  }
+};
+
+const Tables tables;
+
+double sum(const AtNodes& weights, const Quad& first, const Quad& second) {
+  const Quad parts = weights.first * first + weights.second * second;
+  return (parts[0] + parts[1]) + (parts[2] + parts[3]);
+}
+
+/// stages <- y and the moves by the slopes, of components from one to another. Gives the largest change of a
+/// stage, on the scale.
+BORELLI_LANES_FOR_PROCESSOR
+double move(double h, const double* y, const double* scale, Eigen::Index from, Eigen::Index to,
+            const Quad* first_slopes, const Quad* second_slopes, Quad* first, Quad* second) {
+  double most = 0;
+  for (Eigen::Index i = from; i < to; ++i) {
+    Quad one = 0, two = 0;
+    for (int k = 0; k < half; ++k) {
+      one += tables.coupling[k].first * first_slopes[i][k] +
+             tables.coupling[half + k].first * second_slopes[i][k];
+      two += tables.coupling[k].second * first_slopes[i][k] +
+             tables.coupling[half + k].second * second_slopes[i][k];
+    }
+    one = y[i] + h * one;
+    two = y[i] + h * two;
+    const Quad change = abs(one - first[i]) + abs(two - second[i]);
+    const double largest = std::max(std::max(change[0], change[1]), std::max(change[2], change[3]));
+    if (!(largest <= most * scale[i])) most = largest / scale[i];
+    first[i] = one;
+    second[i] = two;
+  }
+  return most;
+}
+
+/// The places at which a polynomial is known: nodes `from` to `to` of a step, and that at which the step to
+/// come begins, listed last.
+struct Support {
+  int from, to;
+  double at[nodes + 1], scale[nodes + 1];
+
+  Support(int from_node, int to_node, double start) : from(from_node), to(to_node) {
+    std::copy(tables.c, tables.c + nodes, at);
+    at[nodes] = start;
+    for (int k = 0; k <= nodes; ++k) {
+      scale[k] = 1;
+      for (int j = 0; j <= nodes; ++j)
+        if (j != k && holds(j)) scale[k] /= at[k] - at[j];
+    }
+  }
+  bool holds(int place) const { return place == nodes || (place >= from && place < to); }
+};
+
+/// What such a polynomial has at four other places: the weights of what is known.
+struct Continuation {
+  Quad weights[nodes + 1];
+
+  Continuation(const Support& by, const Quad& where) {
+    Quad before = where - by.at[nodes], after = 1;
+    for (Quad& weight : weights) weight = 0;
+    for (int k = by.from; k < by.to; ++k) {
+      weights[k] = before * by.scale[k];
+      before *= where - by.at[k];
+    }
+    for (int k = by.to; k-- > by.from;) {
+      weights[k] *= after;
+      after *= where - by.at[k];
+    }
+    weights[nodes] = after * by.scale[nodes];
+  }
+};
+
+const Support of_this_step(0, nodes, 0), of_step_before(1, nodes, 1), of_its_end(nodes - 2, nodes, 1);
+const Continuation to_second_half(Support(0, half, 0), tables.places.second);
+
+BORELLI_LANES_FOR_PROCESSOR
+void continue_slopes(const Continuation& by, Eigen::Index from, Eigen::Index to, const Quad* first,
+                     const Quad* second, const double* start, Quad* out) {
+  for (Eigen::Index i = from; i < to; ++i) {
+    Quad value = by.weights[nodes] * start[i];
+    for (int k = 0; k < half; ++k) value += by.weights[k] * first[i][k] + by.weights[half + k] * second[i][k];
+    out[i] = value;
+  }
+}
+
+/// By how much a term of Legendre's polynomials grows from degree to degree at x, from -1 to 1 not at all.
+double growth(double x) { return x + std::sqrt(x * x - 1); }
+
+}  // namespace
+
+void Collocation::reset() {
+  last_ = {};
+  rejected_ = false;
+}
+
+bool Collocation::keep(Keeper& k) {
+  Eigen::MatrixXd slopes(nodes, slopes_[0].size());
+  for (int of = 0; of < halves; ++of)
+    for (Eigen::Index i = 0; i < slopes_[of].size(); ++i) slopes_[of][i].store(&slopes(half * of, i));
+  k(last_.known, last_.step, last_.rate, last_.fall, last_.coefficient, rejected_, slopes);
+  for (int of = 0; of < halves; ++of) {
+    slopes_[of].resize(slopes.cols());
+    for (Eigen::Index i = 0; i < slopes.cols(); ++i) slopes_[of][i] = Quad::load(&slopes(half * of, i));
+  }
+  return true;
+}
+
+/// slopes_ <- what they may be: of the step before, its last nodes with the slope at the start, as many as
+/// its coefficients' fall bears.
+void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
+  const double ratio = h / last_.step;
+  if (last_.known == Known::nothing || ratio > farthest) {
+    for (auto& slopes : slopes_) {
+      slopes.resize(dy.size());
+      for (Eigen::Index i = 0; i < dy.size(); ++i) slopes[i] = dy[i];
+    }
+    last_.rate = 1;
+    return;
+  }
+  const bool before = last_.known == Known::step_before;
+  // the first half of the nodes are what counts: the others are foretold again when these are known
+  const bool far = last_.fall * growth(1 + 2 * tables.c[half - 1] * ratio) > farthest_growth;
+  const Support& by = !before ? of_this_step : far ? of_its_end : of_step_before;
+  known_slopes_ = slopes_;
+  const Eigen::Index from = flow.positions(), to = acting_components(flow);
+  const Quad places[] = {tables.places.first, tables.places.second};
+  for (int of = 0; of < halves; ++of)
+    continue_slopes({by, by.at[nodes] + ratio * places[of]}, from, to, known_slopes_[0].data(),
+                    known_slopes_[1].data(), dy.data(), slopes_[of].data());
+  last_.rate = std::min(1., last_.rate * ratio * ratio);
+}
+
+/// stages_ <- where the slopes lead, positions by the rates of the velocities' stages. Gives the largest
+/// change.
+double Collocation::place(Flow& flow, double h, const Eigen::VectorXd& y) {
+  const Eigen::Index positions = flow.positions(), acting = acting_components(flow);
+  const double* scale = flow.error_scale().data();
+  const auto move_these = [&](Eigen::Index from, Eigen::Index to) {
+    return move(h, y.data(), scale, from, to, slopes_[0].data(), slopes_[1].data(), stages_[0].data(),
+                stages_[1].data());
+  };
+  double change = move_these(positions, acting);
+  if (positions > 0) {
+    for (int of = 0; of < halves; ++of) flow.position_rates(stages_[of], slopes_[of]);
+    change = std::max(change, move_these(0, positions));
+  }
+  return change;
+}
+
+/// slopes_ <- those at the stages of one half of the nodes.
+bool Collocation::evaluate(Flow& flow, double t, double h, int of) {
+  if (flow.has_lanes()) return flow.derivatives(stages_[of], half, slopes_[of]);
+  const Eigen::Index size = stages_[of].size();
+  stage_.resize(size);
+  for (int lane = 0; lane < half; ++lane) {
+    for (Eigen::Index i = 0; i < size; ++i) stage_[i] = stages_[of][i][lane];
+    if (!flow.derivative(t + tables.c[half * of + lane] * h, stage_, slope_)) return false;
+    for (Eigen::Index i = 0; i < size; ++i) slopes_[of][i].set(lane, slope_[i]);
+  }
+  return true;
+}
+
+Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                                        const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+  const bool foretell = last_.known != Known::this_step;
+  guess(flow, h, dy);
+  last_.known = Known::nothing;
+  last_.step = h;
+  const Eigen::Index size = y.size(), positions = flow.positions();
+  for (int of = 0; of < halves; ++of) {
+    stages_[of].resize(size);
+    for (Eigen::Index i = 0; i < size; ++i) stages_[of][i] = y[i];
+    // rates of positions are asked for there
+    const Quad moved = h * (of == 0 ? tables.places.first : tables.places.second);
+    for (Eigen::Index i = 0; i < positions; ++i) stages_[of][i] += moved * dy[i];
+  }
+  place(flow, h, y);
+  double before = std::numeric_limits<double>::infinity();
+  for (rounds_ = 1;; ++rounds_) {
+    if (!evaluate(flow, t, h, 0)) return Outcome::not_evaluated;
+    if (rounds_ == 1 && foretell) {
+      continue_slopes(to_second_half, positions, acting_components(flow), slopes_[0].data(),
+                      slopes_[1].data(), dy.data(), slopes_[1].data());
+      place(flow, h, y);
+    }
+    if (!evaluate(flow, t, h, 1)) return Outcome::not_evaluated;
+    const double change = place(flow, h, y);
+    if (!std::isfinite(change)) return Outcome::not_evaluated;
+    if (change <= rounding || (rounds_ > 1 && before <= tells_rate * rounding))
+      last_.rate = least_rate;
+    else if (rounds_ > 1)
+      last_.rate = std::max(change / before, least_rate);
+    if (last_.rate < 1 && last_.rate * change <= left_undone * tolerance_ * (1 - last_.rate)) break;
+    if (int worst; rounds_ % 2 == 0 && find_error(flow, h, worst) > hopeless_error &&
+                   change < settled_shape * last_.coefficient)
+      return Outcome::hopeless;
+    if (rounds_ > 2 && (last_.rate > slowest_rate || rounds_ == most_rounds)) return Outcome::unsettled;
+    before = change;
+  }
+  out.resize(size);
+  for (Eigen::Index i = 0; i < size; ++i)
+    out[i] = y[i] + h * sum(tables.weights, slopes_[0][i], slopes_[1][i]);
+  return Outcome::solved;
+}
+
+/// Of the step, in tolerances. Legendre's coefficients of the slopes fall by much the same ratio from one to
+/// the next; what the rule does not see begins with the sixteenth.
+double Collocation::find_error(const Flow& flow, double h, int& worst) {
+  const Eigen::VectorXd& scale = flow.error_scale();
+  double last = 0, last_but_one = 0, low = 0, low_but_one = 0;
+  for (Eigen::Index i = flow.positions(); i < scale.size(); ++i) {
+    if (std::isinf(scale[i])) continue;
+    const auto size = [&](int degree) {
+      return std::abs(sum(tables.coefficient[degree], slopes_[0][i], slopes_[1][i])) * h / scale[i];
+    };
+    if (const double part = size(nodes - 1); !(part <= last)) {
+      last = part;
+      worst = int(i);
+    }
+    last_but_one = std::max(last_but_one, size(nodes - 2));
+    low = std::max(low, size(nodes - 5));
+    low_but_one = std::max(low_but_one, size(nodes - 6));
+  }
+  if (last == 0 && last_but_one == 0) return last_.coefficient = last_.fall = 0;
+  last_.fall = std::min(1., std::sqrt(std::sqrt(std::max(last / low, last_but_one / low_but_one))));
+  last_.coefficient = std::max(last, last_.fall * last_but_one);
+  return last_.coefficient * std::pow(last_.fall, nodes + 1) / tolerance_;
+}
+
+/// Whether the slope, being slope_ at the step's end, leaps between an end and the node next to it by what
+/// would make an error.
+bool Collocation::leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const {
+  const Eigen::VectorXd& scale = flow.error_scale();
+  for (Eigen::Index i = flow.positions(); i < scale.size(); ++i) {
+    const double start = std::abs(sum(tables.start, slopes_[0][i], slopes_[1][i]) - dy[i]);
+    const double end = std::abs(sum(tables.end, slopes_[0][i], slopes_[1][i]) - slope_[i]);
+    const double off = std::max(start, end) * h / scale[i];
+    if (!(off <= leap * last_.coefficient) && !(tables.c[0] * off <= tolerance_)) return true;
+  }
+  return false;
+}
+
+Attempt Collocation::attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                             const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+  Attempt attempt;
+  const bool grows = !std::exchange(rejected_, true);
+  const Outcome outcome = solve(flow, t, h, y, dy, out);
+  if (outcome == Outcome::not_evaluated)
+    return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
+  const double error = find_error(flow, h, attempt.worst);
+  if (outcome == Outcome::unsettled) return {.accepted = false, .next_step = 0.5 * h, .worst = attempt.worst};
+  last_.known = Known::this_step;
+  attempt.accepted = outcome == Outcome::solved && error <= 1;
+  double factor = std::pow(aimed_error / std::max(error, 1e-300), 1. / (2 * nodes + 1));
+  if (rounds_ > 1) factor = std::min(factor, std::sqrt(aimed_rate / last_.rate));
+  factor = std::clamp(factor, least_shrink, !attempt.accepted ? 0.9 : grows ? most_growth : 1);
+  attempt.next_step = h * factor;
+  if (!attempt.accepted) return attempt;
+  if (!flow.derivative(t + h, out, slope_))
+    return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
+  if (leaps_at_an_end(flow, h, dy)) return {.accepted = false, .next_step = 0.5 * h, .worst = attempt.worst};
+  last_.known = Known::step_before;
+  rejected_ = false;
+  return attempt;
+}
+
+bool Collocation::shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                            const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+  const Last last = last_;
+  kept_ = slopes_;
+  last_.known = Known::this_step;
+  const Outcome outcome = solve(flow, t, h, y, dy, out);
+  last_ = last;
+  slopes_.swap(kept_);
+  return outcome == Outcome::solved;
+}
+
+}  // namespace borelli

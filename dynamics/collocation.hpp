@@ -1,0 +1,62 @@
+// Collocation at Gauss' eight nodes, of order 16, with steps as long as the tolerance allows. The slopes at
+// the nodes are iterated as they stand, from what the step before and the first half of the nodes foretell: a
+// step takes some five rounds of eight slopes, of which none waits for another (Everhart 1985, An efficient
+// integrator that uses Gauss-Radau spacings; Rein and Spiegel, MNRAS 446, 2015). Positions follow from the
+// velocities of the same round. Where a flow has slopes of several states side by side (Flow::has_lanes), a
+// round takes hardly longer than two of them.
+//
+// For smooth motions. Stiff ones make the steps short, as they do those of explicit methods: in longer ones
+// the rounds would not settle.
+#pragma once
+
+#include <array>
+
+#include "dynamics/integrator.hpp"
+
+namespace borelli {
+
+class Collocation : public Integrator {
+ public:
+  explicit Collocation(double tolerance) : tolerance_(tolerance) {}
+  int order() const override { return 2 * nodes; }
+  bool adaptive() const override { return true; }
+  Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                  Eigen::VectorXd& out) override;
+  /// Begun with the slopes of the step last attempted.
+  bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                 Eigen::VectorXd& out) override;
+  bool keep(Keeper& k) override;
+  void reset() override;
+
+  static constexpr int nodes = 8;
+
+ private:
+  static constexpr int half = Quad::count, halves = nodes / half;
+  enum class Outcome { solved, hopeless, unsettled, not_evaluated };
+  enum class Known { nothing, this_step, step_before };
+
+  Outcome solve(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                Eigen::VectorXd& out);
+  void guess(const Flow& flow, double h, const Eigen::VectorXd& dy);
+  double place(Flow& flow, double h, const Eigen::VectorXd& y);
+  bool evaluate(Flow& flow, double t, double h, int of);
+  double find_error(const Flow& flow, double h, int& worst);
+  bool leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const;
+
+  double tolerance_;
+  /// Of the step last attempted.
+  struct Last {
+    Known known = Known::nothing;  ///< whose slopes slopes_ are, as seen from the step to come
+    double step = 0;               ///< s
+    double rate = 1;               ///< so much of a change was left after one more round
+    double fall = 1;               ///< from one coefficient of its slopes, by Legendre, to the next
+    double coefficient = 0;        ///< the last of them, as a move over the step, on the scale
+  } last_;
+  int rounds_ = 0;
+  bool rejected_ = false;
+  std::array<Eigen::VectorX<Quad>, halves> slopes_, stages_;  ///< per half of the nodes, and component
+  std::array<Eigen::VectorX<Quad>, halves> known_slopes_, kept_;
+  Eigen::VectorXd stage_, slope_;  ///< of a node by itself; the slope at the end
+};
+
+}  // namespace borelli

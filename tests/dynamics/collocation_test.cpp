@@ -1,0 +1,162 @@
+// Collocation at eight nodes: what it is exact for, the tolerance met, lanes, leaps.
+#include "dynamics/collocation.hpp"
+
+#include <complex>
+
+#include "functions.hpp"
+
+namespace borelli::test {
+namespace {
+
+// Of the integral of the sixteenth power the rule of Gauss misses 8!^4 / 16!^2, 6e-9 (Abramowitz and Stegun,
+// 25.4.30, on the interval from 0 to 1).
+TEST(Collocation, IsExactForPolynomialsOfDegreeFifteen) {
+  const double missed = std::pow(std::tgamma(9.), 4) / std::pow(std::tgamma(17.), 2);
+  for (int degree = 0; degree <= 16; ++degree) {
+    FunctionFlow flow(1, [&](double t, const Eigen::VectorXd&, Eigen::VectorXd& dy) {
+      dy[0] = (degree + 1) * std::pow(t, degree);
+    });
+    Collocation method(1e9);
+    Eigen::VectorXd y = Eigen::VectorXd::Zero(1), dy(1), out(1);
+    flow.derivative(0, y, dy);
+    ASSERT_TRUE(method.attempt(flow, 0, 1, y, dy, out).evaluated);
+    EXPECT_NEAR(out[0], degree < 16 ? 1 : 1 - missed, 2e-15) << degree;
+  }
+}
+
+/// x'' = -x, told apart into position and velocity.
+struct Oscillator : FunctionFlow {
+  Oscillator()
+      : FunctionFlow(2, [](double, const Eigen::VectorXd& y, Eigen::VectorXd& dy) { dy << y[1], -y[0]; }) {}
+  Eigen::Index positions() const override { return 1; }
+  void position_rates(const Eigen::VectorX<Quad>& y, Eigen::VectorX<Quad>& dy) override { dy[0] = y[1]; }
+};
+
+// Of linear equations Gauss' collocation makes the diagonal Pade approximant to the exponential function
+// (Hairer, Wanner, Solving ODEs II, section IV.5): its phase is 5e-11 off after a step of 3.1.
+TEST(Collocation, MakesThePadeApproximant) {
+  const std::complex<double> z(0, 3.1);
+  std::complex<double> up = 0, power = 1;
+  double factor = 1;
+  for (int k = 0; k <= 8; ++k) {
+    up += factor * power;
+    power *= z;
+    factor *= (8 - k) / ((16. - k) * (k + 1));
+  }
+  const std::complex<double> approximant = up / std::conj(up);
+  Oscillator flow;
+  Collocation method(1e-10);
+  Eigen::VectorXd y(2), dy(2), out(2);
+  y << 1, 0;
+  flow.derivative(0, y, dy);
+  ASSERT_TRUE(method.attempt(flow, 0, z.imag(), y, dy, out).evaluated);
+  EXPECT_NEAR(out[0], approximant.real(), 2e-12);
+  EXPECT_NEAR(out[1], -approximant.imag(), 2e-12);
+  EXPECT_GT(std::abs(approximant - std::exp(z)), 3e-11);
+}
+
+TEST(Collocation, MeetsItsToleranceWithFewEvaluations) {
+  for (double tolerance : {1e-3, 1e-6, 1e-9, 1e-12}) {
+    FunctionFlow flow = bernoulli();
+    Collocation method(tolerance);
+    Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5);
+    const int steps = advance(flow, method, y, 10);
+    // one tolerance per step at most, which grows as y^2: ninefold from y = 1/3 to y = 1
+    EXPECT_LT(std::abs(y[0] - 1 / (2 + std::sin(10.0))), 9 * steps * tolerance) << tolerance;
+    EXPECT_LT(flow.evaluations, 1000) << tolerance;
+  }
+}
+
+TEST(Collocation, StepsGoByTheirOrder) {
+  const auto steps_to = [&](double tolerance) {
+    FunctionFlow flow = bernoulli();
+    Collocation method(tolerance);
+    Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5);
+    return double(advance(flow, method, y, 200));
+  };
+  EXPECT_NEAR(std::log10(steps_to(1e-12) / steps_to(1e-6)), 6. / 17, 0.1);
+}
+
+TEST(Collocation, SeesAForceThatLeapsAnywhereInAStep) {
+  // x'' = 1, from the leap on 1000; the steps are as long as may be, so that leaps fall everywhere in them
+  for (const double tolerance : {1e-6, 1e-10})
+    for (int k = 0; k < 50; ++k) {
+      const double leap = 0.31 + 0.013 * k;
+      FunctionFlow flow(2, [&](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+        dy << y[1], t < leap ? 1. : 1000.;
+      });
+      Collocation method(tolerance);
+      Eigen::VectorXd y = Eigen::VectorXd::Zero(2);
+      const int steps = advance(flow, method, y, 1);
+      const double left = 1 - leap;
+      EXPECT_NEAR(y[1], leap + 1000 * left, 10 * steps * tolerance) << leap;
+      EXPECT_NEAR(y[0], 0.5 * leap * leap + leap * left + 500 * left * left, 10 * steps * tolerance) << leap;
+    }
+}
+
+TEST(Collocation, ShortensTheStepWhereTheFunctionEnds) {
+  FunctionFlow flow(
+      1, [](double, const Eigen::VectorXd&, Eigen::VectorXd& dy) { dy[0] = 1; }, 0.4);
+  Collocation method(1e-6);
+  const Eigen::VectorXd y = Eigen::VectorXd::Zero(1), dy = Eigen::VectorXd::Ones(1);
+  Eigen::VectorXd out(1);
+  const Attempt attempt = method.attempt(flow, 0, 1, y, dy, out);
+  EXPECT_FALSE(attempt.evaluated);
+  EXPECT_FALSE(attempt.accepted);
+  EXPECT_DOUBLE_EQ(attempt.next_step, 0.25);
+}
+
+TEST(Collocation, NodesSideBySideAreThoseOneByOne) {
+  Eigen::VectorXd ends[2];
+  int evaluations[2], calls = 0;
+  for (const bool in_lanes : {false, true}) {
+    SpringsInLanes flow;
+    flow.in_lanes = in_lanes;
+    Collocation method(1e-10);
+    Eigen::VectorXd& y = ends[in_lanes];
+    y.resize(4);
+    y << 1, -0.3, 0.2, 0.7;
+    advance(flow, method, y, 20);
+    evaluations[in_lanes] = flow.evaluations;
+    calls += flow.calls;
+  }
+  EXPECT_LT((ends[0] - ends[1]).norm(), 1e-13);
+  EXPECT_EQ(evaluations[0], evaluations[1]);
+  EXPECT_GT(calls, evaluations[1] / 5);
+  EXPECT_LT(calls, evaluations[1] / 4);
+}
+
+TEST(Collocation, StiffnessShortensStepsAndSpoilsNothing) {
+  // the rounds settle while steps are shorter than some thousandths
+  FunctionFlow flow(1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+    dy[0] = -1000 * (y[0] - std::cos(t)) - std::sin(t);
+  });
+  Collocation method(1e-8);
+  Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 2);
+  const int steps = advance(flow, method, y, 3);
+  EXPECT_NEAR(y[0], std::cos(3.), 1e-8);
+  EXPECT_GT(steps, 100);
+  EXPECT_LT(steps, 5000);
+}
+
+TEST(Collocation, ShortenedItLeavesNoTrace) {
+  FunctionFlow flow = bernoulli();
+  Eigen::VectorXd y = Eigen::VectorXd::Constant(1, 0.5), dy(1), out(1), part(1), after[2];
+  for (const bool looked : {false, true}) {
+    Collocation method(1e-10);
+    flow.derivative(0, y, dy);
+    ASSERT_TRUE(method.attempt(flow, 0, 0.2, y, dy, out).accepted);
+    if (looked)
+      for (const double h : {0.19, 0.05, 0.12}) {
+        ASSERT_TRUE(method.shortened(flow, 0, h, y, dy, part));
+        EXPECT_NEAR(part[0], 1 / (2 + std::sin(h)), 1e-10);
+      }
+    flow.derivative(0.2, out, dy);
+    after[looked].resize(1);
+    ASSERT_TRUE(method.attempt(flow, 0.2, 0.2, out, dy, after[looked]).accepted);
+  }
+  EXPECT_EQ(after[0], after[1]);
+}
+
+}  // namespace
+}  // namespace borelli::test
