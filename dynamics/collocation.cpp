@@ -19,9 +19,9 @@ constexpr double left_undone = 0.1;
 constexpr double rounding = 1e-15, tells_rate = 1e4;
 // of a change: what a round leaves of it at least, lest a single round pass for enough
 constexpr double least_rate = 0.01;
-// rounds that leave more than that settle too slowly; steps aim at the other
+// rounds that leave more than that settle too slowly; steps aim at the other, and at so many rounds at most
 constexpr double slowest_rate = 0.9, aimed_rate = 0.3;
-constexpr int most_rounds = 12;
+constexpr int most_rounds = 12, aimed_rounds = 8;
 // in tolerances: the error that steps aim at, and one that more rounds will not change
 constexpr double aimed_error = 0.005, hopeless_error = 10;
 // of the last coefficient: a change that alters little of it
@@ -297,7 +297,7 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
 double Collocation::find_error(const Flow& flow, double h, int& worst) {
   const Eigen::VectorXd& scale = flow.error_scale();
   double last = 0, last_but_one = 0, low = 0, low_but_one = 0;
-  for (Eigen::Index i = flow.positions(); i < scale.size(); ++i) {
+  for (Eigen::Index i = 0; i < scale.size(); ++i) {
     if (std::isinf(scale[i])) continue;
     const auto size = [&](int degree) {
       return std::abs(sum(tables.coefficient[degree], slopes_[0][i], slopes_[1][i])) * h / scale[i];
@@ -342,6 +342,7 @@ Attempt Collocation::attempt(Flow& flow, double t, double h, const Eigen::Vector
   attempt.accepted = outcome == Outcome::solved && error <= 1;
   double factor = std::pow(aimed_error / std::max(error, 1e-300), 1. / (2 * nodes + 1));
   if (rounds_ > 1) factor = std::min(factor, std::sqrt(aimed_rate / last_.rate));
+  factor = std::min(factor, double(aimed_rounds) / rounds_);
   factor = std::clamp(factor, least_shrink, !attempt.accepted ? 0.9 : grows ? most_growth : 1);
   attempt.next_step = h * factor;
   if (!attempt.accepted) return attempt;
