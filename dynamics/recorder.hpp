@@ -1,10 +1,44 @@
 // The rows of a trajectory as they come.
 #pragma once
 
+#include <algorithm>
+#include <utility>
+
 #include "dynamics/equations.hpp"
 #include "dynamics/work.hpp"
 
 namespace borelli {
+
+/// Numbers row by row, of which there may be many: they grow where they are, if the system lets them.
+class GrowingRows {
+ public:
+  /// One row more, to be filled.
+  double* add(Eigen::Index columns) {
+    if (count_ == numbers_.rows())
+      numbers_.conservativeResize(std::max<Eigen::Index>(16, 2 * count_), columns);
+    return numbers_.data() + count_++ * columns;
+  }
+  template <class Vector>
+  void add(const Vector& x) {
+    std::copy(x.data(), x.data() + x.size(), add(Eigen::Index(x.size())));
+  }
+  /// All of them; none are left.
+  Rows take() {
+    numbers_.conservativeResize(std::exchange(count_, 0), numbers_.cols());
+    return std::move(numbers_);
+  }
+
+  template <class Keeper>
+  void keep(Keeper& k) {
+    numbers_.conservativeResize(count_, numbers_.cols());
+    k(numbers_);
+    count_ = numbers_.rows();
+  }
+
+ private:
+  Rows numbers_;  ///< with room for more
+  Eigen::Index count_ = 0;
+};
 
 class Recorder {
  public:
@@ -32,11 +66,11 @@ class Recorder {
 
   const System& system_;
   Trajectory out_;
-  std::vector<double> contact_modes_, contact_forces_;
+  GrowingRows contact_modes_, contact_forces_;
   Eigen::VectorXd impulses_, forces_;  // of contacts that act by impulses: since the last row, and at it
   double impulses_time_ = 0;           // s, that these took
-  std::vector<double> q_, v_, a_, multipliers_, driven_efforts_, driven_positions_;
-  std::vector<double> gravity_centre_, linear_momentum_, angular_momentum_;
+  GrowingRows q_, v_, a_, multipliers_, driven_efforts_, driven_positions_;
+  GrowingRows gravity_centre_, linear_momentum_, angular_momentum_;
 };
 
 }  // namespace borelli
