@@ -22,8 +22,14 @@ constexpr double least_rate = 0.01;
 // rounds that leave more than that settle too slowly; steps aim at the other, and at so many rounds at most
 constexpr double slowest_rate = 0.9, aimed_rate = 0.3;
 constexpr int most_rounds = 12, aimed_rounds = 8;
+// parts of steps, which are not judged, are made as far as they settle at all, or halved so many times
+constexpr int most_rounds_to_part = 60, most_divisions = 8;
 // in tolerances: the error that steps aim at, and one that more rounds will not change
 constexpr double aimed_error = 0.005, hopeless_error = 10;
+// of the tolerance: a last coefficient that, whatever falls, tells of no error (and may be rounding)
+constexpr double too_small = 0.05;
+// the seventh power of a half: coefficients fall by so much less than they did on the whole
+constexpr double slows = 1. / 128;
 // of the last coefficient: a change that alters little of it
 constexpr double settled_shape = 0.1;
 // from step to step
@@ -115,7 +121,7 @@ double move(double h, const double* y, const double* scale, Eigen::Index from, E
     two = y[i] + h * two;
     const Quad change = abs(one - first[i]) + abs(two - second[i]);
     const double largest = std::max(std::max(change[0], change[1]), std::max(change[2], change[3]));
-    if (!(largest <= most * scale[i])) most = largest / scale[i];
+    if (!(largest <= most * scale[i])) most = std::isnan(most) ? most : largest / scale[i];
     first[i] = one;
     second[i] = two;
   }
@@ -231,7 +237,7 @@ double Collocation::place(Flow& flow, double h, const Eigen::VectorXd& y) {
   double change = move_these(positions, acting);
   if (positions > 0) {
     for (int of = 0; of < halves; ++of) flow.position_rates(stages_[of], slopes_[of]);
-    change = std::max(change, move_these(0, positions));
+    change = std::max(move_these(0, positions), change);
   }
   return change;
 }
@@ -250,7 +256,7 @@ bool Collocation::evaluate(Flow& flow, double t, double h, int of) {
 }
 
 Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Eigen::VectorXd& y,
-                                        const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+                                        const Eigen::VectorXd& dy, bool judged, Eigen::VectorXd& out) {
   const bool foretell = last_.known != Known::this_step;
   guess(flow, h, dy);
   last_.known = Known::nothing;
@@ -274,16 +280,23 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
     }
     if (!evaluate(flow, t, h, 1)) return Outcome::not_evaluated;
     const double change = place(flow, h, y);
-    if (!std::isfinite(change)) return Outcome::not_evaluated;
+    if (!std::isfinite(change)) return Outcome::unsettled;
     if (change <= rounding || (rounds_ > 1 && before <= tells_rate * rounding))
       last_.rate = least_rate;
     else if (rounds_ > 1)
       last_.rate = std::max(change / before, least_rate);
-    if (last_.rate < 1 && last_.rate * change <= left_undone * tolerance_ * (1 - last_.rate)) break;
-    if (int worst; rounds_ % 2 == 0 && find_error(flow, h, worst) > hopeless_error &&
-                   change < settled_shape * last_.coefficient)
-      return Outcome::hopeless;
-    if (rounds_ > 2 && (last_.rate > slowest_rate || rounds_ == most_rounds)) return Outcome::unsettled;
+    int worst;
+    if (last_.rate < 1 && last_.rate * change <= left_undone * tolerance_ * (1 - last_.rate)) {
+      // (slopes of one round are rough: a long step to come may ask for more)
+      if (rounds_ > 1 || !judged || change <= rounding || find_error(flow, h, worst) <= aimed_error) break;
+    } else if (judged) {
+      if (rounds_ % 2 == 0 && find_error(flow, h, worst) > hopeless_error &&
+          change < settled_shape * last_.coefficient)
+        return Outcome::hopeless;
+      if (rounds_ > 2 && (last_.rate > slowest_rate || rounds_ >= most_rounds)) return Outcome::unsettled;
+    } else if (rounds_ == most_rounds_to_part) {
+      return Outcome::unsettled;
+    }
     before = change;
   }
   out.resize(size);
@@ -292,28 +305,34 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
   return Outcome::solved;
 }
 
-/// Of the step, in tolerances. Legendre's coefficients of the slopes fall by much the same ratio from one to
-/// the next; what the rule does not see begins with the sixteenth.
+/// Of the step, in tolerances. Of each component Legendre's coefficients of the slopes fall by much the same
+/// ratio from one to the next; what the rule does not see begins with the sixteenth.
 double Collocation::find_error(const Flow& flow, double h, int& worst) {
   const Eigen::VectorXd& scale = flow.error_scale();
-  double last = 0, last_but_one = 0, low = 0, low_but_one = 0;
+  double most = 0;
   for (Eigen::Index i = 0; i < scale.size(); ++i) {
     if (std::isinf(scale[i])) continue;
     const auto size = [&](int degree) {
       return std::abs(sum(tables.coefficient[degree], slopes_[0][i], slopes_[1][i])) * h / scale[i];
     };
-    if (const double part = size(nodes - 1); !(part <= last)) {
-      last = part;
+    const double last = size(nodes - 1), last_but_one = size(nodes - 2);
+    const double falls = std::max(last, last_but_one) / std::max(size(nodes - 5), size(nodes - 6));
+    const double fall = falls < 1 ? std::sqrt(std::sqrt(falls)) : 1;
+    const double coefficient = std::max(last, fall * last_but_one);
+    if (coefficient <= too_small * tolerance_) continue;
+    // (those that fall much slower than before may be of a kink, and go on slower yet)
+    const double fourth = fall * fall * fall * fall, seventh = fourth * fall * fall * fall;
+    const bool flattens = slows * seventh * size(0) > coefficient;
+    const double error = coefficient * fourth * (flattens ? 1 : fourth * fall);
+    if (!(error < most)) {
+      most = error;
       worst = int(i);
+      last_.fall = fall;
+      last_.coefficient = coefficient;
     }
-    last_but_one = std::max(last_but_one, size(nodes - 2));
-    low = std::max(low, size(nodes - 5));
-    low_but_one = std::max(low_but_one, size(nodes - 6));
+    if (std::isnan(error)) break;
   }
-  if (last == 0 && last_but_one == 0) return last_.coefficient = last_.fall = 0;
-  last_.fall = std::min(1., std::sqrt(std::sqrt(std::max(last / low, last_but_one / low_but_one))));
-  last_.coefficient = std::max(last, last_.fall * last_but_one);
-  return last_.coefficient * std::pow(last_.fall, nodes + 1) / tolerance_;
+  return most / tolerance_;
 }
 
 /// Whether the slope, being slope_ at the step's end, leaps between an end and the node next to it by what
@@ -321,10 +340,12 @@ double Collocation::find_error(const Flow& flow, double h, int& worst) {
 bool Collocation::leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const {
   const Eigen::VectorXd& scale = flow.error_scale();
   for (Eigen::Index i = flow.positions(); i < scale.size(); ++i) {
-    const double start = std::abs(sum(tables.start, slopes_[0][i], slopes_[1][i]) - dy[i]);
-    const double end = std::abs(sum(tables.end, slopes_[0][i], slopes_[1][i]) - slope_[i]);
-    const double off = std::max(start, end) * h / scale[i];
-    if (!(off <= leap * last_.coefficient) && !(tables.c[0] * off <= tolerance_)) return true;
+    const auto at = [&](const AtNodes& weights) { return sum(weights, slopes_[0][i], slopes_[1][i]); };
+    const double off = std::max(std::abs(at(tables.start) - dy[i]), std::abs(at(tables.end) - slope_[i]));
+    if (tables.c[0] * off * h / scale[i] <= tolerance_) continue;
+    const double smooth =
+        std::max(std::abs(at(tables.coefficient[nodes - 1])), std::abs(at(tables.coefficient[nodes - 2])));
+    if (!(off <= leap * smooth)) return true;
   }
   return false;
 }
@@ -333,7 +354,7 @@ Attempt Collocation::attempt(Flow& flow, double t, double h, const Eigen::Vector
                              const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
   Attempt attempt;
   const bool grows = !std::exchange(rejected_, true);
-  const Outcome outcome = solve(flow, t, h, y, dy, out);
+  const Outcome outcome = solve(flow, t, h, y, dy, true, out);
   if (outcome == Outcome::not_evaluated)
     return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
   const double error = find_error(flow, h, attempt.worst);
@@ -354,15 +375,48 @@ Attempt Collocation::attempt(Flow& flow, double t, double h, const Eigen::Vector
   return attempt;
 }
 
+/// With as many divisions by two as it takes, at most so many.
+bool Collocation::solve_in_parts(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                                 const Eigen::VectorXd& dy, int divisions, Eigen::VectorXd& out) {
+  const Outcome outcome = solve(flow, t, h, y, dy, false, out);
+  if (outcome == Outcome::solved) return true;
+  if (outcome == Outcome::not_evaluated || divisions == 0) return false;
+  Eigen::VectorXd middle, slope;
+  if (!solve_in_parts(flow, t, 0.5 * h, y, dy, divisions - 1, middle)) return false;
+  last_.known = Known::nothing;
+  return flow.derivative(t + 0.5 * h, middle, slope) &&
+         solve_in_parts(flow, t + 0.5 * h, 0.5 * h, middle, slope, divisions - 1, out);
+}
+
 bool Collocation::shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                             const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
   const Last last = last_;
   kept_ = slopes_;
   last_.known = Known::this_step;
-  const Outcome outcome = solve(flow, t, h, y, dy, out);
+  const bool solved = solve_in_parts(flow, t, h, y, dy, most_divisions, out);
   last_ = last;
   slopes_.swap(kept_);
-  return outcome == Outcome::solved;
+  return solved;
+}
+
+bool Collocation::prepare_dense(Flow&, double, double h, const Eigen::VectorXd& y, const Eigen::VectorXd&,
+                                const Eigen::VectorXd&) {
+  start_ = y;
+  last_.step = h;
+  return true;
+}
+
+void Collocation::interpolate(double theta, Eigen::VectorXd& y) const {
+  double weights[nodes];
+  for (int i = 0; i < nodes; ++i) {
+    weights[i] = 0;
+    for (int k = 0; k < nodes; ++k)
+      weights[i] += theta * tables.b[k] * tables.lagrange(i, theta * tables.c[k]);
+  }
+  y = start_;
+  for (int i = 0; i < nodes; ++i)
+    for (Eigen::Index c = 0; c < y.size(); ++c)
+      y[c] += last_.step * weights[i] * slopes_[i / half][c][i % half];
 }
 
 }  // namespace borelli

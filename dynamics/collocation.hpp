@@ -22,6 +22,11 @@ class Collocation : public Integrator {
   bool adaptive() const override { return true; }
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
+  int dense_order() const override { return nodes; }
+  /// The polynomial that the step's slopes make: coarser than the step's end.
+  bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                     const Eigen::VectorXd& out) override;
+  void interpolate(double theta, Eigen::VectorXd& y) const override;
   /// Begun with the slopes of the step last attempted.
   bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                  Eigen::VectorXd& out) override;
@@ -36,7 +41,9 @@ class Collocation : public Integrator {
   enum class Known { nothing, this_step, step_before };
 
   Outcome solve(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
-                Eigen::VectorXd& out);
+                bool judged, Eigen::VectorXd& out);
+  bool solve_in_parts(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                      int divisions, Eigen::VectorXd& out);
   void guess(const Flow& flow, double h, const Eigen::VectorXd& dy);
   double place(Flow& flow, double h, const Eigen::VectorXd& y);
   bool evaluate(Flow& flow, double t, double h, int of);
@@ -49,14 +56,16 @@ class Collocation : public Integrator {
     Known known = Known::nothing;  ///< whose slopes slopes_ are, as seen from the step to come
     double step = 0;               ///< s
     double rate = 1;               ///< so much of a change was left after one more round
-    double fall = 1;               ///< from one coefficient of its slopes, by Legendre, to the next
-    double coefficient = 0;        ///< the last of them, as a move over the step, on the scale
+    /// Of the component that makes the error: from one coefficient of its slopes, by Legendre, to the next.
+    double fall = 1;
+    double coefficient = 0;  ///< the last of these, as a move over the step, on the scale
   } last_;
   int rounds_ = 0;
   bool rejected_ = false;
   std::array<Eigen::VectorX<Quad>, halves> slopes_, stages_;  ///< per half of the nodes, and component
   std::array<Eigen::VectorX<Quad>, halves> known_slopes_, kept_;
   Eigen::VectorXd stage_, slope_;  ///< of a node by itself; the slope at the end
+  Eigen::VectorXd start_;          ///< of the step that dense output is for
 };
 
 }  // namespace borelli

@@ -132,6 +132,7 @@ double EmbeddedRungeKutta::error_of(const Eigen::VectorXd& scale, double h, int&
     if (!(part <= error)) {  // also where it is not a number
       error = part;
       worst = int(i);
+      if (std::isnan(error)) return error;
     }
     if (!tableau_.coarse_error.empty()) coarse = std::max(coarse, weighted(tableau_.coarse_error, i));
   }

@@ -13,6 +13,7 @@ namespace borelli {
 namespace {
 
 constexpr double none = 2;  // a theta beyond the step
+constexpr double middle_of_step = 0.5;
 
 // Events that close, in parts of the resolution of time, are one: rounding adds up over steps, and what falls
 // alike must land alike.
@@ -132,6 +133,14 @@ Result<bool> EventWatch::find(StepPath& path, double t, double h, const Landing&
                       kinematics_);
     evaluate(end.state, kinematics_);
     for (std::size_t i = 0; i < watched_.size(); ++i) watched_[i].end = values_[i];
+    if (path.has_outline()) {
+      if (auto done = path.outline(middle_of_step, landing); !done) return tl::unexpected(done.error());
+      const State& state = landing.state;
+      update_kinematics(system_, system_.parameters, state.t, state.q.data(), state.v.data(), kinematics_);
+      evaluate(state, kinematics_);
+      for (std::size_t i = 0; i < watched_.size(); ++i)
+        watched_[i].fastest = std::max(values_[i].speed, std::abs(values_[i].rate));
+    }
   }
   double earliest = none;
   for (std::size_t i = 0; i < watched_.size(); ++i) {
@@ -222,7 +231,11 @@ class EventWatch::Search {
       const double part = next.theta - before.theta, time = part * h_;
       const bool through = side * next.value.value < 0;
       const double reached = reach(before.value, next.value, time);
-      const bool near = std::abs(before.value.value) + std::abs(next.value.value) <= reached;
+      // (a long step may go from one turning point to the next)
+      const bool over_middle = before.theta < middle_of_step && next.theta > middle_of_step;
+      const double farthest =
+          over_middle ? std::max(reached, allowance * time * watch_.watched_[i_].fastest) : reached;
+      const bool near = std::abs(before.value.value) + std::abs(next.value.value) <= farthest;
       const bool sharp =
           reached > 2 * next.value.size;  // what it may turn in is shorter than the way between
       if (part <= std::max(sharp ? 0 : finest, 8 * watch_.resolution_) || !near) {

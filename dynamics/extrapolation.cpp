@@ -170,6 +170,7 @@ bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row)
     if (const double part = std::abs(now_[i] - table_[row - 2][i]) / scale[i]; !(part <= error)) {
       error = part;
       worst_ = int(i);
+      if (std::isnan(error)) return false;
     }
   error_[row] = error / tolerance_;
   if (!std::isfinite(error_[row])) return false;

@@ -219,7 +219,10 @@ double MotionFlow::distance(const Eigen::VectorXd& y, const State& state) {
 }
 
 Error MotionFlow::failure(double t) const {
-  if (fault_ || turned_ < 0) return describe(system_, fault_, t);
+  if (!fault_ && turned_ < 0)
+    return {system_.scene,
+            fmt::format("the rounds of a step did not settle at t = {:.6g} s; take a smaller tolerance", t)};
+  if (fault_) return describe(system_, fault_, t);
   for (const CoordinateInfo& info : system_.coordinates)
     if (info.v_index == turned_)
       return {

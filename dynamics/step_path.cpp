@@ -73,6 +73,14 @@ Result<void> StepPath::glance(double theta, Landing& landing) {
   return {};
 }
 
+Result<void> StepPath::outline(double theta, Landing& landing) {
+  const double t = t_ + theta * h_;
+  if (!ready()) return tl::unexpected(motion_.failure(t));
+  integrator_.interpolate(theta, between_);
+  take(between_, t, landing);
+  return {};
+}
+
 Result<void> StepPath::land_at_end(double end, Landing& landing) { return settle(*out_, end, landing); }
 
 void StepPath::take(const Eigen::VectorXd& y, double t, Landing& landing) {

@@ -34,6 +34,10 @@ class StepPath {
   Result<void> land(double theta, Landing& landing);
   /// The same as it comes, not put on the constraints: off them by about what the step is off.
   Result<void> glance(double theta, Landing& landing);
+  /// Whether the method has dense output of its own that is coarser than its steps, which are long.
+  bool has_outline() const { return integrator_.dense_order() > 3 && !integrator_.dense_suffices(); }
+  /// The state at t + theta h of that, as it comes.
+  Result<void> outline(double theta, Landing& landing);
   /// Whether dense output has met something that the step itself has not, as a stop between its stages:
   /// neither is to be relied upon then.
   bool doubtful();

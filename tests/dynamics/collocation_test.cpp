@@ -77,6 +77,22 @@ TEST(Collocation, StepsGoByTheirOrder) {
   EXPECT_NEAR(std::log10(steps_to(1e-12) / steps_to(1e-6)), 6. / 17, 0.1);
 }
 
+// What is large and smooth is not to hide what is small and fast: here its integral is the error function.
+TEST(Collocation, SeesWhatIsSmallBesideWhatIsLarge) {
+  for (const double width : {0.1, 0.3, 1.})
+    for (const double tolerance : {1e-6, 1e-8, 1e-10, 1e-12})
+      for (const double size : {1e-1, 1e-3, 1e-5}) {
+        FunctionFlow flow(2, [&](double t, const Eigen::VectorXd&, Eigen::VectorXd& dy) {
+          dy << std::cos(t), size * std::exp(-std::pow((t - 3) / width, 2));
+        });
+        Collocation method(tolerance);
+        Eigen::VectorXd y = Eigen::VectorXd::Zero(2);
+        const int steps = advance(flow, method, y, 6);
+        EXPECT_NEAR(y[1], size * width * std::sqrt(M_PI) * std::erf(3 / width), steps * tolerance)
+            << width << ", " << tolerance << ", " << size;
+      }
+}
+
 TEST(Collocation, SeesAForceThatLeapsAnywhereInAStep) {
   // x'' = 1, from the leap on 1000; the steps are as long as may be, so that leaps fall everywhere in them
   for (const double tolerance : {1e-6, 1e-10})

@@ -75,6 +75,32 @@ TEST(ContactRuns, AnOpenContactTakesNoEvaluationsOfItsOwn) {
   }
 }
 
+// A mass on a spring, x = cos t, grazes a post beside its way and is thrown back; a step may span half a
+// swing, at whose ends it rests.
+TEST(ContactRuns, NoStepGoesOverAPostFromOneTurningPointToTheNext) {
+  Scene scene;
+  scene.gravity.setZero();
+  scene.solids = {
+      solid("mass", "world", {slide("x", Vector3d::UnitX(), 1)}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+  scene.efforts = {{"spring", CoordinateSpring{{"x"}, 1, 0, 0}}};
+  SphereOverSphere post;
+  post.a = {"mass", {0, 0, 0}};
+  post.b = {"world", {-0.3, 0.105, 0}};
+  post.radii = {0.1, 0.01};
+  post.surface.restitution = 1;
+  scene.constraints = {{"post", post}};
+  const double first = std::acos(-0.3 + std::sqrt(0.11 * 0.11 - 0.105 * 0.105)), end = 40;
+  for (const char* method : {"gauss16", "gbs", "dop853"})
+    for (int k = 0; k <= 16; ++k) {
+      const double tolerance = std::pow(10, -4 - 0.5 * k);
+      const auto impacts = events(run(scene, settings(method, end, 1e-3, tolerance)), "impact");
+      ASSERT_EQ(impacts.size(), std::size_t((end / first + 1) / 2)) << method << ", " << tolerance;
+      for (std::size_t i = 0; i < impacts.size(); ++i)
+        EXPECT_NEAR(impacts[i].time, (2 * double(i) + 1) * first, 1e3 * tolerance)
+            << method << ", " << tolerance;
+    }
+}
+
 TEST(ContactRuns, TheCradleHandsItsSpeedOn) {
   Scene scene = sample("cradle.toml");
   scene.simulation.end_time = 0.6;  // the first ball arrives after a quarter of 2.01 s

@@ -11,6 +11,26 @@ namespace {
 
 using std::numbers::pi;
 
+// A soft stop is met now and then while the steps are long: the moments are looked for in parts of them,
+// which always can be made.
+TEST(SpringEvents, StopsAreMetWithinLongSteps) {
+  for (const double stiffness : {1e-2, 1., 1e3})
+    for (const double stop : {-0.95, -0.5})
+      for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
+        Scene scene;
+        scene.gravity.setZero();
+        scene.solids = {
+            solid("mass", "world", {slide("x", Vector3d::UnitX(), 1)}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
+        scene.efforts = {{"spring", CoordinateSpring{{"x"}, 1, 0, 0}},
+                         {"stop", LimitSpring{{"x"}, stiffness, 0, {{stop, 2}}}}};
+        const Trajectory fine = run(scene, settings("dop853", 20, 1e-3, 1e-13));
+        const Trajectory out = run(scene, settings("gauss16", 20, 1e-3, tolerance));
+        EXPECT_TRUE(out.certificate.trusted) << stiffness << ", " << stop << ", " << tolerance;
+        EXPECT_NEAR(last(out.q)[0], last(fine.q)[0], 1e3 * tolerance)
+            << stiffness << ", " << stop << ", " << tolerance;
+      }
+}
+
 // Up to the half turn it is a swing, A sin(w t), which begins anew from the other side.
 TEST(SpringEvents, AWheelPassesHalfTurnsAsItsSwingSays) {
   const double stiffness = 2, speed = 6, w = std::sqrt(stiffness / 0.8), end = 4;
