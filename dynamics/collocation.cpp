@@ -14,7 +14,7 @@ namespace {
 constexpr int nodes = Collocation::nodes, half = Quad::count;
 
 // of the tolerance: what rounds may leave undone
-constexpr double left_undone = 0.1;
+constexpr double left_undone = 0.03;
 // a change of that size is rounding; rates are not taken from less than so many
 constexpr double rounding = 1e-15, tells_rate = 1e4;
 // of a change: what a round leaves of it at least, lest a single round pass for enough

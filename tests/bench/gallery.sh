@@ -50,7 +50,7 @@ volume_economy() {
 }
 
 chart peers "Error against time, beside other programs" $bin/peers "${all[@]}" "${measured[@]}" \
-  --equations recursive --methods dop853,dopri5,gbs,rk4,semi_implicit_euler,cvode -o
+  --equations recursive --methods dop853,dopri5,gbs,gauss16,rk4,semi_implicit_euler,cvode -o
 chart orders "Orders of orientation on a tumbling body" $bin/peers samples/spinning_plate.toml --orders --end 2 \
   "${measured[@]}" --equations recursive -o
 chart paper "The paper's other treatments of the equations" \
