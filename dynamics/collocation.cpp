@@ -358,7 +358,8 @@ Attempt Collocation::attempt(Flow& flow, double t, double h, const Eigen::Vector
   if (outcome == Outcome::not_evaluated)
     return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
   const double error = find_error(flow, h, attempt.worst);
-  if (outcome == Outcome::unsettled) return {.accepted = false, .next_step = 0.5 * h, .worst = attempt.worst};
+  if (outcome == Outcome::unsettled || std::isnan(error))
+    return {.accepted = false, .next_step = 0.5 * h, .worst = attempt.worst};
   last_.known = Known::this_step;
   attempt.accepted = outcome == Outcome::solved && error <= 1;
   double factor = std::pow(aimed_error / std::max(error, 1e-300), 1. / (2 * nodes + 1));

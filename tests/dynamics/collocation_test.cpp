@@ -140,6 +140,25 @@ TEST(Collocation, ShortensTheStepWhereTheFunctionEnds) {
   EXPECT_DOUBLE_EQ(attempt.next_step, 0.25);
 }
 
+TEST(Collocation, WorkThatIsNoNumberShortensTheStep) {
+  // beside position and velocity a third component, which does not act on them
+  struct Working : FunctionFlow {
+    Working()
+        : FunctionFlow(3, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
+            dy << y[1], -y[0], t > 0.3 ? std::nan("") : 1;
+          }) {}
+    Eigen::Index positions() const override { return 1; }
+    void position_rates(const Eigen::VectorX<Quad>& y, Eigen::VectorX<Quad>& dy) override { dy[0] = y[1]; }
+  } flow;
+  Collocation method(1e-6);
+  Eigen::VectorXd y(3), dy(3), out(3);
+  y << 1, 0, 0;
+  flow.derivative(0, y, dy);
+  const Attempt attempt = method.attempt(flow, 0, 1, y, dy, out);
+  EXPECT_FALSE(attempt.accepted);
+  EXPECT_DOUBLE_EQ(attempt.next_step, 0.5);
+}
+
 TEST(Collocation, NodesSideBySideAreThoseOneByOne) {
   Eigen::VectorXd ends[2];
   int evaluations[2], calls = 0;
