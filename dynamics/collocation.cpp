@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dynamics/exceeds.hpp"
 #include "dynamics/processor.hpp"
 #include "dynamics/slope_jacobian.hpp"
 
@@ -121,7 +122,7 @@ double move(double h, const double* y, const double* scale, Eigen::Index from, E
     two = y[i] + h * two;
     const Quad change = abs(one - first[i]) + abs(two - second[i]);
     const double largest = std::max(std::max(change[0], change[1]), std::max(change[2], change[3]));
-    if (!(largest <= most * scale[i])) most = std::isnan(most) ? most : largest / scale[i];
+    if (const double part = largest / scale[i]; exceeds(part, most)) most = part;
     first[i] = one;
     second[i] = two;
   }
@@ -192,7 +193,7 @@ bool Collocation::keep(Keeper& k) {
   Eigen::MatrixXd slopes(nodes, slopes_[0].size());
   for (int of = 0; of < halves; ++of)
     for (Eigen::Index i = 0; i < slopes_[of].size(); ++i) slopes_[of][i].store(&slopes(half * of, i));
-  k(last_.known, last_.step, last_.rate, last_.fall, last_.coefficient, rejected_, slopes);
+  k(last_.known, last_.step, last_.rate, last_.fall, rejected_, slopes);
   for (int of = 0; of < halves; ++of) {
     slopes_[of].resize(slopes.cols());
     for (Eigen::Index i = 0; i < slopes.cols(); ++i) slopes_[of][i] = Quad::load(&slopes(half * of, i));
@@ -285,14 +286,14 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
       last_.rate = least_rate;
     else if (rounds_ > 1)
       last_.rate = std::max(change / before, least_rate);
-    int worst;
     if (last_.rate < 1 && last_.rate * change <= left_undone * tolerance_ * (1 - last_.rate)) {
       // (slopes of one round are rough: a long step to come may ask for more)
-      if (rounds_ > 1 || !judged || change <= rounding || find_error(flow, h, worst) <= aimed_error) break;
+      if (rounds_ > 1 || !judged || change <= rounding || judge(flow, h).error <= aimed_error) break;
     } else if (judged) {
-      if (rounds_ % 2 == 0 && find_error(flow, h, worst) > hopeless_error &&
-          change < settled_shape * last_.coefficient)
-        return Outcome::hopeless;
+      if (rounds_ % 2 == 0) {
+        const Judgement now = judge(flow, h);
+        if (now.error > hopeless_error && change < settled_shape * now.coefficient) return Outcome::hopeless;
+      }
       if (rounds_ > 2 && (last_.rate > slowest_rate || rounds_ >= most_rounds)) return Outcome::unsettled;
     } else if (rounds_ == most_rounds_to_part) {
       return Outcome::unsettled;
@@ -305,11 +306,11 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
   return Outcome::solved;
 }
 
-/// Of the step, in tolerances. Of each component Legendre's coefficients of the slopes fall by much the same
+/// The step's error. Of each component Legendre's coefficients of the slopes fall by much the same
 /// ratio from one to the next; what the rule does not see begins with the sixteenth.
-double Collocation::find_error(const Flow& flow, double h, int& worst) {
+Collocation::Judgement Collocation::judge(const Flow& flow, double h) const {
   const Eigen::VectorXd& scale = flow.error_scale();
-  double most = 0;
+  Judgement out;
   for (Eigen::Index i = 0; i < scale.size(); ++i) {
     if (std::isinf(scale[i])) continue;
     const auto size = [&](int degree) {
@@ -323,16 +324,10 @@ double Collocation::find_error(const Flow& flow, double h, int& worst) {
     // (those that fall much slower than before may be of a kink, and go on slower yet)
     const double fourth = fall * fall * fall * fall, seventh = fourth * fall * fall * fall;
     const bool flattens = slows * seventh * size(0) > coefficient;
-    const double error = coefficient * fourth * (flattens ? 1 : fourth * fall);
-    if (!(error < most)) {
-      most = error;
-      worst = int(i);
-      last_.fall = fall;
-      last_.coefficient = coefficient;
-    }
-    if (std::isnan(error)) break;
+    const double error = coefficient * fourth * (flattens ? 1 : fourth * fall) / tolerance_;
+    if (out.worst < 0 || exceeds(error, out.error)) out = {error, fall, coefficient, int(i)};
   }
-  return most / tolerance_;
+  return out;
 }
 
 /// Whether the slope, being slope_ at the step's end, leaps between an end and the node next to it by what
@@ -357,7 +352,10 @@ Attempt Collocation::attempt(Flow& flow, double t, double h, const Eigen::Vector
   const Outcome outcome = solve(flow, t, h, y, dy, true, out);
   if (outcome == Outcome::not_evaluated)
     return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
-  const double error = find_error(flow, h, attempt.worst);
+  const Judgement judgement = judge(flow, h);
+  const double error = judgement.error;
+  attempt.worst = judgement.worst;
+  if (judgement.worst >= 0) last_.fall = judgement.fall;
   if (outcome == Outcome::unsettled || std::isnan(error))
     return {.accepted = false, .next_step = 0.5 * h, .worst = attempt.worst};
   last_.known = Known::this_step;
@@ -400,10 +398,9 @@ bool Collocation::shortened(Flow& flow, double t, double h, const Eigen::VectorX
   return solved;
 }
 
-bool Collocation::prepare_dense(Flow&, double, double h, const Eigen::VectorXd& y, const Eigen::VectorXd&,
+bool Collocation::prepare_dense(Flow&, double, double, const Eigen::VectorXd& y, const Eigen::VectorXd&,
                                 const Eigen::VectorXd&) {
   start_ = y;
-  last_.step = h;
   return true;
 }
 

@@ -40,6 +40,14 @@ class Collocation : public Integrator {
   enum class Outcome { solved, hopeless, unsettled, not_evaluated };
   enum class Known { nothing, this_step, step_before };
 
+  /// Of a step by its slopes; the component with the largest error tells.
+  struct Judgement {
+    double error = 0;        ///< in tolerances
+    double fall = 0;         ///< from one coefficient of its slopes, by Legendre, to the next
+    double coefficient = 0;  ///< the last of these, as a move over the step, on the scale
+    int worst = -1;          ///< which component; -1: none has an error to speak of
+  };
+
   Outcome solve(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                 bool judged, Eigen::VectorXd& out);
   bool solve_in_parts(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
@@ -47,7 +55,7 @@ class Collocation : public Integrator {
   void guess(const Flow& flow, double h, const Eigen::VectorXd& dy);
   double place(Flow& flow, double h, const Eigen::VectorXd& y);
   bool evaluate(Flow& flow, double t, double h, int of);
-  double find_error(const Flow& flow, double h, int& worst);
+  Judgement judge(const Flow& flow, double h) const;
   bool leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const;
 
   double tolerance_;
@@ -56,9 +64,7 @@ class Collocation : public Integrator {
     Known known = Known::nothing;  ///< whose slopes slopes_ are, as seen from the step to come
     double step = 0;               ///< s
     double rate = 1;               ///< so much of a change was left after one more round
-    /// Of the component that makes the error: from one coefficient of its slopes, by Legendre, to the next.
-    double fall = 1;
-    double coefficient = 0;  ///< the last of these, as a move over the step, on the scale
+    double fall = 1;               ///< Judgement::fall, where there was one
   } last_;
   int rounds_ = 0;
   bool rejected_ = false;

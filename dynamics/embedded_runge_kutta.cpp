@@ -1,5 +1,6 @@
 #include "dynamics/embedded_runge_kutta.hpp"
 
+#include "dynamics/exceeds.hpp"
 #include "dynamics/slope_jacobian.hpp"
 
 namespace borelli {
@@ -129,10 +130,9 @@ double EmbeddedRungeKutta::error_of(const Eigen::VectorXd& scale, double h, int&
   double error = 0, coarse = 0;
   for (Eigen::Index i = 0; i < scale.size(); ++i) {
     const double part = weighted(tableau_.error, i);
-    if (!(part <= error)) {  // also where it is not a number
+    if (exceeds(part, error)) {
       error = part;
       worst = int(i);
-      if (std::isnan(error)) return error;
     }
     if (!tableau_.coarse_error.empty()) coarse = std::max(coarse, weighted(tableau_.coarse_error, i));
   }

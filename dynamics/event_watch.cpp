@@ -98,6 +98,11 @@ EventWatch::EventWatch(const System& system, std::vector<EventSource*> sources)
   for (Kept& kept : kept_) kept.values.resize(count);
 }
 
+void EventWatch::evaluate_at(const State& state) {
+  update_kinematics(system_, system_.parameters, state.t, state.q.data(), state.v.data(), kinematics_);
+  evaluate(state, kinematics_);
+}
+
 void EventWatch::evaluate(const State& state, const Kinematics& kinematics) {
   for (std::size_t s = 0; s < sources_.size(); ++s)
     sources_[s]->evaluate(state, kinematics, std::span(values_).subspan(first_[s], sources_[s]->count()));
@@ -129,15 +134,11 @@ Result<bool> EventWatch::find(StepPath& path, double t, double h, const Landing&
   if (!end_known_) {
     end_known_ = true;
     resolution_ = 4 * std::numeric_limits<double>::epsilon() * std::max(1.0, std::abs(t) / h);
-    update_kinematics(system_, system_.parameters, end.state.t, end.state.q.data(), end.state.v.data(),
-                      kinematics_);
-    evaluate(end.state, kinematics_);
+    evaluate_at(end.state);
     for (std::size_t i = 0; i < watched_.size(); ++i) watched_[i].end = values_[i];
     if (path.has_outline()) {
       if (auto done = path.outline(middle_of_step, landing); !done) return tl::unexpected(done.error());
-      const State& state = landing.state;
-      update_kinematics(system_, system_.parameters, state.t, state.q.data(), state.v.data(), kinematics_);
-      evaluate(state, kinematics_);
+      evaluate_at(landing.state);
       for (std::size_t i = 0; i < watched_.size(); ++i)
         watched_[i].fastest = std::max(values_[i].speed, std::abs(values_[i].rate));
     }
@@ -186,10 +187,7 @@ class EventWatch::Search {
       error_ = done.error();
       return false;
     }
-    const State& state = landing_.state;
-    update_kinematics(watch_.system_, watch_.system_.parameters, state.t, state.q.data(), state.v.data(),
-                      watch_.kinematics_);
-    watch_.evaluate(state, watch_.kinematics_);
+    watch_.evaluate_at(landing_.state);
     value = watch_.values_[i_];
     if (watch_.kept_count_ < watch_.kept_.size()) {
       Kept& kept = watch_.kept_[watch_.kept_count_++];
@@ -374,9 +372,7 @@ Result<AfterEvent> EventWatch::handle(Landing& landing, Workspace& workspace, st
     }
     return after;
   }
-  const State& state = landing.state;
-  update_kinematics(system_, system_.parameters, state.t, state.q.data(), state.v.data(), kinematics_);
-  evaluate(state, kinematics_);
+  evaluate_at(landing.state);
   for (std::size_t i = 0; i < watched_.size(); ++i) {
     Watched& w = watched_[i];
     const EventValue before = w.start;

@@ -43,6 +43,7 @@ class EventWatch {
     bool searched = false;
   };
   void evaluate(const State& state, const Kinematics& kinematics);
+  void evaluate_at(const State& state);
   /// A look at one function within the step.
   struct Look {
     double theta = 0;

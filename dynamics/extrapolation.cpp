@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/exceeds.hpp"
 #include "dynamics/processor.hpp"
 
 namespace borelli {
@@ -167,10 +168,9 @@ bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row)
 
   double error = 0;
   for (Eigen::Index i = 0; i < now_.size(); ++i)
-    if (const double part = std::abs(now_[i] - table_[row - 2][i]) / scale[i]; !(part <= error)) {
+    if (const double part = std::abs(now_[i] - table_[row - 2][i]) / scale[i]; exceeds(part, error)) {
       error = part;
       worst_ = int(i);
-      if (std::isnan(error)) return false;
     }
   error_[row] = error / tolerance_;
   if (!std::isfinite(error_[row])) return false;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "dynamics/exceeds.hpp"
 #include "dynamics/settling.hpp"
 #include "dynamics/slope_jacobian.hpp"
 
@@ -54,7 +55,7 @@ GaussLegendre::Outcome GaussLegendre::iterate(Flow& flow, double t, double h, co
       changed_.setZero(y.size());
       for (int j = 0; j < stages_; ++j) changed_ += h * coupling_(i, j) * slopes_[j];
       for (Eigen::Index k = 0; k < y.size(); ++k)
-        if (const double part = std::abs(changed_[k] - moves_[i][k]) / scale[k]; !(part <= worst))
+        if (const double part = std::abs(changed_[k] - moves_[i][k]) / scale[k]; exceeds(part, worst))
           worst = part;
       moves_[i].swap(changed_);
     }
@@ -105,7 +106,7 @@ GaussLegendre::Outcome GaussLegendre::solve_by_newton(Flow& flow, double t, doub
         for (Eigen::Index k = 0; k < n; ++k) {
           const double by = residual_[i * n + k];
           moves_[i][k] += by;
-          if (const double part = std::abs(by) / scale[k]; !(part <= worst)) worst = part;
+          if (const double part = std::abs(by) / scale[k]; exceeds(part, worst)) worst = part;
         }
       const auto verdict = settling.after(worst);
       if (verdict == Settling::Verdict::settled) {

@@ -5,6 +5,7 @@
 
 #include "dynamics/branch_sparse.hpp"
 #include "dynamics/elimination.hpp"
+#include "dynamics/exceeds.hpp"
 #include "dynamics/motion_flow.hpp"
 #include "dynamics/settling.hpp"
 #include "dynamics/slope_jacobian.hpp"
@@ -138,7 +139,7 @@ GeneralizedAlpha::Outcome GeneralizedAlpha::iterate(Flow& flow, double t, double
       const double speed = scale[n_ + i] + gained + (count > 0 ? scale[i] / std::abs(h) : 0);
       const double part = std::max(gamma_ * std::abs(h * change_[i]) / speed,
                                    beta_ * h * h * std::abs(change_[i]) / (scale[i] + std::abs(h) * gained));
-      if (!(part <= worst)) worst = part;
+      if (exceeds(part, worst)) worst = part;
     }
     const auto verdict = settling.after(worst);
     if (verdict == Settling::Verdict::settled) break;

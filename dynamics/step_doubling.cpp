@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "dynamics/exceeds.hpp"
+
 namespace borelli {
 
 Attempt StepDoubling::attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y,
@@ -23,7 +25,7 @@ Attempt StepDoubling::attempt(Flow& flow, double t, double h, const Eigen::Vecto
     const double difference = out[i] - whole_[i];
     out[i] += difference / gain;
     const double part = std::abs(difference) / scale[i];
-    if (!(part <= error)) {  // also where it is not a number
+    if (exceeds(part, error)) {
       error = part;
       attempt.worst = int(i);
     }

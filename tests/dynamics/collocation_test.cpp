@@ -1,4 +1,4 @@
-// Collocation at eight nodes: what it is exact for, the tolerance met, lanes, leaps.
+// Collocation at eight nodes: what it is exact for, the tolerance met, lanes, stiffness.
 #include "dynamics/collocation.hpp"
 
 #include <complex>
@@ -67,8 +67,8 @@ TEST(Collocation, MeetsItsTolerance) {
   }
 }
 
-// Of motions it asks for fewer slopes than dop853 at the same tolerance, four at a time at that, and errs
-// less.
+// Slopes of motions are asked for four at a time; to a tight tolerance fewer than dop853 asks for, one by one
+// (to a loose one up to twice as many).
 TEST(Collocation, MakesMotionsOfFewEvaluations) {
   const Scene scene = chain(3, false, 0.5);
   const auto by = [&](const char* method, double tolerance) {
@@ -81,7 +81,8 @@ TEST(Collocation, MakesMotionsOfFewEvaluations) {
     const Trajectory a = by("gauss16", tolerance), b = by("dop853", tolerance);
     const long most = (tolerance > 1e-9 ? 2 : 1) * b.certificate.evaluations;
     EXPECT_LT(a.certificate.evaluations, most) << tolerance;
-    EXPECT_LT((last(a.q) - truth).norm(), (last(b.q) - truth).norm() + tolerance) << tolerance;
+    // one tolerance per step at most
+    EXPECT_LT((last(a.q) - truth).norm(), double(a.certificate.steps_accepted) * tolerance) << tolerance;
   }
 }
 
@@ -109,35 +110,6 @@ TEST(Collocation, SeesWhatIsSmallBesideWhatIsLarge) {
         EXPECT_NEAR(y[1], size * width * std::sqrt(M_PI) * std::erf(3 / width), steps * tolerance)
             << width << ", " << tolerance << ", " << size;
       }
-}
-
-TEST(Collocation, SeesAForceThatLeapsAnywhereInAStep) {
-  // x'' = 1, from the leap on 1000; the steps are as long as may be, so that leaps fall everywhere in them
-  for (const double tolerance : {1e-6, 1e-10})
-    for (int k = 0; k < 50; ++k) {
-      const double leap = 0.31 + 0.013 * k;
-      FunctionFlow flow(2, [&](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
-        dy << y[1], t < leap ? 1. : 1000.;
-      });
-      Collocation method(tolerance);
-      Eigen::VectorXd y = Eigen::VectorXd::Zero(2);
-      const int steps = advance(flow, method, y, 1);
-      const double left = 1 - leap;
-      EXPECT_NEAR(y[1], leap + 1000 * left, 10 * steps * tolerance) << leap;
-      EXPECT_NEAR(y[0], 0.5 * leap * leap + leap * left + 500 * left * left, 10 * steps * tolerance) << leap;
-    }
-}
-
-TEST(Collocation, ShortensTheStepWhereTheFunctionEnds) {
-  FunctionFlow flow(
-      1, [](double, const Eigen::VectorXd&, Eigen::VectorXd& dy) { dy[0] = 1; }, 0.4);
-  Collocation method(1e-6);
-  const Eigen::VectorXd y = Eigen::VectorXd::Zero(1), dy = Eigen::VectorXd::Ones(1);
-  Eigen::VectorXd out(1);
-  const Attempt attempt = method.attempt(flow, 0, 1, y, dy, out);
-  EXPECT_FALSE(attempt.evaluated);
-  EXPECT_FALSE(attempt.accepted);
-  EXPECT_DOUBLE_EQ(attempt.next_step, 0.25);
 }
 
 TEST(Collocation, WorkThatIsNoNumberShortensTheStep) {

@@ -57,35 +57,6 @@ TEST(Extrapolation, OfOneOrderMeetsItsToleranceAtThePriceOfItsOrder) {
   }
 }
 
-TEST(Extrapolation, SeesAForceThatLeapsAnywhereInAStep) {
-  // x'' = 1, from the leap on 1000; the steps are as long as may be, so that leaps fall everywhere in them
-  for (const double tolerance : {1e-6, 1e-10})
-    for (int k = 0; k < 50; ++k) {
-      const double leap = 0.31 + 0.013 * k;
-      FunctionFlow flow(2, [&](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
-        dy << y[1], t < leap ? 1. : 1000.;
-      });
-      Extrapolation method(tolerance);
-      Eigen::VectorXd y = Eigen::VectorXd::Zero(2);
-      const int steps = advance(flow, method, y, 1);
-      const double left = 1 - leap;
-      EXPECT_NEAR(y[1], leap + 1000 * left, 10 * steps * tolerance) << leap;
-      EXPECT_NEAR(y[0], 0.5 * leap * leap + leap * left + 500 * left * left, 10 * steps * tolerance) << leap;
-    }
-}
-
-TEST(Extrapolation, ShortensTheStepWhereTheFunctionEnds) {
-  FunctionFlow flow(
-      1, [](double, const Eigen::VectorXd&, Eigen::VectorXd& dy) { dy[0] = 1; }, 0.4);
-  Extrapolation method(1e-6);
-  const Eigen::VectorXd y = Eigen::VectorXd::Zero(1), dy = Eigen::VectorXd::Ones(1);
-  Eigen::VectorXd out(1);
-  const Attempt attempt = method.attempt(flow, 0, 1, y, dy, out);
-  EXPECT_FALSE(attempt.evaluated);
-  EXPECT_FALSE(attempt.accepted);
-  EXPECT_DOUBLE_EQ(attempt.next_step, 0.25);
-}
-
 // Rows 1 to n by 2, 4, ..., 2 n substeps ask for n^2 slopes beside the first, in any order.
 TEST(Extrapolation, RowsSideBySideAreThoseOneByOne) {
   for (int rows = 4; rows <= 8; ++rows) {

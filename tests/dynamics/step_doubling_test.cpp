@@ -9,11 +9,6 @@
 namespace borelli::test {
 namespace {
 
-FunctionFlow bernoulli() {  // y = 1 / (2 + sin t)
-  return {
-      1, [](double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) { dy[0] = -y[0] * y[0] * std::cos(t); }};
-}
-
 TEST(StepDoubling, LocalExtrapolationAddsAnOrder) {
   const auto error = [](int steps) {
     FunctionFlow flow = bernoulli();
@@ -49,18 +44,6 @@ TEST(StepDoubling, ProposesTheStepThatMeetsTheTolerance) {
   EXPECT_LT(std::abs(out[0] - 1 / (2 + std::sin(h))), 1e-9);
   EXPECT_GT(attempt.next_step, 0.5 * h);
   EXPECT_LE(attempt.next_step, 4 * h);
-}
-
-TEST(StepDoubling, ShortensTheStepWhereTheFunctionEnds) {
-  FunctionFlow flow(
-      1, [](double, const Eigen::VectorXd&, Eigen::VectorXd& dy) { dy[0] = 1; }, 0.5);
-  StepDoubling method(classical_runge_kutta(), 1e-6);
-  const Eigen::VectorXd y = Eigen::VectorXd::Zero(1), dy = Eigen::VectorXd::Ones(1);
-  Eigen::VectorXd out(1);
-  const Attempt attempt = method.attempt(flow, 0, 1, y, dy, out);
-  EXPECT_FALSE(attempt.evaluated);
-  EXPECT_FALSE(attempt.accepted);
-  EXPECT_DOUBLE_EQ(attempt.next_step, 0.25);
 }
 
 }  // namespace
