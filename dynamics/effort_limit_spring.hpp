@@ -1,6 +1,7 @@
 // A coordinate's stops as stiff springs with losses: joint limits without events.
 #pragma once
 
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,12 @@ struct LimitSpring {
   double stiffness = 0;      ///< N/m or N m/rad
   double dissipation = 0;    ///< s/m or s/rad
   std::vector<Range> range;  ///< one, or a ball's three; none: the coordinate's own (compile() fills them in)
+
+  /// Whether a bound pushes, wherever the coordinate goes: as at the start of a step, which is smooth then
+  /// (SpringEvents).
+  enum class Hold : char { off, pushing, slack };
+  /// Of the upper and the lower bound of each range; none: as the coordinate is.
+  std::vector<std::array<Hold, 2>> holds{};
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -60,21 +67,29 @@ struct LimitSpring {
   void apply(EffortScan<T>& scan) const {
     enum { on_coordinate };
     if (range.size() == 1) {
-      scan.coordinate(on_coordinate,
-                      push(scan, range[0], scan.position(on_coordinate), scan.rate(on_coordinate)));
+      scan.coordinate(on_coordinate, push(scan, 0, scan.position(on_coordinate), scan.rate(on_coordinate)));
       return;
     }
     const Eigen::Vector3<T> theta = logarithm(scan.turn(on_coordinate));
     const Eigen::Vector3<T> rate = rotation_vector_rate(theta, scan.turn_rate(on_coordinate));
     Eigen::Vector3<T> effort;
-    for (int i = 0; i < 3; ++i) effort[i] = push(scan, range[i], theta[i], rate[i]);
+    for (int i = 0; i < 3; ++i) effort[i] = push(scan, i, theta[i], rate[i]);
     // the map's transpose is the map at -theta
     scan.turning(on_coordinate, rotation_vector_rate(Eigen::Vector3<T>(-theta), effort));
   }
 
  private:
   template <class T>
-  T push(EffortScan<T>& scan, const Range& bounds, const T& x, const T& rate) const {
+  T push(EffortScan<T>& scan, int i, const T& x, const T& rate) const {
+    const Range& bounds = range[i];
+    if (!holds.empty()) {
+      const auto [upper, lower] = holds[i];
+      if (upper != Hold::off)
+        return act(scan, T(x - bounds.upper), rate, upper == Hold::slack ? T(-1) : T(dissipation * rate));
+      if (lower != Hold::off)
+        return act(scan, T(x - bounds.lower), rate, lower == Hold::slack ? T(-1) : T(-dissipation * rate));
+      return T(0);
+    }
     const T zero(0);
     const T beyond = either(
         x > bounds.upper, [&] { return T(x - bounds.upper); },
@@ -86,6 +101,11 @@ struct LimitSpring {
         beyond < 0, [&] { return T(-rate); }, [&] { return rate; });
     const T loss = either(
         dissipation * outwards < -1, [] { return T(-1); }, [&] { return T(dissipation * outwards); });
+    return act(scan, beyond, rate, loss);
+  }
+
+  template <class T>
+  T act(EffortScan<T>& scan, const T& beyond, const T& rate, const T& loss) const {
     scan.potential(0.5 * stiffness * beyond * beyond);
     scan.power(-stiffness * beyond * rate * loss);
     return -stiffness * beyond * (1 + loss);

@@ -163,23 +163,6 @@ bool EmbeddedRungeKutta::prepare_dense(Flow& flow, double t, double h, const Eig
   return true;
 }
 
-double EmbeddedRungeKutta::dense_departure(const Flow& flow) {
-  constexpr double apart = 1e-4;  // of a difference: its error is far below what tells
-  double largest = 0;
-  for (int i = 0; i < tableau_.dense_stages; ++i) {
-    interpolate(tableau_.dense_nodes[i] - apart, before_);
-    interpolate(tableau_.dense_nodes[i] + apart, after_);
-    const Eigen::VectorXd& slope = k_[tableau_.step.stages + 1 + i];
-    for (Eigen::Index c = 0; c < slope.size(); ++c) {
-      const double rounding =
-          4 * std::numeric_limits<double>::epsilon() * (std::abs(before_[c]) + std::abs(after_[c])) / apart;
-      const double off = std::abs(dense_step_ * slope[c] - (after_[c] - before_[c]) / (2 * apart));
-      largest = std::max(largest, (off - rounding) / flow.error_scale()[c]);
-    }
-  }
-  return largest / tolerance_;
-}
-
 /// y + theta (r1 + (1 - theta) (r2 + theta (r3 + (1 - theta) (r4 + ...)))).
 void EmbeddedRungeKutta::interpolate(double theta, Eigen::VectorXd& y) const {
   y = dense_.back();

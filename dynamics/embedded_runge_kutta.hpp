@@ -40,7 +40,6 @@ class EmbeddedRungeKutta : public Integrator {
   int dense_order() const override { return tableau_.dense_order; }
   bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                      const Eigen::VectorXd& out) override;
-  double dense_departure(const Flow& flow) override;
   void interpolate(double theta, Eigen::VectorXd& y) const override;
   bool keep(Keeper& k) override {
     k(control_, last_known_, last_gap_, last_step_, last_slope_, stiff_steps_, other_steps_, stiff_);
@@ -68,7 +67,7 @@ class EmbeddedRungeKutta : public Integrator {
   bool end_known_ = false;              ///< k_[stages] is the slope at the end of the step last attempted
   std::vector<Eigen::VectorXd> k_;      ///< all stages
   std::vector<Eigen::VectorXd> dense_;  ///< terms of the dense output
-  Eigen::VectorXd stage_, before_, after_;
+  Eigen::VectorXd stage_;
 };
 
 /// Dormand and Prince, A family of embedded Runge-Kutta formulae, J. Comp. Appl. Math. 6 (1980): 5(4), with

@@ -135,12 +135,16 @@ Result<bool> EventWatch::find(StepPath& path, double t, double h, const Landing&
     end_known_ = true;
     resolution_ = 4 * std::numeric_limits<double>::epsilon() * std::max(1.0, std::abs(t) / h);
     evaluate_at(end.state);
-    for (std::size_t i = 0; i < watched_.size(); ++i) watched_[i].end = values_[i];
+    for (std::size_t i = 0; i < watched_.size(); ++i) {
+      Watched& w = watched_[i];
+      w.end = values_[i];
+      w.fastest = std::abs(w.end.value - w.start.value) / h;
+    }
     if (path.has_outline()) {
       if (auto done = path.outline(middle_of_step, landing); !done) return tl::unexpected(done.error());
       evaluate_at(landing.state);
       for (std::size_t i = 0; i < watched_.size(); ++i)
-        watched_[i].fastest = std::max(values_[i].speed, std::abs(values_[i].rate));
+        watched_[i].fastest = std::max({watched_[i].fastest, values_[i].speed, std::abs(values_[i].rate)});
     }
   }
   double earliest = none;

@@ -37,7 +37,7 @@ class EventWatch {
     int side;             ///< of zero, +1 or -1: where the function was last known to be
     int side_at_end = 0;  ///< the same when no event is left in the step
     double from = 0;      ///< theta from which on it is looked at
-    double fastest = 0;   ///< how fast it changes in the step's middle, roughly; 0: not known
+    double fastest = 0;   ///< how fast it changes within the step, roughly
     EventValue start, end;
     double found = 2;  ///< theta of its next event in this step; above 1: none
     bool searched = false;

@@ -83,9 +83,6 @@ class Integrator {
   /// be evaluated.
   virtual bool prepare_dense(Flow& flow, double t, double h, const Eigen::VectorXd& y,
                              const Eigen::VectorXd& dy, const Eigen::VectorXd& out);
-  /// How far the slopes that dense output alone has asked for are from its own there, over the step: on the
-  /// error's scale, in tolerances. Large where something happens that the step's own stages have not met.
-  virtual double dense_departure(const Flow& /*flow*/) { return 0; }
   /// y at t + theta h of that step, theta from 0 to 1.
   virtual void interpolate(double theta, Eigen::VectorXd& y) const;
   /// The step last attempted made again, but only h long, and without a trace in what the method remembers:

@@ -60,9 +60,11 @@ constexpr std::size_t disturbances = 8;
 
 class Run {
  public:
-  Run(const System& system, const State& state, const SimulationSettings& settings, const Observer& observer,
-      Integrator& integrator, const RunLimits& limits, Samples* samples)
+  /// `own`: the parameters of `system`, where nothing else has them and springs are to set how they act.
+  Run(const System& system, Parameters* own, const State& state, const SimulationSettings& settings,
+      const Observer& observer, Integrator& integrator, const RunLimits& limits, Samples* samples)
       : system_(system),
+        own_(own),
         settings_(settings),
         observer_(observer),
         integrator_(integrator),
@@ -132,11 +134,14 @@ class Run {
     std::vector<EventSource*> sources = observer_.events;
     if (ranges.count() > 0) sources.push_back(&ranges);
     if (contacts) sources.push_back(&*contacts);
-    SpringEvents springs(system_, system_.parameters);
-    if (springs.count() > 0 && !steps_contacts()) {
-      sources.push_back(&springs);
-      springs_ = &springs;
-      springs.follow(workspace_.kinematics);
+    std::optional<SpringEvents> springs;
+    if (own_ && !steps_contacts()) {
+      springs.emplace(system_, *own_);
+      if (springs->count() > 0) {
+        sources.push_back(&*springs);
+        springs_ = &*springs;
+        springs_->follow(workspace_.kinematics);
+      }
     }
     EventWatch watch(system_, sources);
     watch_ = &watch;
@@ -181,6 +186,10 @@ class Run {
       workspace_.solver.forget();
       probe_.solver.forget();
     }
+    if (springs_) {
+      update_kinematics(system_, system_.parameters, state_.t, state_.q.data(), state_.v.data(), landed_);
+      springs_->follow(landed_);
+    }
     const bool kept = keeping_ && !event_passed_ && !motion_.off_centre(out_);
     if (kept) y_ = out_;
     if (!(kept ? motion_.go_on(state_, y_, dy_) : motion_.start(state_, work_, y_, dy_)))
@@ -206,7 +215,6 @@ class Run {
     if (!integrator_.adaptive()) certifier_->observe_step(state_, workspace_.a, integrator_.order(), joined);
     probe_.solver.remember(workspace_.solver);
     if (contacts_) contacts_->follow(workspace_);
-    if (springs_) springs_->follow(workspace_.kinematics);
     return {};
   }
 
@@ -403,9 +411,7 @@ class Run {
 
   /// Whether the step of h that land() has seen may hide what a spring does.
   bool passes_over_springs(double h) {
-    if (!springs_) return false;
-    if (springs_->any_bounds() && path_.doubtful()) return true;
-    if (!springs_->any_turns()) return false;
+    if (!springs_ || !springs_->any_turns()) return false;
     const State& end = landing_.state;
     update_kinematics(system_, system_.parameters, end.t, end.q.data(), end.v.data(), landed_);
     return springs_->turned_too_far(landed_, h);
@@ -672,6 +678,7 @@ class Run {
   }
 
   const System& system_;
+  Parameters* own_;
   const SimulationSettings& settings_;
   const Observer& observer_;
   Integrator& integrator_;
@@ -756,7 +763,10 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
           "goes on from a history that no checkpoint can hold; run without one, or by another method");
   }
   try {
-    Run run(system, state, settings, observer, **integrator, limits, samples);
+    std::optional<System> own;  // whose springs act, within a step, as at its start
+    if (has_spring_events(system.parameters)) own = system;
+    Run run(own ? *own : system, own ? &own->parameters : nullptr, state, settings, observer, **integrator,
+            limits, samples);
     auto out = run.run();
     if (observer.ended) observer.ended(run.evaluations());
     return out;

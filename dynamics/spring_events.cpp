@@ -15,6 +15,9 @@ namespace {
 // room for a start on a bound, m or rad: a spring pressed in by that little pushes with nothing to speak of
 constexpr double room = 1e-9;
 
+// m or rad, of where a bound was met
+constexpr double rounding = 1e-13;
+
 // rad: by so much a torsion spring may turn in one step, less than a half
 constexpr double largest_turn = 2;
 
@@ -24,11 +27,20 @@ const LimitSpring& spring_of(const Parameters& parameters, std::size_t effort) {
 
 }  // namespace
 
-SpringEvents::SpringEvents(const System& system, const Parameters& parameters)
+bool has_spring_events(const Parameters& parameters) {
+  return std::any_of(parameters.efforts.begin(), parameters.efforts.end(), [](const Effort& effort) {
+    return std::holds_alternative<LimitSpring>(effort.kind) ||
+           std::holds_alternative<TorsionSpring>(effort.kind);
+  });
+}
+
+SpringEvents::SpringEvents(const System& system, Parameters& parameters)
     : system_(system), parameters_(parameters) {
   for (std::size_t e = 0; e < parameters.efforts.size(); ++e) {
-    if (const auto* stop = std::get_if<LimitSpring>(&parameters.efforts[e].kind))
+    if (auto* stop = std::get_if<LimitSpring>(&parameters.efforts[e].kind)) {
       for (std::size_t c = 0; c < stop->range.size(); ++c) bounds_.push_back({e, int(c)});
+      stop->holds.resize(stop->range.size());
+    }
     if (const auto* torsion = std::get_if<TorsionSpring>(&parameters.efforts[e].kind))
       if (torsion->stiffness != 0) turns_.push_back({e});
   }
@@ -82,10 +94,19 @@ void SpringEvents::evaluate(const State&, const Kinematics& kinematics, std::spa
 }
 
 void SpringEvents::follow(const Kinematics& kinematics) {
-  for (std::size_t b = 0; b < bounds_.size(); ++b)
-    for (int side = 0; side < 2; ++side)
-      if (const double pushes = bound_value(int(4 * b) + 2 + side, kinematics).value; std::abs(pushes) > 1e-6)
-        bounds_[b].slack[side] = pushes < 0;  // (else as the event has left it)
+  for (std::size_t b = 0; b < bounds_.size(); ++b) {
+    Bound& bound = bounds_[b];
+    auto& holds = std::get<LimitSpring>(parameters_.efforts[bound.effort].kind).holds[bound.component];
+    for (int side = 0; side < 2; ++side) {
+      const EventValue left = bound_value(int(4 * b) + side, kinematics);
+      const double pushes = bound_value(int(4 * b) + 2 + side, kinematics).value;
+      if (std::abs(pushes) > 1e-6) bound.slack[side] = pushes < 0;  // (else as the event has left it)
+      // (of a bound just met its rate tells for sure where it goes)
+      const bool beyond = std::abs(left.value) > rounding ? left.value < 0 : left.rate < 0;
+      using Hold = LimitSpring::Hold;
+      holds[side] = !beyond ? Hold::off : bound.slack[side] ? Hold::slack : Hold::pushing;
+    }
+  }
   for (Turn& turn : turns_) {
     turn.from = turned(turn, kinematics);
     turn.speed = turn_rate(turn, kinematics).norm();

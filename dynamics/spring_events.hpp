@@ -1,7 +1,8 @@
 // Where springs do not go on smoothly: the bounds of limit springs and the half turn of torsion springs, as
 // events. A limit spring's force has a kink there, and a stiff one may be touched for so short a time that a
-// step sees nothing of it; a torsion spring's torque turns round. Each step ends where that is passed, and
-// the next begins anew.
+// step sees nothing of it: within a step it therefore acts as at its start, so that the step is smooth and
+// its path goes through the bound. A torsion spring's torque turns round. Each step ends where that is
+// passed, and the next begins anew.
 #pragma once
 
 #include <array>
@@ -11,11 +12,14 @@
 
 namespace borelli {
 
+/// Whether there may be any.
+bool has_spring_events(const Parameters& parameters);
+
 class SpringEvents : public EventSource {
  public:
-  SpringEvents(const System& system, const Parameters& parameters);
+  /// Sets how the limit springs of `parameters`, which are the run's own, act.
+  SpringEvents(const System& system, Parameters& parameters);
   int count() const override { return first_turn() + int(turns_.size()); }
-  bool any_bounds() const { return !bounds_.empty(); }
   bool any_turns() const { return !turns_.empty(); }
   Crossing crossing(int) const override { return Crossing::both; }
   void evaluate(const State& state, const Kinematics& kinematics, std::span<EventValue> values) override;
@@ -23,8 +27,8 @@ class SpringEvents : public EventSource {
   Result<AfterEvent> handle(std::span<const int> which, State& state, Workspace& workspace,
                             std::vector<LoggedEvent>& log) override;
 
-  /// Takes a state for that by which the ones to come are told: springs that are slack, and half turns, until
-  /// almost another one.
+  /// Takes a state for that by which the ones to come are told: limit springs act as there, wherever a step
+  /// goes until it meets an event, and half turns are told until almost another one.
   void follow(const Kinematics& kinematics);
   /// Whether from that state to one h later a torsion spring may have turned by so much that it cannot be
   /// told.
@@ -57,7 +61,7 @@ class SpringEvents : public EventSource {
   Eigen::Vector3d turn_rate(const Turn& turn, const Kinematics& kinematics) const;
 
   const System& system_;
-  const Parameters& parameters_;
+  Parameters& parameters_;
   std::vector<Bound> bounds_;  ///< four functions each: of the upper and the lower one; whether they push
   std::vector<Turn> turns_;    ///< one function each
 };

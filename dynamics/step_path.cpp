@@ -4,14 +4,6 @@
 
 namespace borelli {
 
-namespace {
-
-// in tolerances: of a smooth motion the slopes of dense output, whose order is one below the step's, are off
-// by some hundreds of them
-constexpr double most_departure = 1e4;
-
-}  // namespace
-
 void Landing::book_projection(const Workspace& workspace) {
   if (!projected) return;
   work.add_projection(workspace.terms.group_kinetic + workspace.terms.group_potential -
@@ -43,10 +35,6 @@ void StepPath::begin(double t, double h, const Eigen::VectorXd& y, const Eigen::
 bool StepPath::ready() {
   dense_ready_ = dense_ready_ || integrator_.prepare_dense(motion_, t_, h_, *y_, *dy_, *out_);
   return dense_ready_;
-}
-
-bool StepPath::doubtful() {
-  return integrator_.dense_suffices() && (!ready() || integrator_.dense_departure(motion_) > most_departure);
 }
 
 Result<void> StepPath::find_between(double theta) {

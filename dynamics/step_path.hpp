@@ -38,9 +38,6 @@ class StepPath {
   bool has_outline() const { return integrator_.dense_order() > 3 && !integrator_.dense_suffices(); }
   /// The state at t + theta h of that, as it comes.
   Result<void> outline(double theta, Landing& landing);
-  /// Whether dense output has met something that the step itself has not, as a stop between its stages:
-  /// neither is to be relied upon then.
-  bool doubtful();
   /// The state at the time given, where the step ends.
   Result<void> land_at_end(double end, Landing& landing);
 
