@@ -32,6 +32,9 @@ constexpr double own_choice = std::numeric_limits<double>::infinity();
 // of one step: a factor of ten each at most, where a transient begins
 constexpr int most_rejections = 20;
 
+// steps in a part of one, which a stop met at its start may take through many swings
+constexpr long most_in_part = 100000;
+
 Eigen::Map<Eigen::VectorXd> numbers(N_Vector vector) {
   return {N_VGetArrayPointer(vector), N_VGetLength(vector)};
 }
@@ -185,6 +188,7 @@ struct ArkodeDirk::Memory : Base {
     ARKStepSetJacFn(arkode, jacobian);
     ARKStepSetTableNum(arkode, ARKODE_ESDIRK437L2SA_7_3_4, ARKODE_ERK_NONE);
     ARKStepSetMaxErrTestFails(arkode, most_rejections);
+    ARKStepSetMaxNumSteps(arkode, most_in_part);
     // stages are solved to a hundredth of the tolerance, and to 1e-9 of their scale at least
     ARKStepSetNonlinConvCoef(arkode, std::min(0.01, 1e-9 / wanted));
     ARKStepSetMaxNonlinIters(arkode, 8);

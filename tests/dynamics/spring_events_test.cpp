@@ -18,7 +18,7 @@ using std::numbers::pi;
 // holds the mass for a small part of one.
 TEST(SpringEvents, StopsAreMetWithinLongSteps) {
   const double end = 20;
-  for (const double stiffness : {1e-2, 1., 1e2, 1e3, 1e5, 1e7})
+  for (const double stiffness : {1e-2, 1., 1e2, 1e3, 1e5, 1e7, 1e9})
     for (const double stop : {-0.999, -0.95, -0.5, -0.1}) {
       const double arrival = std::acos(stop), speed = std::sin(arrival), w = std::sqrt(1 + stiffness);
       const double from_centre = stop / (1 + stiffness), held = 2 / w * std::atan2(speed, -w * from_centre),
@@ -35,13 +35,16 @@ TEST(SpringEvents, StopsAreMetWithinLongSteps) {
           solid("mass", "world", {slide("x", Vector3d::UnitX(), 1)}, {inertial(1, {0, 0, 0}, {0, 0, 0})})};
       scene.efforts = {{"spring", CoordinateSpring{{"x"}, 1, 0, 0}},
                        {"stop", LimitSpring{{"x"}, stiffness, 0, {{stop, 2}}}}};
-      for (const char* method : {"gauss16", "gbs", "gbs4", "dop853", "dopri5", "rk4_adaptive"})
+      for (const char* method : {"gauss16", "gbs", "gbs4", "dop853", "dopri5", "rk4_adaptive", "arkode"})
         for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11}) {
           const Trajectory out = run(scene, settings(method, end, 1e-3, tolerance));
           const std::string which = fmt::format("{} {:g} {:g} {:g}", method, tolerance, stiffness, stop);
           EXPECT_TRUE(out.certificate.trusted || tolerance > 1e-4) << which;
-          // one tolerance per step; how wide the swing is says whether and when the stop is met
-          const double error = double(out.certificate.steps_accepted) * tolerance;
+          // (arkode damps what swings many times in its steps)
+          if (tolerance > 1e-4 && !out.certificate.trusted) continue;
+          // per step one tolerance of position and, of speed, one times 1 + |v|, which the swing turns into
+          // each other; how wide it is says whether and when the stop is met
+          const double error = std::sqrt(5.) * double(out.certificate.steps_accepted) * tolerance;
           if (error < 1 + stop) {
             EXPECT_EQ(out.certificate.events.size(), bounds) << which;
           }
