@@ -31,11 +31,9 @@ struct LimitSpring {
   double dissipation = 0;    ///< s/m or s/rad
   std::vector<Range> range;  ///< one, or a ball's three; none: the coordinate's own (compile() fills them in)
 
-  /// Whether a bound pushes, wherever the coordinate goes: as at the start of a step, which is smooth then
-  /// (SpringEvents).
-  enum class Hold : char { off, pushing, slack };
-  /// Of the upper and the lower bound of each range; none: as the coordinate is.
-  std::vector<std::array<Hold, 2>> holds{};
+  /// Whether the upper and the lower bound of each range act, wherever the coordinate goes: as at the start
+  /// of a step, which passes them smoothly then (SpringEvents). None: as the coordinate is.
+  std::vector<std::array<bool, 2>> held{};
 
   template <class Self, class Visit>
   static void fields(Self& self, Visit&& visit) {
@@ -82,12 +80,10 @@ struct LimitSpring {
   template <class T>
   T push(EffortScan<T>& scan, int i, const T& x, const T& rate) const {
     const Range& bounds = range[i];
-    if (!holds.empty()) {
-      const auto [upper, lower] = holds[i];
-      if (upper != Hold::off)
-        return act(scan, T(x - bounds.upper), rate, upper == Hold::slack ? T(-1) : T(dissipation * rate));
-      if (lower != Hold::off)
-        return act(scan, T(x - bounds.lower), rate, lower == Hold::slack ? T(-1) : T(-dissipation * rate));
+    if (!held.empty()) {
+      const auto [upper, lower] = held[i];
+      if (upper) return act(scan, T(x - bounds.upper), rate, rate);
+      if (lower) return act(scan, T(x - bounds.lower), rate, T(-rate));
       return T(0);
     }
     const T zero(0);
@@ -97,15 +93,15 @@ struct LimitSpring {
           return either(
               x < bounds.lower, [&] { return T(x - bounds.lower); }, [&] { return zero; });
         });
-    const T outwards = either(
-        beyond < 0, [&] { return T(-rate); }, [&] { return rate; });
-    const T loss = either(
-        dissipation * outwards < -1, [] { return T(-1); }, [&] { return T(dissipation * outwards); });
-    return act(scan, beyond, rate, loss);
+    return act(scan, beyond, rate,
+               either(
+                   beyond < 0, [&] { return T(-rate); }, [&] { return rate; }));
   }
 
   template <class T>
-  T act(EffortScan<T>& scan, const T& beyond, const T& rate, const T& loss) const {
+  T act(EffortScan<T>& scan, const T& beyond, const T& rate, const T& outwards) const {
+    const T loss = either(
+        dissipation * outwards < -1, [] { return T(-1); }, [&] { return T(dissipation * outwards); });
     scan.potential(0.5 * stiffness * beyond * beyond);
     scan.power(-stiffness * beyond * rate * loss);
     return -stiffness * beyond * (1 + loss);

@@ -233,8 +233,8 @@ class EventWatch::Search {
       const double part = next.theta - before.theta, time = part * h_;
       const bool through = side * next.value.value < 0;
       const double reached = reach(before.value, next.value, time);
-      // (a long step may go from one turning point to the next)
-      const bool over_middle = before.theta < middle_of_step && next.theta > middle_of_step;
+      // (a long step may go from one turning point to the next; where no rate is known, ends alone tell)
+      const bool over_middle = reached > 0 && before.theta < middle_of_step && next.theta > middle_of_step;
       const double farthest =
           over_middle ? std::max(reached, allowance * time * watch_.watched_[i_].fastest) : reached;
       const bool near = std::abs(before.value.value) + std::abs(next.value.value) <= farthest;

@@ -13,6 +13,10 @@ namespace {
 // a slope bends so many times more over one substep than over any other where it leaps there
 constexpr double leap = 8;
 
+// second differences of a slope to its first ones: 2 where it goes to and fro with the substeps, 1 at a leap,
+// the less the smoother
+constexpr double rattle = 1.5;
+
 // what four slopes side by side cost beside one (orders and times are much the same from 0.7 to 2.2)
 constexpr double cost_of_lanes = 1.5;
 
@@ -74,6 +78,7 @@ bool Extrapolation::make_row(Flow& flow, double t, double h, const Eigen::Vector
   now_ = y + substep * dy;
   slope_ = dy;
   bend_.setZero(y.size());
+  change_.setZero(y.size());
   for (int i = 1; i < count; ++i) {
     slope_before_that_.swap(slope_before_);
     slope_before_.swap(slope_);
@@ -119,9 +124,10 @@ bool Extrapolation::make_rows(Flow& flow, double h, const Eigen::VectorXd& y, co
   begin_rows(y, dy, substep, before_lanes_.data(), now_lanes_.data());
   slope_ = dy;
   bend_.setZero(size);
+  change_.setZero(size);
   for (int i = 1; i <= shares.slopes; ++i) {
     if (!flow.derivatives(now_lanes_, working, slope_lanes_)) return false;
-    if (i < substeps(rows)) {  // the first lane is that of the last row, which leaps_at_an_end() looks at
+    if (i < substeps(rows)) {  // the first lane is that of the last row, which leaps_or_rattles() looks at
       slope_before_that_.swap(slope_before_);
       slope_before_.swap(slope_);
       slope_.resize(size);
@@ -148,6 +154,7 @@ bool Extrapolation::make_rows(Flow& flow, double h, const Eigen::VectorXd& y, co
 
 /// After the i-th slope within a row.
 void Extrapolation::note_bend(int i) {
+  if (i > 1) change_ = change_.cwiseMax((slope_ - slope_before_).cwiseAbs());
   if (i == 2) first_bend_ = (slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs();
   if (i > 2) bend_ = bend_.cwiseMax((slope_ - 2 * slope_before_ + slope_before_that_).cwiseAbs());
 }
@@ -180,12 +187,15 @@ bool Extrapolation::extrapolate(const Eigen::VectorXd& scale, double h, int row)
 }
 
 /// Whether the slope, being next_ at the step's end, leaps within the first or the last substep of the last
-/// row by what would make an error.
-bool Extrapolation::leaps_at_an_end(const Eigen::VectorXd& scale, double substep) const {
+/// row by what would make an error, or goes to and fro: a row's even and odd states, each from the slopes of
+/// the others alone, have parted, which all rows may do alike beside a kink.
+bool Extrapolation::leaps_or_rattles(const Eigen::VectorXd& scale, double substep) const {
   for (Eigen::Index i = 0; i < next_.size(); ++i) {
     const double first = first_bend_[i], last = std::abs(next_[i] - 2 * slope_[i] + slope_before_[i]);
     const double most = std::max(first, last), other = std::max(std::min(first, last), bend_[i]);
-    if (!(most <= leap * other) && !(0.5 * substep * most <= tolerance_ * scale[i])) return true;
+    const bool leaps = !(most <= leap * other), rattles = !(bend_[i] <= rattle * change_[i]);
+    if ((leaps || rattles) && !(0.5 * substep * std::max(most, bend_[i]) <= tolerance_ * scale[i]))
+      return true;
   }
   return false;
 }
@@ -254,7 +264,7 @@ Attempt Extrapolation::attempt(Flow& flow, double t, double h, const Eigen::Vect
           rejected_ = true;
           return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
         }
-        if (leaps_at_an_end(flow.error_scale(), h / substeps(row))) {
+        if (leaps_or_rattles(flow.error_scale(), h / substeps(row))) {
           rejected_ = true;
           return {.accepted = false, .next_step = 0.5 * h, .worst = worst_};
         }

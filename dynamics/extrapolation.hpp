@@ -50,7 +50,7 @@ class Extrapolation : public Integrator {
   void note_bend(int i);
   bool extrapolate(const Eigen::VectorXd& scale, double h, int row);
   void choose_after(int row, Attempt& attempt, double h);
-  bool leaps_at_an_end(const Eigen::VectorXd& scale, double substep) const;
+  bool leaps_or_rattles(const Eigen::VectorXd& scale, double substep) const;
 
   double tolerance_;
   int fixed_rows_ = 0;         ///< of a method of one order; 0: it is chosen
@@ -68,6 +68,7 @@ class Extrapolation : public Integrator {
   Eigen::VectorXd slope_before_, slope_before_that_;  ///< one and two substeps before slope_
   /// The slope's second differences over the last row's substeps: the first, and the largest of the others.
   Eigen::VectorXd first_bend_, bend_;
+  Eigen::VectorXd change_;  ///< the largest first difference after the first
 
   Eigen::VectorX<Quad> before_lanes_, now_lanes_, slope_lanes_;
   std::vector<Eigen::VectorXd> ends_;  ///< per row made at once: what it has come to

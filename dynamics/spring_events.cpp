@@ -39,7 +39,7 @@ SpringEvents::SpringEvents(const System& system, Parameters& parameters)
   for (std::size_t e = 0; e < parameters.efforts.size(); ++e) {
     if (auto* stop = std::get_if<LimitSpring>(&parameters.efforts[e].kind)) {
       for (std::size_t c = 0; c < stop->range.size(); ++c) bounds_.push_back({e, int(c)});
-      stop->holds.resize(stop->range.size());
+      stop->held.resize(stop->range.size());
     }
     if (const auto* torsion = std::get_if<TorsionSpring>(&parameters.efforts[e].kind))
       if (torsion->stiffness != 0) turns_.push_back({e});
@@ -96,15 +96,13 @@ void SpringEvents::evaluate(const State&, const Kinematics& kinematics, std::spa
 void SpringEvents::follow(const Kinematics& kinematics) {
   for (std::size_t b = 0; b < bounds_.size(); ++b) {
     Bound& bound = bounds_[b];
-    auto& holds = std::get<LimitSpring>(parameters_.efforts[bound.effort].kind).holds[bound.component];
+    auto& held = std::get<LimitSpring>(parameters_.efforts[bound.effort].kind).held[bound.component];
     for (int side = 0; side < 2; ++side) {
       const EventValue left = bound_value(int(4 * b) + side, kinematics);
+      // (of a bound just met its rate tells for sure where it goes)
+      held[side] = std::abs(left.value) > rounding ? left.value < 0 : left.rate < 0;
       const double pushes = bound_value(int(4 * b) + 2 + side, kinematics).value;
       if (std::abs(pushes) > 1e-6) bound.slack[side] = pushes < 0;  // (else as the event has left it)
-      // (of a bound just met its rate tells for sure where it goes)
-      const bool beyond = std::abs(left.value) > rounding ? left.value < 0 : left.rate < 0;
-      using Hold = LimitSpring::Hold;
-      holds[side] = !beyond ? Hold::off : bound.slack[side] ? Hold::slack : Hold::pushing;
     }
   }
   for (Turn& turn : turns_) {

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numbers>
 
 #include "scenes.hpp"
@@ -162,6 +164,47 @@ TEST(SpringEvents, AStopThatGoesSlackIsNotPassedOver) {
         const double error = 10 * tolerance * out.certificate.steps_accepted;
         EXPECT_NEAR(last(out.q)[0], x, error) << method << tolerance;
         EXPECT_NEAR(last(out.v)[0], v, error) << method << tolerance;
+      }
+  }
+}
+
+// Chains that fly against stops of every stiffness: wide ones, ones whose bounds meet and a ball's, half of
+// them so dissipating that they let go; two methods of small steps have to agree on what is true.
+TEST(SpringEvents, ChainsBetweenStopsAreAsSmallStepsMakeThem) {
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    Random random(seed);
+    Scene scene;
+    scene.gravity = {0, 0, -9.81};
+    const std::array<std::string, 4> names{"world", "a", "b", "c"};
+    for (std::size_t b = 1; b < names.size(); ++b) {
+      const std::string joint = "turn_" + names[b];
+      const bool is_ball = b == 2 && seed % 2 == 1;
+      const Switch turns =
+          is_ball ? ball(joint)
+                  : hinge(joint, Vector3d::UnitY(), random.number(-0.3, 0.3), random.number(-2, 2));
+      scene.solids.push_back(
+          solid(names[b], names[b - 1], {turns}, {inertial(1, random.vector(0.3), {0.1, 0.12, 0.08})}));
+      LimitSpring stop{{joint}, std::pow(10, random.number(1, 5)), std::max(0., random.number(-1, 1)), {}};
+      if (is_ball)
+        stop.range = {{-0.5, 0.4}, {-0.4, 0.4}, {-0.3, 0.3}};
+      else if (seed % 3 == 2)
+        stop.range = {{0.1, 0.1}};
+      else
+        stop.range = {{random.number(-0.8, -0.3), random.number(0.3, 0.8)}};
+      scene.efforts.push_back({"stop_" + names[b], stop});
+    }
+    const Eigen::VectorXd truth = last(run(scene, settings("rk4_adaptive", 1, 1e-3, 1e-11)).q);
+    const double unsure =
+        (last(run(scene, settings("dop853", 1, 1e-3, 1e-12)).q) - truth).cwiseAbs().maxCoeff();
+    ASSERT_LT(unsure, 1e-8) << seed;
+    for (const char* method : {"gauss16", "gbs", "dop853", "dopri5", "arkode"})
+      for (const double tolerance : {1e-5, 1e-7, 1e-9}) {
+        const Trajectory out = run(scene, settings(method, 1, 1e-3, tolerance));
+        EXPECT_TRUE(out.certificate.trusted) << method << tolerance << ", " << seed;
+        // one tolerance per step, which blows enlarge
+        EXPECT_LT((last(out.q) - truth).cwiseAbs().maxCoeff(),
+                  100 * (tolerance * double(out.certificate.steps_accepted) + unsure))
+            << method << tolerance << ", " << seed;
       }
   }
 }
