@@ -38,7 +38,8 @@ struct ConstraintResidual {
 /// Something that happened at a moment of the run.
 struct LoggedEvent {
   double time = 0;  ///< s
-  /// "range_left", "range_entered"; "stop_reached", "stop_left" (a limit spring's bound); "half_turn" (of a
+  /// "range_left", "range_entered"; "stop_reached", "stop_left" (a limit spring's bound), "stop_slack",
+  /// "stop_taut" (beyond it: what it holds retreats too fast to be pushed, and no more); "half_turn" (of a
   /// torsion spring); "impact", "contact_closed", "contact_opened", "stick", "slip"; "rank_fell",
   /// "rank_regained" (a singular position of the constraints); or the word of a user's own EventSource
   std::string kind;

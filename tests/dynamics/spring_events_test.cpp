@@ -169,7 +169,8 @@ TEST(SpringEvents, AStopThatGoesSlackIsNotPassedOver) {
 }
 
 // Chains that fly against stops of every stiffness: wide ones, ones whose bounds meet and a ball's, half of
-// them so dissipating that they let go; two methods of small steps have to agree on what is true.
+// them so dissipating that they let go; two methods at far smaller tolerances
+// have to agree on what is true.
 TEST(SpringEvents, ChainsBetweenStopsAreAsSmallStepsMakeThem) {
   for (unsigned seed = 0; seed < 12; ++seed) {
     Random random(seed);
