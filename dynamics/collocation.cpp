@@ -12,7 +12,7 @@ namespace borelli {
 
 namespace {
 
-constexpr int nodes = Collocation::nodes, half = Quad::count;
+constexpr int nodes = Collocation::nodes, half = nodes / 2;
 
 // of the tolerance: what rounds may leave undone
 constexpr double left_undone = 0.03;
@@ -44,10 +44,7 @@ constexpr double farthest_growth = 1.2;
 constexpr double leap = 8;
 
 /// One number at each node, or one weight for it.
-struct AtNodes {
-  Quad first, second;
-  void set(int node, double x) { (node < half ? first : second).set(node % half, x); }
-};
+using AtNodes = Lanes;
 
 double legendre(int degree, double x) {
   double before = 0, now = 1;
@@ -99,32 +96,31 @@ struct Tables {
 
 const Tables tables;
 
-double sum(const AtNodes& weights, const Quad& first, const Quad& second) {
-  const Quad parts = weights.first * first + weights.second * second;
-  return (parts[0] + parts[1]) + (parts[2] + parts[3]);
+double sum(const AtNodes& parts) {
+  return ((parts[0] + parts[4]) + (parts[1] + parts[5])) + ((parts[2] + parts[6]) + (parts[3] + parts[7]));
+}
+
+double largest(const AtNodes& of) {
+  double most = of[0];
+  for (int k = 1; k < nodes; ++k) most = std::max(most, of[k]);
+  return most;
 }
 
 /// stages <- y and the moves by the slopes, of components from one to another. Gives the largest change of a
 /// stage, on the scale.
 BORELLI_LANES_FOR_PROCESSOR
 double move(double h, const double* y, const double* scale, Eigen::Index from, Eigen::Index to,
-            const Quad* first_slopes, const Quad* second_slopes, Quad* first, Quad* second) {
+            const AtNodes* slopes, AtNodes* stages) {
   double most = 0;
   for (Eigen::Index i = from; i < to; ++i) {
-    Quad one = 0, two = 0;
-    for (int k = 0; k < half; ++k) {
-      one += tables.coupling[k].first * first_slopes[i][k] +
-             tables.coupling[half + k].first * second_slopes[i][k];
-      two += tables.coupling[k].second * first_slopes[i][k] +
-             tables.coupling[half + k].second * second_slopes[i][k];
+    AtNodes even = 0, odd = 0;
+    for (int k = 0; k < nodes; k += 2) {
+      even += tables.coupling[k] * slopes[i][k];
+      odd += tables.coupling[k + 1] * slopes[i][k + 1];
     }
-    one = y[i] + h * one;
-    two = y[i] + h * two;
-    const Quad change = abs(one - first[i]) + abs(two - second[i]);
-    const double largest = std::max(std::max(change[0], change[1]), std::max(change[2], change[3]));
-    if (const double part = largest / scale[i]; exceeds(part, most)) most = part;
-    first[i] = one;
-    second[i] = two;
+    const AtNodes moved = y[i] + h * (even + odd);
+    if (const double part = largest(abs(moved - stages[i])) / scale[i]; exceeds(part, most)) most = part;
+    stages[i] = moved;
   }
   return most;
 }
@@ -147,13 +143,13 @@ struct Support {
   bool holds(int place) const { return place == nodes || (place >= from && place < to); }
 };
 
-/// What such a polynomial has at four other places: the weights of what is known.
+/// What such a polynomial has at eight other places: the weights of what is known.
 struct Continuation {
-  Quad weights[nodes + 1];
+  AtNodes weights[nodes + 1];
 
-  Continuation(const Support& by, const Quad& where) {
-    Quad before = where - by.at[nodes], after = 1;
-    for (Quad& weight : weights) weight = 0;
+  Continuation(const Support& by, const AtNodes& where) {
+    AtNodes before = where - by.at[nodes], after = 1;
+    for (AtNodes& weight : weights) weight = 0;
     for (int k = by.from; k < by.to; ++k) {
       weights[k] = before * by.scale[k];
       before *= where - by.at[k];
@@ -167,15 +163,18 @@ struct Continuation {
 };
 
 const Support of_this_step(0, nodes, 0), of_step_before(1, nodes, 1), of_its_end(nodes - 2, nodes, 1);
-const Continuation to_second_half(Support(0, half, 0), tables.places.second);
+const Continuation by_first_half(Support(0, half, 0), tables.places);
 
 BORELLI_LANES_FOR_PROCESSOR
-void continue_slopes(const Continuation& by, Eigen::Index from, Eigen::Index to, const Quad* first,
-                     const Quad* second, const double* start, Quad* out) {
+void continue_slopes(const Continuation& by, Eigen::Index from, Eigen::Index to, const double* start,
+                     AtNodes* slopes) {
   for (Eigen::Index i = from; i < to; ++i) {
-    Quad value = by.weights[nodes] * start[i];
-    for (int k = 0; k < half; ++k) value += by.weights[k] * first[i][k] + by.weights[half + k] * second[i][k];
-    out[i] = value;
+    AtNodes even = by.weights[nodes] * start[i], odd = 0;
+    for (int k = 0; k < nodes; k += 2) {
+      even += by.weights[k] * slopes[i][k];
+      odd += by.weights[k + 1] * slopes[i][k + 1];
+    }
+    slopes[i] = even + odd;
   }
 }
 
@@ -190,14 +189,11 @@ void Collocation::reset() {
 }
 
 bool Collocation::keep(Keeper& k) {
-  Eigen::MatrixXd slopes(nodes, slopes_[0].size());
-  for (int of = 0; of < halves; ++of)
-    for (Eigen::Index i = 0; i < slopes_[of].size(); ++i) slopes_[of][i].store(&slopes(half * of, i));
+  Eigen::MatrixXd slopes(nodes, slopes_.size());
+  for (Eigen::Index i = 0; i < slopes_.size(); ++i) slopes_[i].store(slopes.col(i).data());
   k(last_.known, last_.step, last_.rate, last_.fall, rejected_, slopes);
-  for (int of = 0; of < halves; ++of) {
-    slopes_[of].resize(slopes.cols());
-    for (Eigen::Index i = 0; i < slopes.cols(); ++i) slopes_[of][i] = Quad::load(&slopes(half * of, i));
-  }
+  slopes_.resize(slopes.cols());
+  for (Eigen::Index i = 0; i < slopes.cols(); ++i) slopes_[i] = Lanes::load(slopes.col(i).data());
   return true;
 }
 
@@ -206,10 +202,8 @@ bool Collocation::keep(Keeper& k) {
 void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
   const double ratio = h / last_.step;
   if (last_.known == Known::nothing || ratio > farthest) {
-    for (auto& slopes : slopes_) {
-      slopes.resize(dy.size());
-      for (Eigen::Index i = 0; i < dy.size(); ++i) slopes[i] = dy[i];
-    }
+    slopes_.resize(dy.size());
+    for (Eigen::Index i = 0; i < dy.size(); ++i) slopes_[i] = dy[i];
     last_.rate = 1;
     return;
   }
@@ -217,12 +211,8 @@ void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
   // the first half of the nodes are what counts: the others are foretold again when these are known
   const bool far = last_.fall * growth(1 + 2 * tables.c[half - 1] * ratio) > farthest_growth;
   const Support& by = !before ? of_this_step : far ? of_its_end : of_step_before;
-  known_slopes_ = slopes_;
-  const Eigen::Index from = flow.positions(), to = acting_components(flow);
-  const Quad places[] = {tables.places.first, tables.places.second};
-  for (int of = 0; of < halves; ++of)
-    continue_slopes({by, by.at[nodes] + ratio * places[of]}, from, to, known_slopes_[0].data(),
-                    known_slopes_[1].data(), dy.data(), slopes_[of].data());
+  continue_slopes({by, by.at[nodes] + ratio * tables.places}, flow.positions(), acting_components(flow),
+                  dy.data(), slopes_.data());
   last_.rate = std::min(1., last_.rate * ratio * ratio);
 }
 
@@ -232,28 +222,38 @@ double Collocation::place(Flow& flow, double h, const Eigen::VectorXd& y) {
   const Eigen::Index positions = flow.positions(), acting = acting_components(flow);
   const double* scale = flow.error_scale().data();
   const auto move_these = [&](Eigen::Index from, Eigen::Index to) {
-    return move(h, y.data(), scale, from, to, slopes_[0].data(), slopes_[1].data(), stages_[0].data(),
-                stages_[1].data());
+    return move(h, y.data(), scale, from, to, slopes_.data(), stages_.data());
   };
   double change = move_these(positions, acting);
   if (positions > 0) {
-    for (int of = 0; of < halves; ++of) flow.position_rates(stages_[of], slopes_[of]);
+    flow.position_rates(stages_, slopes_);
     change = std::max(move_these(0, positions), change);
   }
   return change;
 }
 
-/// slopes_ <- those at the stages of one half of the nodes.
-bool Collocation::evaluate(Flow& flow, double t, double h, int of) {
-  if (flow.has_lanes()) return flow.derivatives(stages_[of], half, slopes_[of]);
-  const Eigen::Index size = stages_[of].size();
+/// slopes_ <- those at the stages of nodes from one to another.
+bool Collocation::evaluate(Flow& flow, double t, double h, int from, int to) {
+  const Eigen::Index size = stages_.size();
   stage_.resize(size);
-  for (int lane = 0; lane < half; ++lane) {
-    for (Eigen::Index i = 0; i < size; ++i) stage_[i] = stages_[of][i][lane];
-    if (!flow.derivative(t + tables.c[half * of + lane] * h, stage_, slope_)) return false;
-    for (Eigen::Index i = 0; i < size; ++i) slopes_[of][i].set(lane, slope_[i]);
+  for (int node = from; node < to; ++node) {
+    for (Eigen::Index i = 0; i < size; ++i) stage_[i] = stages_[i][node];
+    if (!flow.derivative(t + tables.c[node] * h, stage_, slope_)) return false;
+    for (Eigen::Index i = 0; i < size; ++i) slopes_[i].set(node, slope_[i]);
   }
   return true;
+}
+
+/// slopes_ <- those at all stages; in the first round of some steps, the second half where the first leads.
+bool Collocation::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                           const Eigen::VectorXd& dy, bool foretell) {
+  if (flow.has_lanes()) return flow.derivatives(stages_, nodes, slopes_);
+  if (!evaluate(flow, t, h, 0, half)) return false;
+  if (foretell) {
+    continue_slopes(by_first_half, flow.positions(), acting_components(flow), dy.data(), slopes_.data());
+    place(flow, h, y);
+  }
+  return evaluate(flow, t, h, half, nodes);
 }
 
 Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Eigen::VectorXd& y,
@@ -263,23 +263,14 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
   last_.known = Known::nothing;
   last_.step = h;
   const Eigen::Index size = y.size(), positions = flow.positions();
-  for (int of = 0; of < halves; ++of) {
-    stages_[of].resize(size);
-    for (Eigen::Index i = 0; i < size; ++i) stages_[of][i] = y[i];
-    // rates of positions are asked for there
-    const Quad moved = h * (of == 0 ? tables.places.first : tables.places.second);
-    for (Eigen::Index i = 0; i < positions; ++i) stages_[of][i] += moved * dy[i];
-  }
+  stages_.resize(size);
+  // rates of positions are asked for there
+  for (Eigen::Index i = 0; i < positions; ++i) stages_[i] = y[i] + h * dy[i] * tables.places;
+  for (Eigen::Index i = positions; i < size; ++i) stages_[i] = y[i];
   place(flow, h, y);
   double before = std::numeric_limits<double>::infinity();
   for (rounds_ = 1;; ++rounds_) {
-    if (!evaluate(flow, t, h, 0)) return Outcome::not_evaluated;
-    if (rounds_ == 1 && foretell) {
-      continue_slopes(to_second_half, positions, acting_components(flow), slopes_[0].data(),
-                      slopes_[1].data(), dy.data(), slopes_[1].data());
-      place(flow, h, y);
-    }
-    if (!evaluate(flow, t, h, 1)) return Outcome::not_evaluated;
+    if (!evaluate(flow, t, h, y, dy, foretell && rounds_ == 1)) return Outcome::not_evaluated;
     const double change = place(flow, h, y);
     if (!std::isfinite(change)) return Outcome::unsettled;
     if (change <= rounding || (rounds_ > 1 && before <= tells_rate * rounding))
@@ -301,8 +292,7 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
     before = change;
   }
   out.resize(size);
-  for (Eigen::Index i = 0; i < size; ++i)
-    out[i] = y[i] + h * sum(tables.weights, slopes_[0][i], slopes_[1][i]);
+  for (Eigen::Index i = 0; i < size; ++i) out[i] = y[i] + h * sum(tables.weights * slopes_[i]);
   return Outcome::solved;
 }
 
@@ -314,7 +304,7 @@ Collocation::Judgement Collocation::judge(const Flow& flow, double h) const {
   for (Eigen::Index i = 0; i < scale.size(); ++i) {
     if (std::isinf(scale[i])) continue;
     const auto size = [&](int degree) {
-      return std::abs(sum(tables.coefficient[degree], slopes_[0][i], slopes_[1][i])) * h / scale[i];
+      return std::abs(sum(tables.coefficient[degree] * slopes_[i])) * h / scale[i];
     };
     const double last = size(nodes - 1), last_but_one = size(nodes - 2);
     const double falls = std::max(last, last_but_one) / std::max(size(nodes - 5), size(nodes - 6));
@@ -335,7 +325,7 @@ Collocation::Judgement Collocation::judge(const Flow& flow, double h) const {
 bool Collocation::leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const {
   const Eigen::VectorXd& scale = flow.error_scale();
   for (Eigen::Index i = flow.positions(); i < scale.size(); ++i) {
-    const auto at = [&](const AtNodes& weights) { return sum(weights, slopes_[0][i], slopes_[1][i]); };
+    const auto at = [&](const AtNodes& weights) { return sum(weights * slopes_[i]); };
     const double off = std::max(std::abs(at(tables.start) - dy[i]), std::abs(at(tables.end) - slope_[i]));
     if (tables.c[0] * off * h / scale[i] <= tolerance_) continue;
     const double smooth =
@@ -413,8 +403,7 @@ void Collocation::interpolate(double theta, Eigen::VectorXd& y) const {
   }
   y = start_;
   for (int i = 0; i < nodes; ++i)
-    for (Eigen::Index c = 0; c < y.size(); ++c)
-      y[c] += last_.step * weights[i] * slopes_[i / half][c][i % half];
+    for (Eigen::Index c = 0; c < y.size(); ++c) y[c] += last_.step * weights[i] * slopes_[c][i];
 }
 
 }  // namespace borelli

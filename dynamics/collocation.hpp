@@ -9,8 +9,6 @@
 // the rounds would not settle.
 #pragma once
 
-#include <array>
-
 #include "dynamics/integrator.hpp"
 
 namespace borelli {
@@ -33,10 +31,9 @@ class Collocation : public Integrator {
   bool keep(Keeper& k) override;
   void reset() override;
 
-  static constexpr int nodes = 8;
+  static constexpr int nodes = Lanes::count;
 
  private:
-  static constexpr int half = Quad::count, halves = nodes / half;
   enum class Outcome { solved, hopeless, unsettled, not_evaluated };
   enum class Known { nothing, this_step, step_before };
 
@@ -54,7 +51,9 @@ class Collocation : public Integrator {
                       int divisions, Eigen::VectorXd& out);
   void guess(const Flow& flow, double h, const Eigen::VectorXd& dy);
   double place(Flow& flow, double h, const Eigen::VectorXd& y);
-  bool evaluate(Flow& flow, double t, double h, int of);
+  bool evaluate(Flow& flow, double t, double h, int from, int to);
+  bool evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
+                bool foretell);
   Judgement judge(const Flow& flow, double h) const;
   bool leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const;
 
@@ -68,8 +67,8 @@ class Collocation : public Integrator {
   } last_;
   int rounds_ = 0;
   bool rejected_ = false;
-  std::array<Eigen::VectorX<Quad>, halves> slopes_, stages_;  ///< per half of the nodes, and component
-  std::array<Eigen::VectorX<Quad>, halves> known_slopes_, kept_;
+  Eigen::VectorX<Lanes> slopes_, stages_;  ///< at the nodes, per component
+  Eigen::VectorX<Lanes> kept_;
   Eigen::VectorXd stage_, slope_;  ///< of a node by itself; the slope at the end
   Eigen::VectorXd start_;          ///< of the step that dense output is for
 };

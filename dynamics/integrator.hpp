@@ -32,14 +32,18 @@ class Flow {
   virtual Eigen::Index positions() const { return 0; }
   /// The positions' part of the derivative alone, which costs little.
   virtual void position_rate(const Eigen::VectorXd& /*y*/, Eigen::VectorXd& /*dy*/) {}
-  /// The same of four states side by side.
-  virtual void position_rates(const Eigen::VectorX<Quad>& /*y*/, Eigen::VectorX<Quad>& /*dy*/) {}
+  /// The same of eight states side by side.
+  virtual void position_rates(const Eigen::VectorX<Lanes>& /*y*/, Eigen::VectorX<Lanes>& /*dy*/) {}
   /// Whether f is the same at all times, and its slopes at several states cost less side by side than one by
   /// one.
   virtual bool has_lanes() { return false; }
   /// With has_lanes(), lane by lane: dy <- f(y). `states` of the lanes are asked for; each of the others
   /// holds one that can be evaluated. False: f cannot be evaluated at one of them.
   virtual bool derivatives(const Eigen::VectorX<Quad>& /*y*/, int /*states*/, Eigen::VectorX<Quad>& /*dy*/) {
+    return false;
+  }
+  virtual bool derivatives(const Eigen::VectorX<Lanes>& /*y*/, int /*states*/,
+                           Eigen::VectorX<Lanes>& /*dy*/) {
     return false;
   }
   /// The flow as the motion of a system, for methods that ask for more than slopes; null: it is none.

@@ -39,14 +39,15 @@ bool mostly_swings(const System& system, const Articulation& articulation) {
 
 }  // namespace
 
+template <class T>
 struct MotionFlow::Together {
   explicit Together(const System& system) : w(system), state(system), centre(system.nq) {}
   void set_centre(const Eigen::VectorXd& q0) {
     for (Eigen::Index i = 0; i < q0.size(); ++i) centre[i] = q0[i];
   }
-  BatchWorkspaceOf<Quad> w;
-  BatchStateOf<Quad> state;
-  Eigen::VectorX<Quad> centre;
+  BatchWorkspaceOf<T> w;
+  BatchStateOf<T> state;
+  Eigen::VectorX<T> centre;
 };
 
 MotionFlow::~MotionFlow() = default;
@@ -78,7 +79,8 @@ bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y,
                      std::abs(last_time_ - state.t) <= 1e-15 * std::abs(state.t) && state.q == q_ &&
                      state.v == last_v_;
   q0_ = state.q;
-  if (together_) together_->set_centre(q0_);
+  if (four_) four_->set_centre(q0_);
+  if (eight_) eight_->set_centre(q0_);
   y.setZero();
   y.segment(system_.nv, system_.nv) = state.v;
   y.segment<4>(2 * system_.nv) << work.efforts, work.drives, work.constraints, work.violation;
@@ -129,29 +131,36 @@ bool MotionFlow::derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd&
   return true;
 }
 
-bool MotionFlow::has_lanes() {
-  if (!lanes_fit_ || w_.has_rows()) return false;
-  if (!together_) {
-    together_ = std::make_unique<Together>(system_);
-    together_->set_centre(q0_);
-  }
-  return true;
-}
+bool MotionFlow::has_lanes() { return lanes_fit_ && !w_.has_rows(); }
 
 bool MotionFlow::derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) {
-  BatchWorkspaceOf<Quad>& w = together_->w;
+  return solve_together(four_, y, states, dy);
+}
+bool MotionFlow::derivatives(const Eigen::VectorX<Lanes>& y, int states, Eigen::VectorX<Lanes>& dy) {
+  return solve_together(eight_, y, states, dy);
+}
+
+template <class T>
+bool MotionFlow::solve_together(std::unique_ptr<Together<T>>& together, const Eigen::VectorX<T>& y,
+                                int states, Eigen::VectorX<T>& dy) {
+  if (!together) {
+    together = std::make_unique<Together<T>>(system_);
+    together->set_centre(q0_);
+  }
+  BatchWorkspaceOf<T>& w = together->w;
   const int n = system_.nv;
   fault_ = {};
   turned_ = -1;
   for (const CoordinateInfo& info : system_.coordinates)
-    if (info.q_size == 4 && (y.segment<3>(info.v_index).squaredNorm() > largest_turn * largest_turn).any())
+    if (info.q_size == 4 &&
+        (y.template segment<3>(info.v_index).squaredNorm() > largest_turn * largest_turn).any())
       turned_ = info.v_index;
   if (turned_ >= 0) return false;
-  from_chart(system_, together_->centre.data(), y.data(), together_->state.q.data());
-  together_->state.v = y.segment(n, n);
+  from_chart(system_, together->centre.data(), y.data(), together->state.q.data());
+  together->state.v = y.segment(n, n);
   w_.evaluations += states;
   const bool solved =
-      accelerate(system_, system_.parameters, together_->state, w, nullptr, Wanted::accelerations);
+      accelerate(system_, system_.parameters, together->state, w, nullptr, Wanted::accelerations);
   if (!w.together) lanes_fit_ = false;
   if (!solved) {
     fault_ = *std::find_if(w.faults.begin(), w.faults.end(), [](const Fault& fault) { return bool(fault); });
@@ -160,7 +169,7 @@ bool MotionFlow::derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::V
   dy.resize(size());
   chart_rate(system_, y.data(), y.data() + n, dy.data());
   dy.segment(n, n) = w.a;
-  dy.segment<4>(2 * n) << w.efforts.power, Quad(0), Quad(0), Quad(0);
+  dy.template segment<4>(2 * n) << w.efforts.power, T(0), T(0), T(0);
   dy.tail(system_.groups) = w.group_power;
   return true;
 }
@@ -169,7 +178,7 @@ void MotionFlow::position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) {
   chart_rate(system_, y.data(), y.data() + system_.nv, dy.data());
 }
 
-void MotionFlow::position_rates(const Eigen::VectorX<Quad>& y, Eigen::VectorX<Quad>& dy) {
+void MotionFlow::position_rates(const Eigen::VectorX<Lanes>& y, Eigen::VectorX<Lanes>& dy) {
   chart_rate(system_, y.data(), y.data() + system_.nv, dy.data());
 }
 

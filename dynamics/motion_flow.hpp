@@ -20,13 +20,14 @@ class MotionFlow : public Flow {
   const Eigen::VectorXd& error_scale() const override { return scale_; }
   Eigen::Index positions() const override { return system_.nv; }
   void position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
-  void position_rates(const Eigen::VectorX<Quad>& y, Eigen::VectorX<Quad>& dy) override;
+  void position_rates(const Eigen::VectorX<Lanes>& y, Eigen::VectorX<Lanes>& dy) override;
   bool derivative(double t, const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
   /// Where a batch can have the scene (batch.hpp), no row holds, nothing depends on time, the solids do not
   /// mostly swing by themselves (of those, one state takes hardly any time) and no lane had to be solved by
   /// itself.
   bool has_lanes() override;
   bool derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) override;
+  bool derivatives(const Eigen::VectorX<Lanes>& y, int states, Eigen::VectorX<Lanes>& dy) override;
 
   /// Centres the chart on a state, fills y and dy there, decides the rank of the constraints for the step to
   /// come. Leaves the equations at that state in the workspace. Where they are there already (the last slope
@@ -93,8 +94,14 @@ class MotionFlow : public Flow {
   Eigen::VectorXd q_, last_v_;
   long evaluations_ = -1;  ///< the workspace's count then
   bool lanes_fit_;         ///< has_lanes() while no row holds
+  template <class T>
   struct Together;
-  std::unique_ptr<Together> together_;  ///< what several states at once ask for; none before the first
+  template <class T>
+  bool solve_together(std::unique_ptr<Together<T>>& together, const Eigen::VectorX<T>& y, int states,
+                      Eigen::VectorX<T>& dy);
+  // what several states at once ask for; none before the first
+  std::unique_ptr<Together<Quad>> four_;
+  std::unique_ptr<Together<Lanes>> eight_;
 };
 
 }  // namespace borelli
