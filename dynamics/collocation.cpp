@@ -56,11 +56,11 @@ double legendre(int degree, double x) {
 /// Gauss' nodes on the interval from 0 to 1, and what follows from them.
 struct Tables {
   double c[nodes], b[nodes];
-  AtNodes places;              ///< c
-  AtNodes coupling[nodes];     ///< per node: its slope's part in the moves to all of them
-  AtNodes weights;             ///< b
-  AtNodes coefficient[nodes];  ///< per degree: of Legendre's polynomial in the slopes
-  AtNodes start, end;          ///< the values there of a polynomial through those at the nodes
+  AtNodes places;             ///< c
+  AtNodes coupling[nodes];    ///< per node: its slope's part in the moves to all of them
+  AtNodes weights;            ///< b
+  Lanes coefficients[nodes];  ///< per node, and in lanes per degree: of Legendre's polynomials in the slopes
+  AtNodes start, end;         ///< the values there of a polynomial through those at the nodes
 
   Tables() {
     for (int i = 0; i < nodes; ++i) {
@@ -78,7 +78,7 @@ struct Tables {
       start.set(i, lagrange(i, 0));
       end.set(i, lagrange(i, 1));
       for (int degree = 0; degree < nodes; ++degree)
-        coefficient[degree].set(i, (2 * degree + 1) * b[i] * legendre(degree, 2 * c[i] - 1));
+        coefficients[i].set(degree, (2 * degree + 1) * b[i] * legendre(degree, 2 * c[i] - 1));
       for (int j = 0; j < nodes; ++j) {
         double integral = 0;
         for (int k = 0; k < nodes; ++k) integral += c[i] * b[k] * lagrange(j, c[i] * c[k]);
@@ -100,29 +100,40 @@ double sum(const AtNodes& parts) {
   return ((parts[0] + parts[4]) + (parts[1] + parts[5])) + ((parts[2] + parts[6]) + (parts[3] + parts[7]));
 }
 
-double largest(const AtNodes& of) {
-  double most = of[0];
-  for (int k = 1; k < nodes; ++k) most = std::max(most, of[k]);
-  return most;
+/// What slopes at the nodes give, each times its weights.
+Lanes combined(const Lanes* weights, const AtNodes& slopes) {
+  Lanes even = 0, odd = 0;
+  for (int k = 0; k < nodes; k += 2) {
+    even += weights[k] * slopes[k];
+    odd += weights[k + 1] * slopes[k + 1];
+  }
+  return even + odd;
 }
 
 /// stages <- y and the moves by the slopes, of components from one to another. Gives the largest change of a
-/// stage, on the scale.
+/// stage, on the scale; no number where one is none.
 BORELLI_LANES_FOR_PROCESSOR
 double move(double h, const double* y, const double* scale, Eigen::Index from, Eigen::Index to,
             const AtNodes* slopes, AtNodes* stages) {
-  double most = 0;
+  AtNodes most = 0, none = 0;
   for (Eigen::Index i = from; i < to; ++i) {
-    AtNodes even = 0, odd = 0;
-    for (int k = 0; k < nodes; k += 2) {
-      even += tables.coupling[k] * slopes[i][k];
-      odd += tables.coupling[k + 1] * slopes[i][k + 1];
-    }
-    const AtNodes moved = y[i] + h * (even + odd);
-    if (const double part = largest(abs(moved - stages[i])) / scale[i]; exceeds(part, most)) most = part;
+    const AtNodes moved = y[i] + h * combined(tables.coupling, slopes[i]);
+    const AtNodes change = abs(moved - stages[i]) * (1 / scale[i]);
+    most = choose(most < change, change, most);
+    none += 0 * change;
     stages[i] = moved;
   }
-  return most;
+  most += none;
+  double largest = most[0];
+  for (int k = 1; k < nodes; ++k)
+    if (exceeds(most[k], largest)) largest = most[k];
+  return largest;
+}
+
+/// Per component, in lanes per degree: the coefficients of Legendre's polynomials in the slopes.
+BORELLI_LANES_FOR_PROCESSOR
+void find_coefficients(const AtNodes* slopes, Eigen::Index size, Lanes* coefficients) {
+  for (Eigen::Index i = 0; i < size; ++i) coefficients[i] = combined(tables.coefficients, slopes[i]);
 }
 
 /// The places at which a polynomial is known: nodes `from` to `to` of a step, and that at which the step to
@@ -169,12 +180,8 @@ BORELLI_LANES_FOR_PROCESSOR
 void continue_slopes(const Continuation& by, Eigen::Index from, Eigen::Index to, const double* start,
                      AtNodes* slopes) {
   for (Eigen::Index i = from; i < to; ++i) {
-    AtNodes even = by.weights[nodes] * start[i], odd = 0;
-    for (int k = 0; k < nodes; k += 2) {
-      even += by.weights[k] * slopes[i][k];
-      odd += by.weights[k + 1] * slopes[i][k + 1];
-    }
-    slopes[i] = even + odd;
+    const AtNodes known = combined(by.weights, slopes[i]);
+    slopes[i] = known + by.weights[nodes] * start[i];
   }
 }
 
@@ -298,15 +305,17 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
 
 /// The step's error. Of each component Legendre's coefficients of the slopes fall by much the same
 /// ratio from one to the next; what the rule does not see begins with the sixteenth.
-Collocation::Judgement Collocation::judge(const Flow& flow, double h) const {
+Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
   const Eigen::VectorXd& scale = flow.error_scale();
+  coefficients_.resize(scale.size());
+  find_coefficients(slopes_.data(), scale.size(), coefficients_.data());
   Judgement out;
   for (Eigen::Index i = 0; i < scale.size(); ++i) {
     if (std::isinf(scale[i])) continue;
-    const auto size = [&](int degree) {
-      return std::abs(sum(tables.coefficient[degree] * slopes_[i])) * h / scale[i];
-    };
+    const double per = h / scale[i];
+    const auto size = [&](int degree) { return std::abs(coefficients_[i][degree]) * per; };
     const double last = size(nodes - 1), last_but_one = size(nodes - 2);
+    if (std::max(last, last_but_one) <= too_small * tolerance_) continue;
     const double falls = std::max(last, last_but_one) / std::max(size(nodes - 5), size(nodes - 6));
     const double fall = falls < 1 ? std::sqrt(std::sqrt(falls)) : 1;
     const double coefficient = std::max(last, fall * last_but_one);
@@ -329,7 +338,7 @@ bool Collocation::leaps_at_an_end(const Flow& flow, double h, const Eigen::Vecto
     const double off = std::max(std::abs(at(tables.start) - dy[i]), std::abs(at(tables.end) - slope_[i]));
     if (tables.c[0] * off * h / scale[i] <= tolerance_) continue;
     const double smooth =
-        std::max(std::abs(at(tables.coefficient[nodes - 1])), std::abs(at(tables.coefficient[nodes - 2])));
+        std::max(std::abs(coefficients_[i][nodes - 1]), std::abs(coefficients_[i][nodes - 2]));
     if (!(off <= leap * smooth)) return true;
   }
   return false;

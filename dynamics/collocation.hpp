@@ -54,7 +54,7 @@ class Collocation : public Integrator {
   bool evaluate(Flow& flow, double t, double h, int from, int to);
   bool evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                 bool foretell);
-  Judgement judge(const Flow& flow, double h) const;
+  Judgement judge(const Flow& flow, double h);
   bool leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const;
 
   double tolerance_;
@@ -69,6 +69,8 @@ class Collocation : public Integrator {
   bool rejected_ = false;
   Eigen::VectorX<Lanes> slopes_, stages_;  ///< at the nodes, per component
   Eigen::VectorX<Lanes> kept_;
+  Eigen::VectorX<Lanes>
+      coefficients_;               ///< of Legendre's polynomials in slopes_, as last judged, per component
   Eigen::VectorXd stage_, slope_;  ///< of a node by itself; the slope at the end
   Eigen::VectorXd start_;          ///< of the step that dense output is for
 };
