@@ -1,6 +1,6 @@
 // Several states of one System at once: ensembles of starts, of inertias, of efforts (eight: Lanes), or what
-// a method asks for within a step (four: Quad). The equations are the recursive ones, in the same source as
-// one state's (articulated.hpp, recursive.hpp), over numbers side by side (lanes.hpp) and compiled for
+// a method asks for within a step (four or eight). The equations are the recursive ones, in the same source
+// as one state's (articulated.hpp, recursive.hpp), over numbers side by side (lanes.hpp) and compiled for
 // AVX-512, for AVX2 and for any processor; each lane's results are those of one state but for rounding.
 //
 // Batches are for smooth scenes: constraints, contacts and a program's own efforts they refuse. A lane that

@@ -1,9 +1,9 @@
 // Collocation at Gauss' eight nodes, of order 16, with steps as long as the tolerance allows. The slopes at
-// the nodes are iterated as they stand, from what the step before and the first half of the nodes foretell: a
-// step takes some five rounds of eight slopes, of which none waits for another (Everhart 1985, An efficient
-// integrator that uses Gauss-Radau spacings; Rein and Spiegel, MNRAS 446, 2015). Positions follow from the
-// velocities of the same round. Where a flow has slopes of several states side by side (Flow::has_lanes), a
-// round takes hardly longer than two of them.
+// the nodes are iterated as they stand, from what the step before foretells: a step takes some five rounds of
+// eight slopes, of which none waits for another (Everhart 1985, An efficient integrator that uses Gauss-Radau
+// spacings; Rein and Spiegel, MNRAS 446, 2015). Positions follow from the velocities of the same round. Where
+// a flow has slopes of several states side by side (Flow::has_lanes), a round takes hardly longer than one of
+// them; one by one, the first half of the nodes foretell the others.
 //
 // For smooth motions. Stiff ones make the steps short, as they do those of explicit methods: in longer ones
 // the rounds would not settle.

@@ -77,10 +77,17 @@ struct SpringsInLanes : FunctionFlow {
   }
   bool has_lanes() override { return in_lanes; }
   bool derivatives(const Eigen::VectorX<Quad>& y, int states, Eigen::VectorX<Quad>& dy) override {
+    return each(y, states, dy);
+  }
+  bool derivatives(const Eigen::VectorX<Lanes>& y, int states, Eigen::VectorX<Lanes>& dy) override {
+    return each(y, states, dy);
+  }
+  template <class T>
+  bool each(const Eigen::VectorX<T>& y, int states, Eigen::VectorX<T>& dy) {
     evaluations += states;
     ++calls;
     Eigen::VectorXd one(4), slope(4);
-    for (int lane = 0; lane < Quad::count; ++lane) {
+    for (int lane = 0; lane < T::count; ++lane) {
       for (int c = 0; c < 4; ++c) one[c] = y[c][lane];
       if (!(one[0] <= 3)) return false;
       function(0, one, slope);

@@ -40,14 +40,15 @@ double condition(const System& system, const State& state) {
   return eigenvalues.maxCoeff() / eigenvalues.minCoeff();
 }
 
-void compare(const System& system, unsigned seed, const std::string& which) {
+template <class T>
+void compare_lanes(const System& system, unsigned seed, const std::string& which) {
   Begun begun(system, seed);
   ASSERT_TRUE(begun.solved && begun.flow.has_lanes()) << which;
   const double bound = 1e-14 * condition(system, begun.state);
   Random random(seed + 100);
-  Eigen::VectorX<Quad> y(begun.flow.size()), dy;
+  Eigen::VectorX<T> y(begun.flow.size()), dy;
   std::vector<Eigen::VectorXd> each;
-  for (int lane = 0; lane < Quad::count; ++lane) {
+  for (int lane = 0; lane < T::count; ++lane) {
     Eigen::VectorXd& one = each.emplace_back(begun.y);
     for (int i = 0; i < 2 * system.nv; ++i) one[i] += random.number(-0.5, 0.5);
     for (Eigen::Index i = 0; i < one.size(); ++i) y[i].set(lane, one[i]);
@@ -56,12 +57,17 @@ void compare(const System& system, unsigned seed, const std::string& which) {
   ASSERT_TRUE(begun.flow.derivatives(y, 3, dy)) << which;
   EXPECT_EQ(begun.w.evaluations, before + 3) << which;
   ASSERT_EQ(dy.size(), begun.flow.size());
-  for (int lane = 0; lane < Quad::count; ++lane) {
+  for (int lane = 0; lane < T::count; ++lane) {
     Eigen::VectorXd slope;
     ASSERT_TRUE(begun.flow.derivative(0, each[lane], slope)) << which;
     for (Eigen::Index i = 0; i < slope.size(); ++i)
       EXPECT_NEAR(dy[i][lane], slope[i], bound * slope.cwiseAbs().maxCoeff()) << which << ", " << i;
   }
+}
+
+void compare(const System& system, unsigned seed, const std::string& which) {
+  compare_lanes<Quad>(system, seed, which + ", four");
+  compare_lanes<Lanes>(system, seed, which + ", eight");
 }
 
 TEST(MotionFlow, SlopesSideBySideAreThoseOneByOne) {
