@@ -215,7 +215,7 @@ void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
     return;
   }
   const bool before = last_.known == Known::step_before;
-  // the first half of the nodes are what counts: the others are foretold again when these are known
+  // the first half of the nodes are what counts: one by one, these foretell the others again
   const bool far = last_.fall * growth(1 + 2 * tables.c[half - 1] * ratio) > farthest_growth;
   const Support& by = !before ? of_this_step : far ? of_its_end : of_step_before;
   continue_slopes({by, by.at[nodes] + ratio * tables.places}, flow.positions(), acting_components(flow),
