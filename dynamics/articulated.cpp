@@ -17,10 +17,15 @@ using namespace articulated;
 
 namespace {
 
-/// The link that the first step of a body begins from, or the step before; null: the world.
+/// The link that a joint begins from; null: the world.
 template <class T>
-LinkOf<T>* link_before(const Body& body, int s, ArticulationOf<T>& articulation) {
-  return s > body.first_step ? &articulation.links[s - 1] : articulation.link(body.parent);
+LinkOf<T>* link_before(const Joint& joint, LinkOf<T>* links) {
+  return joint.before < 0 ? nullptr : links + joint.before;
+}
+
+/// Whether the motion after it is one of reference, to which the ball adds as it must.
+bool is_loose(const Joint& joint, const Parameters& parameters) {
+  return joint.free_ball && parameters.armatures[joint.step] == 0;
 }
 
 }  // namespace
@@ -39,7 +44,19 @@ ArticulationOf<T>::ArticulationOf(const System& system)
     const Body& body = system.bodies[b];
     frames[b] = body.step_count == 0 ? frames[body.parent] : body.first_step + body.step_count - 1;
     if (body.step_count == 0) every_body_moves = false;
-    if (!beside[b]) alone.push_back(int(b));
+    if (beside[b]) continue;
+    alone.push_back(int(b));
+    int before = frames[body.parent];
+    for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
+      const Step& step = system.steps[s];
+      Joint& joint = joints.emplace_back(Joint{s, before, step.q, step.u, step.drive});
+      joint.free_ball =
+          step.drive < 0 &&
+          std::visit([]<class Kind>(const Kind&) { return turns_freely<Kind>; }, system.parameters.kinds[s]);
+      joint.hands_on = joints.size() > 1 && before >= 0 && joints[joints.size() - 2].step == before;
+      before = s;
+    }
+    if (body.step_count > 0) joints.back().body = int(b);
   }
 }
 
@@ -120,40 +137,33 @@ void move_all(const System& system, const Parameters& parameters, double t, cons
               const T* a, KinematicsOf<T>& k, ArticulationOf<T>& articulation) {
   set_coordinates<T>(system, parameters, t, q, v, a, k);
   articulation.placed = false;
-  for (int b : articulation.alone) {
-    const Body& body = system.bodies[b];
-    const int end = body.first_step + body.step_count;
-    for (int s = body.first_step; s < end; ++s) {
-      const Step& step = system.steps[s];
-      LinkOf<T>& link = articulation.links[s];
-      link.carries = false;
-      const LinkOf<T>* before = link_before(body, s, articulation);
-      std::visit(
-          [&]<class Kind>(const Kind& kind) {
-            link.motion = move(kind, parameters.placements[s], !a && is_loose<Kind>(parameters, step, s),
-                               before ? &before->motion : nullptr, k.q.data() + step.q, k.u.data() + step.u,
-                               a || step.drive >= 0 ? k.acceleration.data() + step.u : nullptr,
-                               articulation.pivots.data() + step.u, link.turning);
-          },
-          parameters.kinds[s]);
-    }
+  LinkOf<T>* const links = articulation.links.data();
+  for (const Joint& joint : articulation.joints) {
+    LinkOf<T>& link = links[joint.step];
+    link.carries = false;
+    const LinkOf<T>* before = link_before(joint, links);
+    std::visit(
+        [&]<class Kind>(const Kind& kind) {
+          link.motion = move(kind, parameters.placements[joint.step],
+                             turns_freely<Kind> && !a && is_loose(joint, parameters),
+                             before ? &before->motion : nullptr, k.q.data() + joint.q, k.u.data() + joint.u,
+                             a || joint.drive >= 0 ? k.acceleration.data() + joint.u : nullptr,
+                             articulation.pivots.data() + joint.u, link.turning);
+        },
+        parameters.kinds[joint.step]);
   }
 }
 
 template <class T>
-void place_all(const System& system, const Parameters& parameters, const KinematicsOf<T>& k,
-               ArticulationOf<T>& articulation) {
-  for (int b : articulation.alone) {
-    const Body& body = system.bodies[b];
-    for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
-      std::visit(
-          [&]<class Kind>(const Kind&) {
-            const int u = system.steps[s].u;
-            find_place<Kind, T>(link_before(body, s, articulation), k.u.data() + u,
-                                articulation.pivots.data() + u, articulation.links[s]);
-          },
-          parameters.kinds[s]);
-  }
+void place_all(const Parameters& parameters, const KinematicsOf<T>& k, ArticulationOf<T>& articulation) {
+  LinkOf<T>* const links = articulation.links.data();
+  for (const Joint& joint : articulation.joints)
+    std::visit(
+        [&]<class Kind>(const Kind&) {
+          find_place<Kind, T>(link_before(joint, links), k.u.data() + joint.u,
+                              articulation.pivots.data() + joint.u, links[joint.step]);
+        },
+        parameters.kinds[joint.step]);
 }
 
 template <class T>
@@ -201,16 +211,14 @@ void find_energies_of(const System& system, const Parameters& parameters, const 
 /// What a body carries, at its frame: itself and what its children let it feel, less what acts on it. Of one
 /// of them (`felt`) `carried` holds that already.
 template <class T>
-void begin_body(const System& system, const Parameters& parameters, int b, const InertialsOf<T>& inertials,
+void begin_body(const Body& body, const Parameters& parameters, int b, const InertialsOf<T>& inertials,
                 const KinematicsOf<T>& k, const EffortSumsOf<T>* efforts, const LinkOf<T>& link, bool turning,
                 bool felt, ArticulatedBody<T>& carried) {
-  const Body& body = system.bodies[b];
   if (body.massive) {
-    const ArticulatedBody<T> own = alone<T>(inertials[b], parameters.gravity, link.motion, turning);
     if (felt)
-      add(own, carried);
+      put_own<true>(inertials[b], parameters.gravity, link.motion, turning, carried);
     else
-      carried = own;
+      put_own<false>(inertials[b], parameters.gravity, link.motion, turning, carried);
   } else if (!felt) {
     carried = {};
   }
@@ -230,60 +238,51 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
   const auto stays = [&]<class Kind>(const Kind&, int s) {
     return !Kind::slides && parameters.placements[s].form == Placement::Form::identity;
   };
-  ArticulatedBody<T> carried;  // by the body at work
-  bool felt = false;           // by that body already: it carries the one before, of which that is left
-  for (auto at = articulation.alone.rbegin(); at != articulation.alone.rend(); ++at) {
-    const int b = *at;
-    const Body& body = system.bodies[b];
-    const int last = body.first_step + body.step_count - 1;
-    const bool loose = std::visit(
-        [&]<class Kind>(const Kind&) { return is_loose<Kind>(parameters, system.steps[last], last); },
-        parameters.kinds[last]);
-    begin_body(system, parameters, b, inertials, k, efforts, articulation.links[last], !loose, felt, carried);
-    for (int s = last; s >= body.first_step; --s) {
-      const Step& step = system.steps[s];
-      LinkOf<T>& link = articulation.links[s];
-      LinkOf<T>* before = link_before(body, s, articulation);
-      const bool followed = std::visit(
-          [&]<class Kind>(const Kind& kind) {
-            if (!free_step<Kind, T>(parameters.armatures[s], is_loose<Kind>(parameters, step, s),
-                                    efforts ? efforts->coordinate.data() + step.u : nullptr,
-                                    given && step.drive < 0 ? given + step.u : nullptr,
-                                    step.drive < 0 ? nullptr : k.acceleration.data() + step.u, !before,
-                                    articulation.pivots.data() + step.u, carried, link))
-              return false;
-            if (before && !stays(kind, s))
-              carried = moved<T>(carried, link.motion.r);
-            else if (!carried.extended)
-              flatten(carried);
-            return true;
-          },
-          parameters.kinds[s]);
-      if (!followed) return false;
-      if (s > body.first_step) continue;
-      felt = before && at + 1 != articulation.alone.rend() && before == articulation.link(at[1]);
-      if (!before || felt) continue;
-      if (before->carries)
-        add(carried, before->body);
-      else
-        before->body = carried;
-      before->carries = true;
-    }
+  LinkOf<T>* const links = articulation.links.data();
+  PivotOf<T>* const pivots = articulation.pivots.data();
+  const std::vector<Joint>& joints = articulation.joints;
+  ArticulatedBody<T> carried;  // by the joint at work
+  bool felt = false;           // by its body already: it carries the one before, of which that is left
+  for (auto at = joints.rbegin(); at != joints.rend(); ++at) {
+    const Joint& joint = *at;
+    LinkOf<T>& link = links[joint.step];
+    const bool loose = is_loose(joint, parameters);
+    if (joint.body >= 0)
+      begin_body(system.bodies[joint.body], parameters, joint.body, inertials, k, efforts, link, !loose, felt,
+                 carried);
+    LinkOf<T>* const before = link_before(joint, links);
+    const bool followed = std::visit(
+        [&]<class Kind>(const Kind& kind) {
+          if (!free_step<Kind, T>(parameters.armatures[joint.step], loose,
+                                  efforts ? efforts->coordinate.data() + joint.u : nullptr,
+                                  given && joint.drive < 0 ? given + joint.u : nullptr,
+                                  joint.drive < 0 ? nullptr : k.acceleration.data() + joint.u, !before,
+                                  pivots + joint.u, carried, link))
+            return false;
+          if (before && !stays(kind, joint.step))
+            move_origin<T>(link.motion.r, carried);
+          else if (!carried.extended)
+            flatten(carried);
+          return true;
+        },
+        parameters.kinds[joint.step]);
+    if (!followed) return false;
+    felt = joint.hands_on;
+    if (!before || felt) continue;
+    if (before->carries)
+      add(carried, before->body);
+    else
+      before->body = carried;
+    before->carries = true;
   }
-  for (int b : articulation.alone) {
-    const Body& body = system.bodies[b];
-    for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
-      const Step& step = system.steps[s];
-      const LinkOf<T>* before = link_before(body, s, articulation);
-      std::visit(
-          [&]<class Kind>(const Kind& kind) {
-            follow<Kind, T>(stays(kind, s), is_loose<Kind>(parameters, step, s), before,
-                            articulation.pivots.data() + step.u, articulation.links[s], a + step.u,
-                            step.drive >= 0 ? drive_efforts + (step.u - system.nv) : nullptr);
-          },
-          parameters.kinds[s]);
-    }
-  }
+  for (const Joint& joint : joints)
+    std::visit(
+        [&]<class Kind>(const Kind& kind) {
+          follow<Kind, T>(stays(kind, joint.step), turns_freely<Kind> && is_loose(joint, parameters),
+                          link_before(joint, links), pivots + joint.u, links[joint.step], a + joint.u,
+                          joint.drive >= 0 ? drive_efforts + (joint.u - system.nv) : nullptr);
+        },
+        parameters.kinds[joint.step]);
   return true;
 }
 
@@ -295,9 +294,9 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
     move_all(system, parameters, t, q, v, a, k, articulation);                                               \
   }                                                                                                          \
   FOR_PROCESSOR                                                                                              \
-  void place_numbers(const System& system, const Parameters& parameters, const KinematicsOf<T>& k,           \
+  void place_numbers(const Parameters& parameters, const KinematicsOf<T>& k,                                 \
                      ArticulationOf<T>& articulation) {                                                      \
-    place_all(system, parameters, k, articulation);                                                          \
+    place_all(parameters, k, articulation);                                                                  \
   }                                                                                                          \
   FOR_PROCESSOR                                                                                              \
   void find_bodies_of_numbers(const System& system, const InertialsOf<T>& inertials, KinematicsOf<T>& k,     \
@@ -346,9 +345,9 @@ void place_links(const System& system, const Parameters& parameters, const Kinem
   if (articulation.placed) return;
   articulation.placed = true;
   if constexpr (std::is_same_v<T, DualNumber>)
-    place_all(system, parameters, kinematics, articulation);
+    place_all(parameters, kinematics, articulation);
   else
-    place_numbers(system, parameters, kinematics, articulation);
+    place_numbers(parameters, kinematics, articulation);
   if constexpr (std::is_same_v<T, double>)
     if (!articulation.trees.empty()) place_trees(system, parameters, kinematics, articulation);
 }

@@ -47,10 +47,7 @@ struct alignas(line_alignment<T>) ArticulatedBody {
   Symmetric3<T> I, M;
   Eigen::Matrix3<T> H = Eigen::Matrix3<T>::Zero();
   Wrench<T> bias;
-  // what an entry of the mass matrix is compared with: mass, first moment and half the trace of I, rigid
-  T mass = 0;
-  Eigen::Vector3<T> first = Eigen::Vector3<T>::Zero();
-  T polar = 0;
+  InertiaBound bound;     ///< what an entry of the mass matrix is compared with
   bool extended = false;  ///< else I, H and the moment of bias are zero
 };
 
@@ -103,6 +100,17 @@ struct SideBySide {
   bool swung = false;            ///< in these passes: `swings` are all that has been moved
 };
 
+/// A step as the passes meet it.
+struct Joint {
+  int step = 0;            ///< its number among the steps, and its link's
+  int before = -1;         ///< the link that it begins from; -1: the world
+  int q = 0, u = 0;        ///< where its positions and velocities begin
+  int drive = -1;          ///< its number among the drives; -1: free
+  int body = -1;           ///< whose frame comes after it; -1: another step does
+  bool free_ball = false;  ///< it turns freely, and without a drive
+  bool hands_on = false;   ///< inwards: the next joint is the one that it begins from
+};
+
 /// Scratch; one per thread.
 template <class T>
 struct ArticulationOf {
@@ -111,6 +119,7 @@ struct ArticulationOf {
   std::vector<PivotOf<T>> pivots;  ///< per extended coordinate
   std::vector<SideBySide> trees;   ///< over doubles: what is computed side by side
   std::vector<int> alone;          ///< the other bodies but the world, in order
+  std::vector<Joint> joints;       ///< their steps, in order
   std::vector<int> frames;         ///< per body: the step after which its frame is; -1: the world
   bool every_body_moves = true;    ///< else (welds are kept) find_accelerations does not apply
   bool placed = false;             ///< the links' places are those of the last move_links

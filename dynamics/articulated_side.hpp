@@ -44,9 +44,7 @@ inline ArticulatedBody<double> lane_of(const ArticulatedBody<Quad>& from, int la
   ArticulatedBody<double> to;
   lane_of(from.M, lane, to.M);
   lane_of(from.bias.f, lane, to.bias.f);
-  lane_of(from.first, lane, to.first);
-  to.mass = from.mass[lane];
-  to.polar = from.polar[lane];
+  to.bound = from.bound;
   to.extended = from.extended;
   if (!from.extended) {
     to.bias.n.setZero();
@@ -200,6 +198,7 @@ inline void move_links_of_side(const System& system, const Parameters& parameter
           [&](int lane) -> auto& { return of(lane).centre; }, body.inertial.centre);
       gather_symmetric(
           [&](int lane) -> auto& { return of(lane).tensor; }, body.inertial.tensor);
+      body.inertial.settle();
       body.arm = motion.R * body.inertial.centre;
     } else {
       body.arm.setZero();
@@ -306,7 +305,7 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
     const LinkOf<Quad>& link = side.steps[last].link;
     ArticulatedBody<Quad> carried;
     if (system.bodies[each[0]].massive) {
-      carried = alone<Quad>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose);
+      put_own<false>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose, carried);
       if (link.carries) add(link.body, carried);
     } else if (link.carries) {
       carried = link.body;
@@ -341,7 +340,7 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
           parameters.kinds[step.steps[0]]);
       if (!followed) return false;
       if (before && !step.stays)
-        carried = moved<Quad>(carried, step.link.motion.r);
+        move_origin<Quad>(step.link.motion.r, carried);
       else if (!carried.extended)
         flatten(carried);
       if (s > body.first_step || !before) continue;

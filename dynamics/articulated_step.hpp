@@ -17,12 +17,6 @@ constexpr bool turns_freely = requires {
 
 // ---- outwards: motion ----
 
-/// Whether nothing resists the ball of a step but what it carries.
-template <class Kind>
-bool is_loose(const Parameters& parameters, const Step& step, int s) {
-  return turns_freely<Kind> && step.drive < 0 && parameters.armatures[s] == 0;
-}
-
 template <class T, class Where>
 void place(const Where& placement, PoseOf<T>& X) {
   if (placement.form == Placement::Form::identity) return;
@@ -102,6 +96,30 @@ void find_place(const LinkOf<T>* before, const T* u, const PivotOf<T>* pivots, L
 
 // ---- inwards: what each joint meets ----
 
+/// A body's inertia about the origin of its frame; its gravity centre is d from there, and h = mass d.
+template <class T, class Inertia>
+Symmetric3<T> inertia_about_origin(const Matrix3<T>& R, const Inertia& inertial, const Vector3<T>& d,
+                                   const Vector3<T>& h) {
+  const auto& tensor = inertial.tensor;
+  Symmetric3<T> I;
+  T all = h.dot(d);
+  const auto entry = [&](const Vector3<T>& a, const Vector3<T>& b, int i, int j) {
+    return a[i] * R(j, 0) + b[i] * R(j, 1) - h[i] * d[j];
+  };
+  if (has_principal_axes(inertial)) {
+    // R diag(a, b, c) R^T = c 1 + (a - c) R_0 R_0^T + (b - c) R_1 R_1^T
+    const T last = tensor(2, 2);
+    const Vector3<T> a = (tensor(0, 0) - last) * R.col(0), b = (tensor(1, 1) - last) * R.col(1);
+    all += last;
+    return {all + entry(a, b, 0, 0), entry(a, b, 0, 1), entry(a, b, 0, 2),
+            all + entry(a, b, 1, 1), entry(a, b, 1, 2), all + entry(a, b, 2, 2)};
+  }
+  I = symmetric_product(Matrix3<T>(R * tensor), R.transpose());
+  I.subtract(h, d);
+  I.xx += all, I.yy += all, I.zz += all;
+  return I;
+}
+
 /// A body's kinetic and potential energy.
 template <class T, class Inertia>
 std::pair<T, T> energies(const Inertia& inertial, const Eigen::Vector3d& gravity, const LinkOf<T>& link) {
@@ -114,42 +132,53 @@ std::pair<T, T> energies(const Inertia& inertial, const Eigen::Vector3d& gravity
           -mass * (gravity.dot(link.place.p) + gravity.dot(d))};
 }
 
-/// A body by itself, with its inertial force less its weight. `turning`: whether wdot is more than zero.
-template <class T, class Inertia>
-ArticulatedBody<T> alone(const Inertia& inertial, const Eigen::Vector3d& gravity, const LinkMotion<T>& motion,
-                         bool turning) {
+/// a by itself, or added to what is there.
+template <bool added, class T>
+void put(const T& a, T& to) {
+  if constexpr (added)
+    to += a;
+  else
+    to = a;
+}
+
+/// A body by itself, with its inertial force less its weight; or that `added` to what `to` holds. `turning`:
+/// whether wdot is more than zero.
+template <bool added, class T, class Inertia>
+void put_own(const Inertia& inertial, const Eigen::Vector3d& gravity, const LinkMotion<T>& motion,
+             bool turning, ArticulatedBody<T>& to) {
   const T mass = inertial.mass;
-  const Vector3<T> w = motion.w;
-  const Vector3<T> d = motion.R * inertial.centre, wd = w.cross(d);
-  const Symmetric3<T> I_W = turned<T>(motion.R, inertial.tensor, has_principal_axes(inertial));
-  const Vector3<T> momentum = I_W * w;
-  Vector3<T> f = motion.vdot + w.cross(wd) - gravity, n = w.cross(momentum);
+  const Matrix3<T>& R = motion.R;
+  const Vector3<T> w = motion.w, d = R * inertial.centre, h = mass * d;
+  const Symmetric3<T> I = inertia_about_origin<T>(R, inertial, d, h);
+  const Vector3<T> momentum = I * w, force = motion.vdot - gravity;
+  Vector3<T> n = w.cross(momentum) + h.cross(force), f = mass * force + w.cross(w.cross(h));
   if (turning) {
-    f += motion.wdot.cross(d);
-    n += I_W * motion.wdot;
+    n += I * motion.wdot;
+    f += motion.wdot.cross(h);
   }
-  ArticulatedBody<T> out;
-  out.bias.f = mass * f;
-  out.bias.n = n + d.cross(out.bias.f);
-  const Vector3<T> h = mass * d;
-  out.I = point_inertia<T>(mass, d);
-  out.I += I_W;
-  out.H << T(0), -h[2], h[1], h[2], T(0), -h[0], -h[1], h[0], T(0);
-  out.M = {mass, T(0), T(0), mass, T(0), mass};
-  out.mass = mass;
-  out.first = h;
-  out.polar = 0.5 * out.I.trace();
-  out.extended = true;
-  return out;
+  put<added>(n, to.bias.n), put<added>(f, to.bias.f);
+  put<added>(I, to.I);
+  Matrix3<T>& H = to.H;
+  put<added>(h[0], H(2, 1)), put<added>(h[1], H(0, 2)), put<added>(h[2], H(1, 0));
+  put<added>(T(-h[0]), H(1, 2)), put<added>(T(-h[1]), H(2, 0)), put<added>(T(-h[2]), H(0, 1));
+  put<added>(mass, to.M.xx), put<added>(mass, to.M.yy), put<added>(mass, to.M.zz);
+  if constexpr (!added) {
+    for (int i = 0; i < 3; ++i) H(i, i) = T(0);
+    to.M.xy = to.M.xz = to.M.yz = T(0);
+  }
+  const InertiaBound bound = bound_of(inertial);
+  if constexpr (added)
+    to.bound.add(bound);
+  else
+    to.bound = bound;
+  to.extended = true;
 }
 
 template <class T>
 void add(const ArticulatedBody<T>& body, ArticulatedBody<T>& to) {
   to.M += body.M;
   to.bias.f += body.bias.f;
-  to.mass += body.mass;
-  to.first += body.first;
-  to.polar += body.polar;
+  to.bound.add(body.bound);
   if (!body.extended) return;
   to.extended = true;
   to.I += body.I;
@@ -165,39 +194,37 @@ void flatten(ArticulatedBody<T>& body) {
   body.bias.n.setZero();
 }
 
-/// The same body at an origin that is -r away.
+/// Moves a body's origin by -r.
 template <class T>
-ArticulatedBody<T> moved(const ArticulatedBody<T>& link, const Vector3<T>& r) {
-  ArticulatedBody<T> to;
-  const Symmetric3<T>& M = link.M;
-  to.M = M;
-  to.bias.f = link.bias.f;
-  to.bias.n = r.cross(link.bias.f);
-  to.mass = link.mass;
-  to.first = link.first + link.mass * r;
-  to.polar = link.polar + r.dot(link.first + to.first);
-  to.extended = true;
+void move_origin(const Vector3<T>& r, ArticulatedBody<T>& body) {
+  const Symmetric3<T> M = body.M;
+  body.bound.reach += distance_bound(r);
   // H' = H + [r]x M, I' = I - H [r]x + [r]x H'^T
-  Matrix3<T>& G = to.H;
+  Matrix3<T> G;
   G << r[1] * M.xz - r[2] * M.xy, r[1] * M.yz - r[2] * M.yy, r[1] * M.zz - r[2] * M.yz,
       r[2] * M.xx - r[0] * M.xz, r[2] * M.xy - r[0] * M.yz, r[2] * M.xz - r[0] * M.zz,
       r[0] * M.xy - r[1] * M.xx, r[0] * M.yy - r[1] * M.xy, r[0] * M.yz - r[1] * M.xz;
-  if (!link.extended) {
-    to.I = {r[1] * G(0, 2) - r[2] * G(0, 1), r[1] * G(1, 2) - r[2] * G(1, 1),
-            r[1] * G(2, 2) - r[2] * G(2, 1), r[2] * G(1, 0) - r[0] * G(1, 2),
-            r[2] * G(2, 0) - r[0] * G(2, 2), r[0] * G(2, 1) - r[1] * G(2, 0)};
-    return to;
+  const Vector3<T> n = r.cross(body.bias.f);
+  if (!body.extended) {
+    body.extended = true;
+    body.bias.n = n;
+    body.I = {r[1] * G(0, 2) - r[2] * G(0, 1), r[1] * G(1, 2) - r[2] * G(1, 1),
+              r[1] * G(2, 2) - r[2] * G(2, 1), r[2] * G(1, 0) - r[0] * G(1, 2),
+              r[2] * G(2, 0) - r[0] * G(2, 2), r[0] * G(2, 1) - r[1] * G(2, 0)};
+    body.H = G;
+    return;
   }
-  const Matrix3<T>& H = link.H;
+  const Matrix3<T> H = body.H;
   G += H;
-  to.bias.n += link.bias.n;
-  to.I = {link.I.xx + r[1] * (H(0, 2) + G(0, 2)) - r[2] * (H(0, 1) + G(0, 1)),
-          link.I.xy + r[2] * H(0, 0) - r[0] * H(0, 2) + r[1] * G(1, 2) - r[2] * G(1, 1),
-          link.I.xz + r[0] * H(0, 1) - r[1] * H(0, 0) + r[1] * G(2, 2) - r[2] * G(2, 1),
-          link.I.yy + r[2] * (H(1, 0) + G(1, 0)) - r[0] * (H(1, 2) + G(1, 2)),
-          link.I.yz + r[0] * H(1, 1) - r[1] * H(1, 0) + r[2] * G(2, 0) - r[0] * G(2, 2),
-          link.I.zz + r[0] * (H(2, 1) + G(2, 1)) - r[1] * (H(2, 0) + G(2, 0))};
-  return to;
+  body.bias.n += n;
+  Symmetric3<T>& I = body.I;
+  I.xx += r[1] * (H(0, 2) + G(0, 2)) - r[2] * (H(0, 1) + G(0, 1));
+  I.xy += r[2] * H(0, 0) - r[0] * H(0, 2) + r[1] * G(1, 2) - r[2] * G(1, 1);
+  I.xz += r[0] * H(0, 1) - r[1] * H(0, 0) + r[1] * G(2, 2) - r[2] * G(2, 1);
+  I.yy += r[2] * (H(1, 0) + G(1, 0)) - r[0] * (H(1, 2) + G(1, 2));
+  I.yz += r[0] * H(1, 1) - r[1] * H(1, 0) + r[2] * G(2, 0) - r[0] * G(2, 2);
+  I.zz += r[0] * (H(2, 1) + G(2, 1)) - r[1] * (H(2, 0) + G(2, 0));
+  body.H = G;
 }
 
 /// Lets a ball follow, with `torque` (world axes) on it: what it carries is then a mass to push. False where
@@ -211,7 +238,8 @@ bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBod
   const T determinant = I.xx * inverse.xx + I.xy * inverse.xy + I.xz * inverse.xz;
   // the minors are differences: they lose as many digits as this ratio has
   const T size = I.trace();
-  if (!everywhere(determinant > 1e-5 * size * size * size) || !everywhere(size > 1e-8 * body.polar))
+  if (!everywhere(determinant > 1e-5 * size * size * size) ||
+      !everywhere(size > 1e-8 * body.bound.polar_inertia()))
     return false;
   const T scale = 1 / determinant;
   inverse = {scale * inverse.xx, scale * inverse.xy, scale * inverse.xz,
@@ -280,27 +308,24 @@ template <class Kind, class T>
 bool release_step(const T& armature, const T* effort, const T* given, const T* acceleration, bool at_root,
                   PivotOf<T>* pivots, ArticulatedBody<T>& body) {
   for (int i = Kind::nv - 1; i >= 0; --i) {
-    PivotOf<T> pivot = pivots[i];
+    PivotOf<T>& pivot = pivots[i];
     if (!Kind::rotates && !body.extended)
       pivot.U = {Vector3<T>::Zero(), body.M * pivot.linear};
     else
       find_wrench<Kind>(body, pivot);
-    pivot.rest = -power<Kind>(pivot, body.bias);
-    if (effort) pivot.rest += effort[i];
-    if (acceleration) {
-      pivot.rest -= armature * acceleration[i];
-      pivots[i] = pivot;
-      continue;
-    }
-    if (given) pivot.rest += given[i];
+    T rest = -power<Kind>(pivot, body.bias);
+    if (effort) rest += effort[i];
+    if (given && !acceleration) rest += given[i];
+    if (acceleration) rest -= armature * acceleration[i];
+    pivot.rest = rest;
+    if (acceleration) continue;
     const T meets = power<Kind>(pivot, pivot.U) + armature;
-    // no less than its entry of the mass matrix; what elimination leaves below 1e-14 of that is rounding
+    // no less than its entry of the mass matrix: what elimination leaves below 1e-14 of that is rounding
     T entry = armature;
-    if (Kind::rotates) entry += body.polar * pivot.angular.squaredNorm();
-    if (Kind::slides) entry += body.mass * pivot.linear.squaredNorm();
+    if (Kind::rotates) entry += body.bound.polar_inertia() * pivot.angular.squaredNorm();
+    if (Kind::slides) entry += body.bound.mass * pivot.linear.squaredNorm();
     if (!everywhere(meets > 2e-14 * entry)) return false;
     pivot.inverse = 1 / meets;
-    pivots[i] = pivot;
     if (!at_root || i > 0) release(pivot, body);
   }
   return true;

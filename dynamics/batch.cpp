@@ -67,16 +67,21 @@ void BatchWorkspaceOf<T>::set_inertial(int lane, int body, const Inertial& inert
     to.centre[i].set(lane, inertial.centre[i]);
     for (int j = 0; j < 3; ++j) to.tensor(i, j).set(lane, inertial.tensor(i, j));
   }
-  to.principal = has_principal_axes(to.tensor);
+  to.settle();
 }
 
 namespace {
 
 template <class T>
 bool finite_sums(const Eigen::VectorX<T>& numbers) {
-  T sums[4] = {0, 0, 0, 0};  // zero, but where a number is none
-  for (Eigen::Index i = 0; i < numbers.size(); ++i) sums[i % 4] += 0 * numbers[i];
-  return everywhere(sums[0] + sums[1] + (sums[2] + sums[3]) == 0);
+  T even = 0, odd = 0;  // zero, but where a number is none
+  const Eigen::Index pairs = numbers.size() / 2;
+  for (Eigen::Index i = 0; i < pairs; ++i) {
+    even += 0 * numbers[2 * i];
+    odd += 0 * numbers[2 * i + 1];
+  }
+  if (numbers.size() % 2 != 0) even += 0 * numbers[numbers.size() - 1];
+  return everywhere(even + odd == 0);
 }
 BORELLI_LANES_FOR_PROCESSOR
 bool all_finite(const Eigen::VectorX<Lanes>& numbers) { return finite_sums(numbers); }

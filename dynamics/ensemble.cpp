@@ -353,6 +353,7 @@ class BatchRun {
       copy(inertial.mass);
       std::for_each(inertial.centre.begin(), inertial.centre.end(), copy);
       std::for_each(inertial.tensor.reshaped().begin(), inertial.tensor.reshaped().end(), copy);
+      inertial.settle();
     }
     for (Eigen::Index i = 0; i < y_.size(); i += count) y_[i + lane] = y_[i + other];
     springs_.forget();

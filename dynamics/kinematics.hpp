@@ -5,6 +5,7 @@
 // The paper's q_0 = t: a driven coordinate is carried like a free one, with its rate and acceleration known.
 #pragma once
 
+#include <algorithm>
 #include <type_traits>
 #include <vector>
 
@@ -13,14 +14,58 @@
 
 namespace borelli {
 
+/// What bodies can at most resist, were they rigidly tied, as they turn about a point or move with it: in any
+/// pose of theirs, and of states side by side in any of them.
+struct InertiaBound {
+  double mass = 0;   ///< kg
+  double polar = 0;  ///< half the traces of the tensors about their own centres, kg m^2
+  double reach = 0;  ///< m, from the point to the farthest gravity centre
+
+  double polar_inertia() const { return polar + mass * reach * reach; }
+  void add(const InertiaBound& other) {
+    mass += other.mass;
+    polar += other.polar;
+    reach = std::max(reach, other.reach);
+  }
+};
+
+/// No less than how far a point is from the origin, in any axes.
+template <class T>
+double distance_bound(const Eigen::Vector3<T>& point) {
+  using std::abs;
+  return largest(T(abs(point[0]) + abs(point[1]) + abs(point[2])));
+}
+
 /// A body's inertial elements over a scalar that may carry derivatives (see Inertial).
 template <class T>
 struct alignas(line_alignment<T>) VariedInertial {
   T mass = 0;                                            ///< kg
   Eigen::Vector3<T> centre = Eigen::Vector3<T>::Zero();  ///< m, body's frame
   Eigen::Matrix3<T> tensor = Eigen::Matrix3<T>::Zero();  ///< about the gravity centre, kg m^2
-  bool principal = false;  ///< the body's axes are known to be the tensor's: less is computed
+  // Of numbers side by side, found by `settle`: it would take long to find them each time.
+  bool principal = false;  ///< the body's axes are the tensor's: less is computed
+  InertiaBound bound;
+
+  void settle();
 };
+
+/// Of one body, about the origin of its frame.
+template <class Inertia>
+InertiaBound find_bound(const Inertia& inertial) {
+  return {largest(inertial.mass), 0.5 * largest(inertial.tensor.trace()), distance_bound(inertial.centre)};
+}
+inline InertiaBound bound_of(const Inertial& inertial) { return find_bound(inertial); }
+template <class T>
+InertiaBound bound_of(const VariedInertial<T>& inertial) {
+  return is_lanes<T> ? inertial.bound : find_bound(inertial);
+}
+
+template <class T>
+void VariedInertial<T>::settle() {
+  principal = has_principal_axes(tensor);
+  bound = find_bound(*this);
+}
+
 inline bool has_principal_axes(const Inertial& inertial) { return has_principal_axes(inertial.tensor); }
 template <class T>
 bool has_principal_axes(const VariedInertial<T>& inertial) {

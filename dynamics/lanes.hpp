@@ -3,6 +3,8 @@
 // and eight doubles: whoever computes on them for speed is compiled for each (processor.hpp).
 #pragma once
 
+#include <algorithm>
+
 #include "dynamics/scalar.hpp"
 
 namespace borelli {
@@ -125,10 +127,15 @@ class LanesOf {
 using Lanes = LanesOf<8>;
 using Quad = LanesOf<4>;
 
-template <class T>
-constexpr bool is_lanes = false;
 template <int N>
 constexpr bool is_lanes<LanesOf<N>> = true;
+
+template <int N>
+double largest(const LanesOf<N>& x) {
+  double out = x[0];
+  for (int lane = 1; lane < N; ++lane) out = std::max(out, x[lane]);
+  return out;
+}
 
 template <int N>
 LanesOf<N> choose(const LaneMask<N>& condition, const LanesOf<N>& yes, const LanesOf<N>& no) {

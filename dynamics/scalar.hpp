@@ -29,4 +29,14 @@ inline bool everywhere(bool condition) { return condition; }
 /// The number itself, without its derivatives.
 inline double value_of(double x) { return x; }
 
+/// Whether a type is of several numbers (lanes.hpp).
+template <class T>
+constexpr bool is_lanes = false;
+
+/// The number itself; of a type of several, the largest.
+template <class T>
+double largest(const T& x) {
+  return value_of(x);
+}
+
 }  // namespace borelli
