@@ -53,7 +53,6 @@ ArticulationOf<T>::ArticulationOf(const System& system)
       joint.free_ball =
           step.drive < 0 &&
           std::visit([]<class Kind>(const Kind&) { return turns_freely<Kind>; }, system.parameters.kinds[s]);
-      joint.hands_on = joints.size() > 1 && before >= 0 && joints[joints.size() - 2].step == before;
       before = s;
     }
     if (body.step_count > 0) joints.back().body = int(b);
@@ -267,7 +266,7 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
         },
         parameters.kinds[joint.step]);
     if (!followed) return false;
-    felt = joint.hands_on;
+    felt = before && at + 1 != joints.rend() && at[1].step == joint.before;
     if (!before || felt) continue;
     if (before->carries)
       add(carried, before->body);

@@ -108,7 +108,6 @@ struct Joint {
   int drive = -1;          ///< its number among the drives; -1: free
   int body = -1;           ///< whose frame comes after it; -1: another step does
   bool free_ball = false;  ///< it turns freely, and without a drive
-  bool hands_on = false;   ///< inwards: the next joint is the one that it begins from
 };
 
 /// Scratch; one per thread.

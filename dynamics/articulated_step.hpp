@@ -101,7 +101,6 @@ template <class T, class Inertia>
 Symmetric3<T> inertia_about_origin(const Matrix3<T>& R, const Inertia& inertial, const Vector3<T>& d,
                                    const Vector3<T>& h) {
   const auto& tensor = inertial.tensor;
-  Symmetric3<T> I;
   T all = h.dot(d);
   const auto entry = [&](const Vector3<T>& a, const Vector3<T>& b, int i, int j) {
     return a[i] * R(j, 0) + b[i] * R(j, 1) - h[i] * d[j];
@@ -114,7 +113,7 @@ Symmetric3<T> inertia_about_origin(const Matrix3<T>& R, const Inertia& inertial,
     return {all + entry(a, b, 0, 0), entry(a, b, 0, 1), entry(a, b, 0, 2),
             all + entry(a, b, 1, 1), entry(a, b, 1, 2), all + entry(a, b, 2, 2)};
   }
-  I = symmetric_product(Matrix3<T>(R * tensor), R.transpose());
+  Symmetric3<T> I = symmetric_product(Matrix3<T>(R * tensor), R.transpose());
   I.subtract(h, d);
   I.xx += all, I.yy += all, I.zz += all;
   return I;
