@@ -131,10 +131,10 @@ void follow_trees(const System& system, const Parameters& parameters, Articulati
   for (SideBySide& side : articulation.trees) follow_side(system, parameters, articulation, side, a);
 }
 
+/// Of extended coordinates. `given`: whether the free accelerations are; else only those of drives are read.
 template <class T>
-void move_all(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
-              const T* a, KinematicsOf<T>& k, ArticulationOf<T>& articulation) {
-  set_coordinates<T>(system, parameters, t, q, v, a, k);
+void move_all(const Parameters& parameters, const T* q, const T* u, const T* acceleration, bool given,
+              ArticulationOf<T>& articulation) {
   articulation.placed = false;
   LinkOf<T>* const links = articulation.links.data();
   for (const Joint& joint : articulation.joints) {
@@ -144,9 +144,9 @@ void move_all(const System& system, const Parameters& parameters, double t, cons
     std::visit(
         [&]<class Kind>(const Kind& kind) {
           link.motion = move(kind, parameters.placements[joint.step],
-                             turns_freely<Kind> && !a && is_loose(joint, parameters),
-                             before ? &before->motion : nullptr, k.q.data() + joint.q, k.u.data() + joint.u,
-                             a || joint.drive >= 0 ? k.acceleration.data() + joint.u : nullptr,
+                             turns_freely<Kind> && !given && is_loose(joint, parameters),
+                             before ? &before->motion : nullptr, q + joint.q, u + joint.u,
+                             given || joint.drive >= 0 ? acceleration + joint.u : nullptr,
                              articulation.pivots.data() + joint.u, link.turning);
         },
         parameters.kinds[joint.step]);
@@ -288,9 +288,9 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
 // Over numbers themselves everything is inlined, and compiled for several processors.
 #define BORELLI_ARTICULATED_OVER_NUMBERS(T, FOR_PROCESSOR)                                                   \
   FOR_PROCESSOR                                                                                              \
-  void move_numbers(const System& system, const Parameters& parameters, double t, const T* q, const T* v,    \
-                    const T* a, KinematicsOf<T>& k, ArticulationOf<T>& articulation) {                       \
-    move_all(system, parameters, t, q, v, a, k, articulation);                                               \
+  void move_numbers(const Parameters& parameters, const T* q, const T* u, const T* acceleration, bool given, \
+                    ArticulationOf<T>& articulation) {                                                       \
+    move_all(parameters, q, u, acceleration, given, articulation);                                           \
   }                                                                                                          \
   FOR_PROCESSOR                                                                                              \
   void place_numbers(const Parameters& parameters, const KinematicsOf<T>& k,                                 \
@@ -326,14 +326,24 @@ template <class T>
 void move_links(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials, double t,
                 const T* q, const T* v, const T* a, KinematicsOf<T>& kinematics,
                 ArticulationOf<T>& articulation) {
+  set_coordinates<T>(system, parameters, t, q, v, a, kinematics);
+  const T *const positions = kinematics.q.data(), *const velocities = kinematics.u.data(),
+                 *const accelerations = kinematics.acceleration.data();
   if constexpr (std::is_same_v<T, DualNumber>)
-    move_all(system, parameters, t, q, v, a, kinematics, articulation);
+    move_all(parameters, positions, velocities, accelerations, a != nullptr, articulation);
   else
-    move_numbers(system, parameters, t, q, v, a, kinematics, articulation);
+    move_numbers(parameters, positions, velocities, accelerations, a != nullptr, articulation);
   if constexpr (std::is_same_v<T, double>)
     if (!articulation.trees.empty())
       move_trees(system, parameters, inertials, a != nullptr, kinematics, articulation);
 }
+
+template <class T>
+void move_links_alone(const Parameters& parameters, const T* q, const T* v, ArticulationOf<T>& articulation) {
+  move_numbers(parameters, q, v, static_cast<const T*>(nullptr), false, articulation);
+}
+template void move_links_alone(const Parameters&, const Lanes*, const Lanes*, ArticulationOf<Lanes>&);
+template void move_links_alone(const Parameters&, const Quad*, const Quad*, ArticulationOf<Quad>&);
 
 namespace {
 

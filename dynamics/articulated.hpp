@@ -136,6 +136,12 @@ void move_links(const System& system, const Parameters& parameters, const Inerti
                 const T* q, const T* v, const T* a, KinematicsOf<T>& kinematics,
                 ArticulationOf<T>& articulation);
 
+/// As move_links in the reference motion of a system without drives, over numbers side by side: coordinates
+/// are read where they lie. What follows of it, but for accelerations without efforts, asks for
+/// set_coordinates first.
+template <class T>
+void move_links_alone(const Parameters& parameters, const T* q, const T* v, ArticulationOf<T>& articulation);
+
 /// After move_links: the poses and velocities of the bodies of `kinematics` (not its accelerations, nor what
 /// it keeps per coordinate). What acts on bodies asks for them.
 template <class T>

@@ -123,8 +123,12 @@ template <class T>
 bool accelerate(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
                 BatchWorkspaceOf<T>& w, const std::type_identity_t<T>* applied, Wanted wanted) {
   const bool acted = !system.efforts.empty();
-  move_links<T>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), nullptr,
-                w.kinematics, w.articulation);
+  w.coordinates_set = acted || wanted == Wanted::all || system.driven_nv > 0;
+  if (w.coordinates_set)
+    move_links<T>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), nullptr,
+                  w.kinematics, w.articulation);
+  else
+    move_links_alone(parameters, state.q.data(), state.v.data(), w.articulation);
   if (acted) {
     find_bodies<T>(system, parameters, w.inertials, w.kinematics, w.articulation);
     scan_efforts(system, parameters, w.kinematics, w.efforts);
@@ -132,7 +136,7 @@ bool accelerate(const System& system, const Parameters& parameters, const BatchS
   w.faults.fill({});
   w.together = find_accelerations(system, parameters, w.inertials, w.kinematics, acted ? &w.efforts : nullptr,
                                   applied, w.articulation, w.a.data(), w.drive_efforts.data());
-  if (wanted == Wanted::all) find_energies(system, parameters, w);
+  if (wanted == Wanted::all) find_energies(system, parameters, state, w);
   if (w.together) {
     w.group_power = w.efforts.group_power;
     for (int d = 0; d < system.driven_nv; ++d)
@@ -150,7 +154,11 @@ bool accelerate(const System& system, const Parameters& parameters, const BatchS
 }
 
 template <class T>
-void find_energies(const System& system, const Parameters& parameters, BatchWorkspaceOf<T>& w) {
+void find_energies(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
+                   BatchWorkspaceOf<T>& w) {
+  if (!w.coordinates_set)
+    set_coordinates<T>(system, parameters, state.t, state.q.data(), state.v.data(), nullptr, w.kinematics);
+  w.coordinates_set = true;
   find_energies(system, parameters, w.inertials, w.kinematics, system.efforts.empty() ? nullptr : &w.efforts,
                 w.articulation, w.terms);
 }
@@ -173,7 +181,7 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
   template struct BatchWorkspaceOf<T>;                                                                     \
   template bool accelerate(const System&, const Parameters&, const BatchStateOf<T>&, BatchWorkspaceOf<T>&, \
                            const T*, Wanted);                                                              \
-  template void find_energies(const System&, const Parameters&, BatchWorkspaceOf<T>&);
+  template void find_energies(const System&, const Parameters&, const BatchStateOf<T>&, BatchWorkspaceOf<T>&);
 BORELLI_BATCH_OVER(Lanes)
 BORELLI_BATCH_OVER(Quad)
 

@@ -58,6 +58,7 @@ struct BatchWorkspaceOf {
   Eigen::VectorX<T> group_power;       ///< W, of efforts and drives on each independent group
   std::array<Fault, T::count> faults;  ///< of each lane, at the last accelerate()
   bool together = true;                ///< else, there, its lanes were solved by themselves
+  bool coordinates_set = false;        ///< there, in `kinematics`: nothing asked for it if not
 
   /// For lanes that are solved by themselves; none before the first.
   struct Alone {
@@ -77,9 +78,10 @@ bool accelerate(const System& system, const Parameters& parameters, const BatchS
                 BatchWorkspaceOf<T>& workspace, const std::type_identity_t<T>* applied = nullptr,
                 Wanted wanted = Wanted::all);
 
-/// The energies, after accelerate() without them.
+/// The energies, after accelerate() without them of the same states.
 template <class T>
-void find_energies(const System& system, const Parameters& parameters, BatchWorkspaceOf<T>& workspace);
+void find_energies(const System& system, const Parameters& parameters, const BatchStateOf<T>& state,
+                   BatchWorkspaceOf<T>& workspace);
 
 /// efforts <- A a + B - Q (nv), what the accelerations a (nv) ask for beside the scene's own efforts.
 void inverse_dynamics(const System& system, const Parameters& parameters, const BatchState& state,

@@ -319,7 +319,7 @@ class BatchRun {
       springs_.look(w_.kinematics, [&](int lane) { replace(lane); });
       if (!left_) break;
     }
-    find_energies(system_, system_.parameters, w_);
+    find_energies(system_, system_.parameters, state_, w_);
     for (int g = 0; g < system_.groups; ++g)
       for (int lane = 0; lane < count; ++lane)
         balances_[g][lane].observe(state_.t, w_.terms.group_kinetic[g][lane],

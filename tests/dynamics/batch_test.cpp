@@ -86,6 +86,14 @@ void compare(const System& system, unsigned seed, double bound, const std::strin
   ASSERT_TRUE(accelerate(system, p, batch, w, given.data())) << which;
   const Eigen::VectorX<Lanes> a = w.a, drive_efforts = w.drive_efforts, power = w.group_power,
                               kinetic = w.terms.group_kinetic, potential = w.terms.group_potential;
+  BatchWorkspace in_turn(system);  // energies only once accelerations are there
+  ASSERT_TRUE(accelerate(system, p, batch, in_turn, given.data(), Wanted::accelerations)) << which;
+  find_energies(system, p, batch, in_turn);
+  for (int lane = 0; lane < count; ++lane) {
+    EXPECT_EQ(lane_of(in_turn.a, lane), lane_of(a, lane)) << which;
+    EXPECT_EQ(lane_of(in_turn.terms.group_kinetic, lane), lane_of(kinetic, lane)) << which;
+    EXPECT_EQ(lane_of(in_turn.terms.group_potential, lane), lane_of(potential, lane)) << which;
+  }
   inverse_dynamics(system, p, batch, a, w, efforts);
   find_mass_matrix(system, p, batch, w);
   for (int lane = 0; lane < count; ++lane) {
@@ -117,6 +125,11 @@ TEST(Batch, LanesAreSingleStatesOfRegularScenes) {
   for (unsigned seed = 0; seed < 8; ++seed)
     compare(compiled(random_tree(seed, {.balls = true, .drives = true})), seed, 1e-11,
             fmt::format("tree {}", seed));
+  for (unsigned seed = 0; seed < 4; ++seed) {  // without drives coordinates are read where they lie
+    Scene scene = random_tree(seed, {.balls = true});
+    for (Solid& solid : scene.solids) solid.switches.back().armature = 0.1;
+    compare(compiled(scene), seed, 1e-11, fmt::format("free tree {}", seed));
+  }
 }
 
 TEST(Batch, LanesAreSingleStatesOfRandomScenes) {
