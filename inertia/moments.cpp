@@ -9,10 +9,11 @@
 #include <cstring>
 #include <thread>
 
-// One portable build that still uses the machine's widest vectors: the loader picks the clone that it can
-// run, and what is marked INLINE is compiled anew within each.
+// One portable build that still uses registers of four doubles where there are some (wider ones gain nothing:
+// what takes the time is to look up weights): the loader picks the clone that the machine can run, and what
+// is marked INLINE is compiled anew within each.
 #if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__)
-#define BORELLI_VECTOR_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#define BORELLI_VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
 #else
 #define BORELLI_VECTOR_CLONES
 #endif
@@ -21,77 +22,105 @@
 namespace borelli {
 namespace {
 
-// Eight voxels of a row side by side. Their alignment is said, since by itself it differs between the clones.
-typedef double Lanes __attribute__((vector_size(64), aligned(64)));
-typedef std::int64_t LaneMask __attribute__((vector_size(64), aligned(64)));
+// Eight voxels of a row side by side, in halves: vectors of all eight would be put together in memory where
+// registers hold four. Their alignment is said, since by itself it differs between the clones.
+typedef double Half __attribute__((vector_size(32), aligned(32)));
+typedef std::int64_t HalfMask __attribute__((vector_size(32), aligned(32)));
+struct Lanes {
+  Half low{}, high{};
 
-// The ten sums of one label. Voxel i of a row goes to lane (i - i0) % 8, i0 being where its run starts, and
-// counts as if at i - lane: `moments` puts this right, once for all voxels of a lane.
-struct Sums {
+  double operator[](int lane) const { return lane < 4 ? low[lane] : high[lane - 4]; }
+  BORELLI_INLINE Lanes& operator+=(const Lanes& b) { return low += b.low, high += b.high, *this; }
+  friend BORELLI_INLINE Lanes operator-(const Lanes& a, const Lanes& b) {
+    return {a.low - b.low, a.high - b.high};
+  }
+  friend BORELLI_INLINE Lanes operator*(double a, const Lanes& b) { return {a * b.low, a * b.high}; }
+};
+
+// The sums of one label in one slice, along a row in blocks of eight voxels, i = 8 b. Voxel i of a row goes
+// to lane (i - i0) % 8, i0 being where its run starts, and counts as if at i - lane: `moments` puts this
+// right, once for all voxels of a lane.
+struct SliceSums {
   std::int64_t voxels = 0;
-  Lanes w{}, wi{}, wj{}, wk{}, wii{}, wjj{}, wkk{}, wij{}, wik{}, wjk{};
+  Lanes w{}, wb{}, wj{}, wbb{}, wbj{}, wjj{};
 
-  Moments moments() const {
+  // Of slice k.
+  Moments moments(double k) const {
     Moments m;
     m.voxels = voxels;
     for (int lane = 0; lane < 8; ++lane) {
-      const double di = lane, i = wi[lane] + di * w[lane];
-      const double ii = wii[lane] + 2 * di * wi[lane] + di * di * w[lane];
-      const double ij = wij[lane] + di * wj[lane], ik = wik[lane] + di * wk[lane];
+      const double di = lane, wi = 8 * wb[lane] + di * w[lane];
       m.weight += w[lane];
-      m.first += Eigen::Vector3d(i, wj[lane], wk[lane]);
-      m.second(0, 0) += ii, m.second(1, 1) += wjj[lane], m.second(2, 2) += wkk[lane];
-      m.second(1, 0) += ij, m.second(2, 0) += ik, m.second(2, 1) += wjk[lane];
+      m.first[0] += wi, m.first[1] += wj[lane];
+      m.second(0, 0) += 64 * wbb[lane] + 16 * di * wb[lane] + di * di * w[lane];
+      m.second(1, 0) += 8 * wbj[lane] + di * wj[lane], m.second(1, 1) += wjj[lane];
     }
+    m.first[2] = k * m.weight;
+    m.second.row(2) = k * m.first.transpose();
     m.second = m.second.selfadjointView<Eigen::Lower>();
     return m;
   }
 };
 
-// Sums along one run: of w, w b and w b^2, voxel n of the run being in block b = n / 8, lane n % 8.
+// Sums along one run of `blocks` (of voxels that weigh 1 they need not be whole), the first of which counts
+// `blocks` times, the last once: of w, of w so many times, and of w as often as the sum of these tells.
 struct RunSums {
-  Lanes w, wb, wbb;
+  Lanes once, twice, thrice;
+  double blocks;
 };
 
 // `weights` points at the weight of grey value 0. Up to seven voxels behind the run are read, and weigh
 // nothing.
 BORELLI_INLINE void sum_run(const std::int16_t* grey, std::int64_t count, const double* weights,
                             RunSums& sums) {
-  Lanes w{}, wb{}, wbb{};
-  const auto add = [&](std::int64_t block, const LaneMask& mask) __attribute__((always_inline)) {
-    const std::int16_t* g = grey + 8 * block;
-    Lanes v = {weights[g[0]], weights[g[1]], weights[g[2]], weights[g[3]],
-               weights[g[4]], weights[g[5]], weights[g[6]], weights[g[7]]};
-    v = reinterpret_cast<Lanes>(reinterpret_cast<LaneMask>(v) & mask);
-    const double b = static_cast<double>(block);
-    w += v;
-    wb += b * v;
-    wbb += b * b * v;
+  constexpr std::int64_t ahead = 1024;  // voxels
+  Lanes once{}, twice{}, thrice{};
+  const auto add = [&](const std::int16_t* block, const HalfMask& low, const HalfMask& high)
+      __attribute__((always_inline)) {
+    std::uint64_t four[2];  // by four they take fewer loads, of which a processor does so many at a time
+    std::memcpy(four, block, sizeof four);
+    const auto g = [&](int n) __attribute__((always_inline)) {
+      const int place = std::endian::native == std::endian::little ? n % 4 : 3 - n % 4;
+      return static_cast<std::int16_t>(four[n / 4] >> 16 * place);
+    };
+    const Half a = {weights[g(0)], weights[g(1)], weights[g(2)], weights[g(3)]};
+    const Half b = {weights[g(4)], weights[g(5)], weights[g(6)], weights[g(7)]};
+    once += Lanes{reinterpret_cast<Half>(reinterpret_cast<HalfMask>(a) & low),
+                  reinterpret_cast<Half>(reinterpret_cast<HalfMask>(b) & high)};
+    twice += once;
+    thrice += twice;
   };
-  const LaneMask lane = {0, 1, 2, 3, 4, 5, 6, 7}, all = lane >= 0;
-  const std::int64_t blocks = count / 8;
-  for (std::int64_t block = 0; block < blocks; ++block) add(block, all);
-  if (count > 8 * blocks) add(blocks, lane < count - 8 * blocks);
-  sums = {w, wb, wbb};
+  const HalfMask low = {0, 1, 2, 3}, high = {4, 5, 6, 7}, all = low >= 0;
+  // (the processor itself loses sight of grey values where runs of nothing are passed over)
+  for (std::int64_t n = 0; n < count; n += 32) __builtin_prefetch(grey + n + ahead);
+  const std::int64_t left = count & 7;
+  const std::int16_t* const end = grey + (count - left);
+  for (const std::int16_t* block = grey; block != end; block += 8) add(block, all, all);
+  if (left > 0) add(end, low < left, high < left);
+  sums = {once, twice, thrice, static_cast<double>((count + 7) >> 3)};
 }
 
-// The same with w = 1: sums of whole numbers, all put into lane 0, whose voxels n count as if in block n / 8.
+// The same with w = 1: sums of whole numbers, all put into lane 0, whose voxels n count as if n / 8 blocks
+// on.
 BORELLI_INLINE void sum_run(std::int64_t count, RunSums& sums) {
-  const double n = static_cast<double>(count);
-  sums = {Lanes{n}, Lanes{n * (n - 1) / 2 / 8}, Lanes{n * (n - 1) * (2 * n - 1) / 6 / 64}};
+  const double n = static_cast<double>(count), twice = n * (n + 1) / 2 / 8;
+  const double squares = n * (n + 1) * (2 * n + 1) / 6 / 64;
+  sums = {{Half{n}}, {Half{twice}}, {Half{(squares + twice) / 2}}, n / 8};
 }
 
 // Number of voxels from `label` on, up to `end`, that hold *label.
 BORELLI_INLINE std::int64_t run_length(const std::uint8_t* label, const std::uint8_t* end) {
-  constexpr std::int64_t block = 64;
+  typedef std::uint64_t Words __attribute__((vector_size(32)));
   const std::uint8_t value = *label;
-  const std::uint8_t* p = label;
-  for (; end - p >= block; p += block) {
-    std::uint8_t differs = 0;
-    for (std::int64_t n = 0; n < block; ++n) differs |= static_cast<std::uint8_t>(p[n] ^ value);
-    if (differs) break;
-  }
   const std::uint64_t pattern = 0x0101010101010101u * value;
+  const std::uint8_t* p = label;
+  for (; end - p >= 64; p += 64) {
+    Words low, high;
+    std::memcpy(&low, p, 32);
+    std::memcpy(&high, p + 32, 32);
+    const Words differs = (low ^ pattern) | (high ^ pattern);
+    if ((differs[0] | differs[1] | differs[2] | differs[3]) != 0) break;
+  }
   for (std::uint64_t word; end - p >= 8; p += 8) {
     std::memcpy(&word, p, 8);
     if (word ^= pattern; word != 0) {
@@ -103,13 +132,14 @@ BORELLI_INLINE std::int64_t run_length(const std::uint8_t* label, const std::uin
   return p - label;
 }
 
-BORELLI_INLINE void add_run(Sums& sums, std::int64_t count, const RunSums& run, double i, double j,
-                            double k) {
-  const Lanes w = run.w, wi = 8 * run.wb + i * w;
+// A run that begins at voxel i of row j.
+BORELLI_INLINE void add_run(SliceSums& sums, std::int64_t count, const RunSums& run, double i, double j) {
+  const double end = i / 8 + run.blocks;  // from which on the run's blocks were counted back
+  const Lanes wb = end * run.once - run.twice;
   sums.voxels += count;
-  sums.w += w, sums.wi += wi, sums.wj += j * w, sums.wk += k * w;
-  sums.wii += 64 * run.wbb + 16 * i * run.wb + i * i * w, sums.wjj += j * j * w, sums.wkk += k * k * w;
-  sums.wij += j * wi, sums.wik += k * wi, sums.wjk += j * k * w;
+  sums.w += run.once, sums.wb += wb, sums.wj += j * run.once;
+  sums.wbb += end * (wb - run.twice), sums.wbb += 2 * run.thrice - run.twice;
+  sums.wbj += j * wb, sums.wjj += j * j * run.once;
 }
 
 // A slab of a volume: slices [first, last). Without `grey` each voxel weighs 1.
@@ -121,32 +151,41 @@ struct Slab {
   std::int64_t first, last;
 };
 
+// Of a run at the volume's end, behind which nothing may be read.
+__attribute__((noinline, cold)) void sum_last_run(const std::int16_t* grey, std::int64_t count,
+                                                  const double* weights, RunSums& run) {
+  std::vector<std::int16_t> padded(grey, grey + count);
+  padded.resize(padded.size() + 8);
+  sum_run(padded.data(), count, weights, run);
+}
+
 BORELLI_VECTOR_CLONES
-void sum_slab(const Slab& slab, std::array<Sums, 256>& sums) {
+void sum_slab(const Slab& slab, std::array<SliceSums, 256>& sums, LabelMoments& moments) {
   const auto [nx, ny, nz] = slab.size;
-  const std::int64_t count = nx * ny * nz;
-  for (std::int64_t k = slab.first; k < slab.last; ++k)
+  const std::uint8_t* const labels_end = slab.labels + nx * ny * nz;
+  for (std::int64_t k = slab.first; k < slab.last; ++k) {
     for (std::int64_t j = 0; j < ny; ++j) {
-      const std::int64_t row = (k * ny + j) * nx;
-      const std::uint8_t* const end = slab.labels + row + nx;
-      for (std::int64_t i = 0, length; i < nx; i += length) {
-        const std::uint8_t* const label = slab.labels + row + i;
-        length = run_length(label, end);
+      const std::uint8_t* const row = slab.labels + (k * ny + j) * nx;
+      for (const std::uint8_t *label = row, *end = row; label < row + nx; label = end) {
+        const std::int64_t length = run_length(label, row + nx);
+        end = label + length;
         if (*label == 0) continue;
         RunSums run;
-        if (!slab.grey) {
+        if (!slab.grey)
           sum_run(length, run);
-        } else if (row + i + length + 7 < count) {
-          sum_run(slab.grey + row + i, length, slab.weights, run);
-        } else {  // nothing may be read behind the volume's end
-          std::vector<std::int16_t> padded(slab.grey + row + i, slab.grey + row + i + length);
-          padded.resize(padded.size() + 8);
-          sum_run(padded.data(), length, slab.weights, run);
-        }
-        add_run(sums[*label], length, run, static_cast<double>(i), static_cast<double>(j),
-                static_cast<double>(k));
+        else if (labels_end - end > 7)
+          sum_run(slab.grey + (label - slab.labels), length, slab.weights, run);
+        else
+          sum_last_run(slab.grey + (label - slab.labels), length, slab.weights, run);
+        add_run(sums[*label], length, run, static_cast<double>(label - row), static_cast<double>(j));
       }
     }
+    for (std::size_t label = 1; label < 256; ++label)
+      if (sums[label].voxels > 0) {
+        moments[label] += sums[label].moments(static_cast<double>(k));
+        sums[label] = {};
+      }
+  }
 }
 
 // Slabs of fixed thickness, each summed by whichever thread comes by, and added up in their order: so the
@@ -158,14 +197,11 @@ LabelMoments sum_volume(const LabelMap& labels, const std::int16_t* grey, const 
   std::vector<LabelMoments> slab_moments(static_cast<std::size_t>(slabs));
   std::atomic<std::int64_t> next{0};
   const auto work = [&] {
-    std::vector<std::array<Sums, 256>> sums(1);
+    std::vector<std::array<SliceSums, 256>> sums(1);  // all nothing, as each slice leaves them
     for (std::int64_t slab; (slab = next++) < slabs;) {
-      sums[0].fill({});
       const std::int64_t first = slab * thickness, last = std::min(slices, first + thickness);
-      sum_slab({labels.voxels.data(), grey, weights, labels.grid.size, first, last}, sums[0]);
-      for (std::size_t label = 1; label < 256; ++label)
-        if (sums[0][label].voxels > 0)
-          slab_moments[static_cast<std::size_t>(slab)][label] = sums[0][label].moments();
+      sum_slab({labels.voxels.data(), grey, weights, labels.grid.size, first, last}, sums[0],
+               slab_moments[static_cast<std::size_t>(slab)]);
     }
   };
   const int wanted = threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency());
