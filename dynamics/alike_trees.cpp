@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "dynamics/system.hpp"
+
 namespace borelli {
 
 namespace {

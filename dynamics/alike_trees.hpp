@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "dynamics/lanes.hpp"
-#include "dynamics/system.hpp"
 
 namespace borelli {
+
+struct System;
 
 /// As many subtrees as there are lanes, or fewer; no body is in two of them, and what carries them is in
 /// none.

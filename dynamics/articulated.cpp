@@ -35,10 +35,10 @@ ArticulationOf<T>::ArticulationOf(const System& system)
     : links(system.steps.size()), pivots(system.size()), frames(system.bodies.size(), -1) {
   std::vector<char> beside(system.bodies.size(), false);
   if constexpr (std::is_same_v<T, double>)
-    for (AlikeTrees& found : find_alike_trees(system)) {
+    for (const AlikeTrees& found : system.alike_trees) {
       for (const AlikeTrees::Each& each : found.bodies)
         for (int b : each) beside[b] = true;
-      trees.emplace_back(system, std::move(found));
+      trees.emplace_back(system, found);
     }
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
@@ -59,7 +59,7 @@ ArticulationOf<T>::ArticulationOf(const System& system)
   }
 }
 
-SideBySide::SideBySide(const System& system, AlikeTrees found) : trees(std::move(found)) {
+SideBySide::SideBySide(const System& system, const AlikeTrees& found) : trees(found) {
   int pivot_count = 0;
   for (std::size_t b = 0; b < trees.bodies.size(); ++b) {
     const AlikeTrees::Each& each = trees.bodies[b];

@@ -75,7 +75,7 @@ struct alignas(line_alignment<T>) PivotOf {
 
 /// Alike trees, with what the passes keep of them; a lane is a tree.
 struct SideBySide {
-  SideBySide(const System& system, AlikeTrees trees);
+  SideBySide(const System& system, const AlikeTrees& trees);
 
   struct BodyOf {
     int first_step = 0;  ///< in `steps`

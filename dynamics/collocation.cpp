@@ -23,6 +23,8 @@ constexpr double least_rate = 0.01;
 // rounds that leave more than that settle too slowly; steps aim at the other, and at so many rounds at most
 constexpr double slowest_rate = 0.9, aimed_rate = 0.3;
 constexpr int most_rounds = 12, aimed_rounds = 8;
+// after so many rounds, and as many more, it is looked whether the step is hopeless: most are over by then
+constexpr int rounds_to_judgement = 4;
 // parts of steps, which are not judged, are made as far as they settle at all, or halved so many times
 constexpr int most_rounds_to_part = 60, most_divisions = 8;
 // in tolerances: the error that steps aim at, and one that more rounds will not change
@@ -123,17 +125,32 @@ double move(double h, const double* y, const double* scale, Eigen::Index from, E
     none += 0 * change;
     stages[i] = moved;
   }
-  most += none;
-  double largest = most[0];
-  for (int k = 1; k < nodes; ++k)
-    if (exceeds(most[k], largest)) largest = most[k];
-  return largest;
+  // (no branches: which of them is the largest no processor can foretell)
+  const auto larger = [](double a, double b) { return a < b ? b : a; };
+  return larger(larger(larger(most[0], most[4]), larger(most[1], most[5])),
+                larger(larger(most[2], most[6]), larger(most[3], most[7]))) +
+         sum(none);
 }
 
-/// Per component, in lanes per degree: the coefficients of Legendre's polynomials in the slopes.
+/// stages <- those to begin with, positions as if they went on as at the start: rates are asked for there.
 BORELLI_LANES_FOR_PROCESSOR
-void find_coefficients(const AtNodes* slopes, Eigen::Index size, Lanes* coefficients) {
-  for (Eigen::Index i = 0; i < size; ++i) coefficients[i] = combined(tables.coefficients, slopes[i]);
+void begin_stages(double h, const double* y, const double* dy, Eigen::Index positions, Eigen::Index size,
+                  AtNodes* stages) {
+  for (Eigen::Index i = 0; i < positions; ++i) stages[i] = y[i] + h * dy[i] * tables.places;
+  for (Eigen::Index i = positions; i < size; ++i) stages[i] = y[i];
+}
+
+/// out <- y and the moves by the slopes over the whole step.
+BORELLI_LANES_FOR_PROCESSOR
+void finish(double h, const double* y, Eigen::Index size, const AtNodes* slopes, double* out) {
+  for (Eigen::Index i = 0; i < size; ++i) out[i] = y[i] + h * sum(tables.weights * slopes[i]);
+}
+
+/// Per component with a scale, in lanes per degree: the coefficients of Legendre's polynomials in the slopes.
+BORELLI_LANES_FOR_PROCESSOR
+void find_coefficients(const AtNodes* slopes, const Eigen::VectorXd& scale, Lanes* coefficients) {
+  for (Eigen::Index i = 0; i < scale.size(); ++i)
+    if (!std::isinf(scale[i])) coefficients[i] = combined(tables.coefficients, slopes[i]);
 }
 
 /// The places at which a polynomial is known: nodes `from` to `to` of a step, and that at which the step to
@@ -173,15 +190,17 @@ struct Continuation {
   }
 };
 
-const Support of_this_step(0, nodes, 0), of_step_before(1, nodes, 1), of_its_end(nodes - 2, nodes, 1);
-const Continuation by_first_half(Support(0, half, 0), tables.places);
+const Support of_this_step(0, nodes, 0), of_step_before(1, nodes, 1), of_its_end(nodes - 2, nodes, 1),
+    of_first_half(0, half, 0);
 
+/// slopes <- of components from one to another, those at `where`, of the polynomial through what is known.
 BORELLI_LANES_FOR_PROCESSOR
-void continue_slopes(const Continuation& by, Eigen::Index from, Eigen::Index to, const double* start,
-                     AtNodes* slopes) {
+void continue_slopes(const Support& by, const AtNodes& where, Eigen::Index from, Eigen::Index to,
+                     const double* start, AtNodes* slopes) {
+  const Continuation continuation(by, where);
   for (Eigen::Index i = from; i < to; ++i) {
-    const AtNodes known = combined(by.weights, slopes[i]);
-    slopes[i] = known + by.weights[nodes] * start[i];
+    const AtNodes known = combined(continuation.weights, slopes[i]);
+    slopes[i] = known + continuation.weights[nodes] * start[i];
   }
 }
 
@@ -218,7 +237,7 @@ void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
   // the first half of the nodes are what counts: one by one, these foretell the others again
   const bool far = last_.fall * growth(1 + 2 * tables.c[half - 1] * ratio) > farthest_growth;
   const Support& by = !before ? of_this_step : far ? of_its_end : of_step_before;
-  continue_slopes({by, by.at[nodes] + ratio * tables.places}, flow.positions(), acting_components(flow),
+  continue_slopes(by, by.at[nodes] + ratio * tables.places, flow.positions(), acting_components(flow),
                   dy.data(), slopes_.data());
   last_.rate = std::min(1., last_.rate * ratio * ratio);
 }
@@ -234,7 +253,7 @@ double Collocation::place(Flow& flow, double h, const Eigen::VectorXd& y) {
   double change = move_these(positions, acting);
   if (positions > 0) {
     flow.position_rates(stages_, slopes_);
-    change = std::max(move_these(0, positions), change);
+    if (const double moved = move_these(0, positions); exceeds(moved, change)) change = moved;
   }
   return change;
 }
@@ -257,7 +276,8 @@ bool Collocation::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd
   if (flow.has_lanes()) return flow.derivatives(stages_, nodes, slopes_);
   if (!evaluate(flow, t, h, 0, half)) return false;
   if (foretell) {
-    continue_slopes(by_first_half, flow.positions(), acting_components(flow), dy.data(), slopes_.data());
+    continue_slopes(of_first_half, tables.places, flow.positions(), acting_components(flow), dy.data(),
+                    slopes_.data());
     place(flow, h, y);
   }
   return evaluate(flow, t, h, half, nodes);
@@ -271,9 +291,7 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
   last_.step = h;
   const Eigen::Index size = y.size(), positions = flow.positions();
   stages_.resize(size);
-  // rates of positions are asked for there
-  for (Eigen::Index i = 0; i < positions; ++i) stages_[i] = y[i] + h * dy[i] * tables.places;
-  for (Eigen::Index i = positions; i < size; ++i) stages_[i] = y[i];
+  begin_stages(h, y.data(), dy.data(), positions, size, stages_.data());
   place(flow, h, y);
   double before = std::numeric_limits<double>::infinity();
   for (rounds_ = 1;; ++rounds_) {
@@ -288,7 +306,7 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
       // (slopes of one round are rough: a long step to come may ask for more)
       if (rounds_ > 1 || !judged || change <= rounding || judge(flow, h).error <= aimed_error) break;
     } else if (judged) {
-      if (rounds_ % 2 == 0) {
+      if (rounds_ % rounds_to_judgement == 0) {
         const Judgement now = judge(flow, h);
         if (now.error > hopeless_error && change < settled_shape * now.coefficient) return Outcome::hopeless;
       }
@@ -299,7 +317,7 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
     before = change;
   }
   out.resize(size);
-  for (Eigen::Index i = 0; i < size; ++i) out[i] = y[i] + h * sum(tables.weights * slopes_[i]);
+  finish(h, y.data(), size, slopes_.data(), out.data());
   return Outcome::solved;
 }
 
@@ -308,7 +326,7 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
 Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
   const Eigen::VectorXd& scale = flow.error_scale();
   coefficients_.resize(scale.size());
-  find_coefficients(slopes_.data(), scale.size(), coefficients_.data());
+  find_coefficients(slopes_.data(), scale, coefficients_.data());
   Judgement out;
   for (Eigen::Index i = 0; i < scale.size(); ++i) {
     if (std::isinf(scale[i])) continue;

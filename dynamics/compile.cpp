@@ -49,6 +49,7 @@ class Compiler {
     if (auto done = actions.add_efforts(); !done) return tl::unexpected(done.error());
     if (auto done = actions.add_constraints(); !done) return tl::unexpected(done.error());
     measure_length(actions.farthest());
+    system_.alike_trees = find_alike_trees(system_);
     return std::move(system_);
   }
 

@@ -82,7 +82,7 @@ struct Cubic {
 }  // namespace
 
 EventWatch::EventWatch(const System& system, std::vector<EventSource*> sources)
-    : system_(system), sources_(std::move(sources)), kinematics_(system) {
+    : system_(system), sources_(std::move(sources)) {
   int count = 0;
   for (EventSource* source : sources_) {
     first_.push_back(count);
@@ -90,6 +90,8 @@ EventWatch::EventWatch(const System& system, std::vector<EventSource*> sources)
       watched_.push_back({.crossing = source->crossing(i), .side = 0});
     count += source->count();
   }
+  if (count == 0) return;
+  kinematics_.emplace(system);
   values_.resize(count);
   hits_.reserve(count);
   which_.reserve(count);
@@ -99,8 +101,8 @@ EventWatch::EventWatch(const System& system, std::vector<EventSource*> sources)
 }
 
 void EventWatch::evaluate_at(const State& state) {
-  update_kinematics(system_, system_.parameters, state.t, state.q.data(), state.v.data(), kinematics_);
-  evaluate(state, kinematics_);
+  update_kinematics(system_, system_.parameters, state.t, state.q.data(), state.v.data(), *kinematics_);
+  evaluate(state, *kinematics_);
 }
 
 void EventWatch::evaluate(const State& state, const Kinematics& kinematics) {

@@ -4,6 +4,8 @@
 // in turn. A function that starts at zero (an impact just passed) is first followed to where it has left.
 #pragma once
 
+#include <optional>
+
 #include "dynamics/event.hpp"
 #include "dynamics/step_path.hpp"
 
@@ -62,7 +64,7 @@ class EventWatch {
   std::vector<int> first_;  ///< of each source's functions
   std::vector<EventValue> values_;
   std::vector<Watched> watched_;
-  Kinematics kinematics_;
+  std::optional<Kinematics> kinematics_;  ///< none where there are no functions
   std::vector<int> hits_, which_;
   std::vector<Look> ahead_;  ///< scratch
   std::vector<Kept> kept_;   ///< of this step, the first kept_count_

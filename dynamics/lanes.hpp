@@ -75,7 +75,12 @@ class LanesOf {
   using Vector = typename LaneVectors<N>::Numbers;
 
   LanesOf() {}
-  LanesOf(double each) : x_(each - Vector{}) {}  // NOLINT: a constant is the same in all lanes
+  LanesOf(double each) {  // NOLINT: a constant is the same in all lanes, in one instruction if it is so said
+    if constexpr (N == 8)
+      x_ = Vector{each, each, each, each, each, each, each, each};
+    else
+      x_ = Vector{each, each, each, each};
+  }
   explicit LanesOf(const Vector& x) : x_(x) {}
   // not trivial, so that it is passed in memory whatever processor the caller is compiled for
   LanesOf(const LanesOf& other) : x_(other.x_) {}

@@ -12,10 +12,11 @@ namespace borelli {
 /// Numbers row by row, of which there may be many: they grow where they are, if the system lets them.
 class GrowingRows {
  public:
+  /// How many rows to make room for at first.
+  void expect(Eigen::Index rows) { expected_ = rows; }
   /// One row more, to be filled.
   double* add(Eigen::Index columns) {
-    if (count_ == numbers_.rows())
-      numbers_.conservativeResize(std::max<Eigen::Index>(16, 2 * count_), columns);
+    if (count_ == numbers_.rows()) numbers_.conservativeResize(std::max(expected_, 2 * count_), columns);
     return numbers_.data() + count_++ * columns;
   }
   template <class Vector>
@@ -37,12 +38,13 @@ class GrowingRows {
 
  private:
   Rows numbers_;  ///< with room for more
-  Eigen::Index count_ = 0;
+  Eigen::Index count_ = 0, expected_ = 16;
 };
 
 class Recorder {
  public:
-  explicit Recorder(const System& system);
+  /// `rows`: how many are to be expected.
+  Recorder(const System& system, std::size_t rows);
 
   /// A row: a state whose equations are solved in `w`.
   void record(const State& state, const Workspace& w, const Work& work);

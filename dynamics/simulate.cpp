@@ -58,6 +58,12 @@ constexpr int most_vain = 4;
 // how often a run is put off on its way
 constexpr std::size_t disturbances = 8;
 
+/// How many rows follow a start, s; of every step: one.
+long rows_from(double start, const SimulationSettings& s) {
+  if (s.output_interval <= 0) return 1;
+  return std::max(1L, long(std::ceil((s.end_time - start) / s.output_interval - 1e-9)));
+}
+
 class Run {
  public:
   /// `own`: the parameters of `system`, where nothing else has them and springs are to set how they act.
@@ -73,10 +79,10 @@ class Run {
         start_state_(state),
         state_(state),
         workspace_(system, settings.equations),
-        probe_(system),
+        probe_(system.rows > 0 ? std::make_optional<Workspace>(system) : std::nullopt),
         motion_(system, settings, workspace_),
-        path_(system, settings, motion_, integrator, probe_),
-        recorder_(system),
+        path_(system, settings, motion_, integrator, probe_ ? &*probe_ : nullptr),
+        recorder_(system, std::size_t(rows_from(state.t, settings)) + 1),
         landing_(system),
         between_(system),
         row_(system),
@@ -87,9 +93,9 @@ class Run {
         knots_(system, system.parameters),
         leaps_(settings.tolerance),
         functions_(system, system.parameters,
-                   integrator.adaptive() ? features_in_tolerances * settings.tolerance : least_feature),
-        landed_(system) {
-    workspace_.leaves_contacts = probe_.leaves_contacts = integrator.handles_contacts();
+                   integrator.adaptive() ? features_in_tolerances * settings.tolerance : least_feature) {
+    workspace_.leaves_contacts = integrator.handles_contacts();
+    if (probe_) probe_->leaves_contacts = workspace_.leaves_contacts;
   }
 
   Result<Trajectory> run() {
@@ -121,7 +127,7 @@ class Run {
       scan_constraints(system_, system_.parameters, workspace_.kinematics, every);
       if (auto apart = check_apart(system_, every); !apart) return diverged(apart.error());
     } else if (!system_.contacts.empty()) {
-      contacts.emplace(system_, settings_, workspace_, probe_, certifier);
+      contacts.emplace(system_, settings_, workspace_, probe(), certifier);
       energy_before_event_ = workspace_.terms.group_kinetic + workspace_.terms.group_potential;
       if (auto done = contacts->start(state_); !done) return diverged(done.error());
       contacts_ = &*contacts;
@@ -148,7 +154,7 @@ class Run {
     watch.start(state_, workspace_.kinematics);
     start_ = state_.t;
     const double end = settings_.end_time, interval = settings_.output_interval;
-    outputs_ = interval > 0 ? std::max(1L, long(std::ceil((end - start_) / interval - 1e-9))) : 1;
+    outputs_ = rows_from(start_, settings_);
     // fixed steps are evened out between outputs, where there is one at least
     const bool between =
         integrator_.dense_suffices() && (integrator_.adaptive() || interval < settings_.step);
@@ -168,9 +174,19 @@ class Run {
     return recorder_.finish(std::move(certificate));
   }
 
-  long evaluations() const { return workspace_.evaluations + probe_.evaluations; }
+  long evaluations() const { return workspace_.evaluations + (probe_ ? probe_->evaluations : 0); }
 
  private:
+  /// For states between steps.
+  Workspace& probe() { return probe_ ? *probe_ : probe_.emplace(system_); }
+
+  /// The kinematics of a state, until the next call.
+  const Kinematics& landed(const State& state) {
+    if (!landed_) landed_.emplace(system_);
+    update_kinematics(system_, system_.parameters, state.t, state.q.data(), state.v.data(), *landed_);
+    return *landed_;
+  }
+
   /// Whether the method realises the scene's contacts within its steps.
   bool steps_contacts() const { return integrator_.handles_contacts() && !system_.contacts.empty(); }
 
@@ -184,12 +200,9 @@ class Run {
     if (event_passed_ &&
         contacts_) {  // other rows hold now: what was seen of the former says nothing of them
       workspace_.solver.forget();
-      probe_.solver.forget();
+      probe().solver.forget();
     }
-    if (springs_) {
-      update_kinematics(system_, system_.parameters, state_.t, state_.q.data(), state_.v.data(), landed_);
-      springs_->follow(landed_);
-    }
+    if (springs_) springs_->follow(landed(state_));
     const bool kept = keeping_ && !event_passed_ && !motion_.off_centre(out_);
     if (kept) y_ = out_;
     if (!(kept ? motion_.go_on(state_, y_, dy_) : motion_.start(state_, work_, y_, dy_)))
@@ -213,7 +226,7 @@ class Run {
     }
     certifier_->observe(state_, workspace_, work_);
     if (!integrator_.adaptive()) certifier_->observe_step(state_, workspace_.a, integrator_.order(), joined);
-    probe_.solver.remember(workspace_.solver);
+    if (probe_) probe_->solver.remember(workspace_.solver);
     if (contacts_) contacts_->follow(workspace_);
     return {};
   }
@@ -390,9 +403,9 @@ class Run {
   bool too_long(double h) {
     const State& end = landing_.state;
     if (!landing_.projected) {
-      if (update_energies(system_, system_.parameters, end.t, end.q.data(), end.v.data(), probe_))
+      if (update_energies(system_, system_.parameters, end.t, end.q.data(), end.v.data(), probe()))
         return true;
-      energy_ = probe_.terms.group_kinetic + probe_.terms.group_potential;
+      energy_ = probe().terms.group_kinetic + probe().terms.group_potential;
     }
     return certifier_->too_long(h, *integrator_.contact_step(),
                                 landing_.projected ? landing_.projection.energy_before : energy_,
@@ -402,19 +415,15 @@ class Run {
   /// The constraint whose function the step that land() has seen is too long for; empty: none.
   std::string passes_over_function() {
     if (functions_.empty()) return "";
-    const State& end = landing_.state;
-    update_kinematics(system_, system_.parameters, end.t, end.q.data(), end.v.data(), landed_);
     update_kinematics(system_, system_.parameters, state_.t, state_.q.data(), state_.v.data(),
-                      probe_.kinematics);
-    return functions_.passed_over(probe_.kinematics, landed_);
+                      probe().kinematics);
+    return functions_.passed_over(probe().kinematics, landed(landing_.state));
   }
 
   /// Whether the step of h that land() has seen may hide what a spring does.
   bool passes_over_springs(double h) {
     if (!springs_ || !springs_->any_turns()) return false;
-    const State& end = landing_.state;
-    update_kinematics(system_, system_.parameters, end.t, end.q.data(), end.v.data(), landed_);
-    return springs_->turned_too_far(landed_, h);
+    return springs_->turned_too_far(landed(landing_.state), h);
   }
 
   /// Takes the step that land() has seen: up to its first event that changes anything, into the books.
@@ -486,7 +495,7 @@ class Run {
   bool keep(Keeper& k, RangeEvents& ranges) {
     k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, sink_, longest_made_, first_overlong_, held_,
       attempts_, rows_, follow_function_, start_, output_, even_, stiff_, keeping_, last_event_,
-      events_at_once_, motion_, workspace_, probe_, leaps_, *certifier_, recorder_, *watch_, ranges);
+      events_at_once_, motion_, workspace_, probe(), leaps_, *certifier_, recorder_, *watch_, ranges);
     if (contacts_) k(*contacts_);
     if (springs_) k(*springs_);
     return integrator_.keep(k);
@@ -538,8 +547,8 @@ class Run {
       // rows before it now, while what it may change is as it was
       if (auto done = record_between(h, between_.state.t); !done) return done;
       if (auto done = look_between(between_); !done) return done;
-      energy_before_event_ = probe_.terms.group_kinetic + probe_.terms.group_potential;
-      const auto after = watch_->handle(between_, probe_, certifier_->events());
+      energy_before_event_ = probe().terms.group_kinetic + probe().terms.group_potential;
+      const auto after = watch_->handle(between_, probe(), certifier_->events());
       if (!after) return diverged(after.error());
       if (double(certifier_->events().size()) > most_rows) return too_many("events", most_rows);
       if (*after == AfterEvent::go_on) continue;
@@ -559,11 +568,11 @@ class Run {
   Result<void> look_between(Landing& between) {
     const State& state = between.state;
     if (const Fault fault = accelerate(system_, system_.parameters, state.t, state.q.data(), state.v.data(),
-                                       motion_.handling(), probe_))
+                                       motion_.handling(), probe()))
       return diverged(describe(system_, fault, state.t));
-    between.book_projection(probe_);
+    between.book_projection(probe());
     between.projected = false;  // and not again, should it become the step's end
-    certifier_->observe(state, probe_, between.work);
+    certifier_->observe(state, probe(), between.work);
     return {};
   }
 
@@ -576,7 +585,7 @@ class Run {
       row_.state.t = at;
       take_sample(row_.state);
       if (auto done = look_between(row_); !done) return done;
-      recorder_.record(row_.state, probe_, row_.work);
+      recorder_.record(row_.state, probe(), row_.work);
     }
     return {};
   }
@@ -688,7 +697,7 @@ class Run {
   const State start_state_;
   State state_;
   Workspace workspace_;
-  Workspace probe_;  ///< for states between steps
+  std::optional<Workspace> probe_;  ///< probe(), where the scene has rows, or once asked for
   MotionFlow motion_;
   StepPath path_;
   Recorder recorder_;
@@ -707,7 +716,7 @@ class Run {
   LeapWatch leaps_;
   SpringEvents* springs_ = nullptr;  ///< null: none of which steps are not to pass something unseen
   FunctionWatch functions_;
-  Kinematics landed_;
+  std::optional<Kinematics> landed_;                                  ///< landed(), once asked for
   double follow_function_ = std::numeric_limits<double>::infinity();  ///< s, the longest step to try next
   SinkWatch sink_;
   double start_ = 0;

@@ -12,7 +12,7 @@ void Landing::book_projection(const Workspace& workspace) {
 }
 
 StepPath::StepPath(const System& system, const SimulationSettings& settings, MotionFlow& motion,
-                   Integrator& integrator, Workspace& probe)
+                   Integrator& integrator, Workspace* probe)
     : system_(system),
       projecting_(settings.constraints == ConstraintTreatment::projection),
       motion_(motion),
@@ -81,16 +81,17 @@ void StepPath::take(const Eigen::VectorXd& y, double t, Landing& landing) {
 
 Result<void> StepPath::settle(const Eigen::VectorXd& y, double t, Landing& landing) {
   take(y, t, landing);
-  if (!projecting_ || !probe_.has_rows() || !landing.state.q.allFinite() || !landing.state.v.allFinite())
+  if (!projecting_ || !probe_ || !probe_->has_rows() || !landing.state.q.allFinite() ||
+      !landing.state.v.allFinite())
     return {};
   const Projection& projection = landing.projection;
-  project(system_, system_.parameters, landing.state, probe_, landing.projection);
+  project(system_, system_.parameters, landing.state, *probe_, landing.projection);
   if (projection.fault) return tl::unexpected(describe(system_, projection.fault, t));
   if (projection.unreached >= 0)
     return failure(system_.row_place(projection.unreached),
                    fmt::format("the step left it so far off that it cannot be put right; take a smaller "
                                "step{}",
-                               contradiction(system_, probe_, projection.unreached)));
+                               contradiction(system_, *probe_, projection.unreached)));
   landing.projected = true;
   return {};
 }

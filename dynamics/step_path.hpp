@@ -20,9 +20,10 @@ struct Landing {
 
 class StepPath {
  public:
-  /// `motion` and `integrator` are those that make the steps; `probe` is scratch that nothing else relies on.
+  /// `motion` and `integrator` are those that make the steps; `probe` is scratch that nothing else relies on,
+  /// null for a scene without rows.
   StepPath(const System& system, const SimulationSettings& settings, MotionFlow& motion,
-           Integrator& integrator, Workspace& probe);
+           Integrator& integrator, Workspace* probe);
 
   /// The step of h from (t, y), where the slope is dy and the work `work`, that came to `out`: until the next
   /// call the arguments must stay as they are, and the motion's chart where it was.
@@ -51,7 +52,7 @@ class StepPath {
   bool projecting_;
   MotionFlow& motion_;
   Integrator& integrator_;
-  Workspace& probe_;
+  Workspace* probe_;
   double t_ = 0, h_ = 0;
   const Eigen::VectorXd *y_ = nullptr, *dy_ = nullptr, *out_ = nullptr;
   const Work* work_ = nullptr;

@@ -2,7 +2,7 @@
 // once as there are lanes (articulated_side.hpp).
 #pragma once
 
-#include "dynamics/alike_trees.hpp"
+#include "dynamics/system.hpp"
 
 namespace borelli {
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/alike_trees.hpp"
 #include "dynamics/scene.hpp"
 #include "dynamics/trajectory.hpp"
 #include "error/error.hpp"
@@ -104,6 +105,7 @@ struct System {
   std::vector<Step> steps;
   std::vector<Body> bodies;
   std::vector<int> support;
+  std::vector<AlikeTrees> alike_trees;  ///< find_alike_trees
   /// Per free coordinate, the free ones before it on its chain, root first, and where its list begins (nv + 1
   /// offsets): the branches along which the mass matrix has entries.
   std::vector<int> ancestors, first_ancestor;

@@ -34,7 +34,7 @@ long allocations_in(const System& system, const std::string& method, int steps) 
   Workspace workspace(system), probe(system);
   MotionFlow motion(system, how, workspace);
   const auto integrator = need(make_integrator(method, 1e-6));
-  StepPath path(system, how, motion, *integrator, probe);
+  StepPath path(system, how, motion, *integrator, &probe);
   Landing landing(system);
   landing.state = system.initial;
   need(assemble(system, system.parameters, landing.state, workspace));

@@ -56,7 +56,7 @@ State in_equal_steps(const System& system, const std::string& method, double end
   Workspace workspace(system), probe(system);
   MotionFlow motion(system, how, workspace);
   const auto integrator = need(make_integrator(method, 1e9));
-  StepPath path(system, how, motion, *integrator, probe);
+  StepPath path(system, how, motion, *integrator, &probe);
   Landing landing(system);
   landing.state = system.initial;
   need(assemble(system, system.parameters, landing.state, workspace));
