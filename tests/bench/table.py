@@ -3,8 +3,9 @@
 
     tests/bench/table.py [BUILD] [-o FOLDER] [--repetitions N] [--quick]
 
-Runs equations_bench, moments_bench and, where it was built, mujoco_bench of BUILD (build/release), each benchmark N times
-in random order, and takes medians of processor time. Leaves in FOLDER (bench):
+Runs equations_bench, moments_bench, volumes_bench and, where they were built, mujoco_bench, constraints_bench and
+ensemble_bench of BUILD (build/release), each benchmark N times in random order, and takes medians: of processor time, and
+of wall time where both cores may work. Leaves in FOLDER (bench):
 
     README.md     the tables, between the two lines that name this script where the file has them (tests/bench has)
     bodies.svg    nanoseconds per evaluation against the number of bodies, up to 10000, with fitted exponents
@@ -44,8 +45,10 @@ def run(program, repetitions, only=None):
     for b in answer["benchmarks"]:
         if b.get("run_type") != "iteration" or b.get("error_occurred"):
             continue
-        times.setdefault(b["run_name"], []).append(b["cpu_time"] * units[b["time_unit"]])
-        rates.setdefault(b["run_name"], (b.get("label", ""), []))[1].append(b.get("items_per_second", 0))
+        name = b["run_name"].removesuffix("/real_time")
+        time = b["cpu_time"] if name == b["run_name"] else b["real_time"]
+        times.setdefault(name, []).append(time * units[b["time_unit"]])
+        rates.setdefault(name, (b.get("label", ""), []))[1].append(b.get("items_per_second", 0))
     if not times:
         sys.exit(f"{program} left no times")
     return ({name: statistics.median(t) for name, t in times.items()},
@@ -144,6 +147,51 @@ def mujoco_table(times):
     return lines
 
 
+def constraints_table(times):
+    """Rows of scenes held by loops: within a step, with the rank decided, MuJoCo's, and the ratio to the first."""
+    lines = ["| scene | within a step | with the rank | MuJoCo | ratio |", "| --- | ---: | ---: | ---: | ---: |"]
+    for name in sorted(times, key=lambda name: scene_order(name.replace("standing_human", "human"))):
+        scene, what = name.split("/", 1)
+        if what != "accelerations":
+            continue
+        other = times.get(name + "/mujoco")
+        ratio = f"{other / times[name]:.2f}" if other else "-"
+        lines.append(f"| {scene.replace('_', ' ')} | {short(times[name])} | {short(times[name + '_and_rank'])} | "
+                     f"{short(other) if other else '-'} | {ratio} |")
+    curve = [(float(name.split("/")[0].removeprefix("windows")), seconds) for name, seconds in times.items()
+             if name.startswith("windows") and name.endswith("/accelerations")]
+    exponent = fitted_exponent(curve, 5)
+    return lines + ["", f"Fitted exponent of windows, from 5 to {max(curve)[0]:.0f}: {exponent:.2f}."]
+
+
+def ensemble_table(rates):
+    """Rows of methods: swings per second on one core and on all, and how far they are off."""
+    lines = ["| method | one core, 1/s | all cores, 1/s | 10 000 take | off by |",
+             "| --- | ---: | ---: | ---: | --- |"]
+    for name, (label, rate) in rates.items():
+        if not name.endswith("/one_core"):
+            continue
+        every = rates.get(name.replace("one_core", "all_cores"), (None, 0))[1]
+        lines.append(f"| {name.removesuffix('/one_core').replace('_', ' ').replace('/', ', ')} | {rate:.0f} | "
+                     f"{f'{every:.0f}' if every else '-'} | {1e4 / (every or rate):.1f} s | {label} |")
+    return lines
+
+
+def volumes_table(times):
+    """Rows of what is done with a volume: on one core and on all, ours and ITK's, and the ratio on all."""
+    lines = ["| of | one core | all cores | ITK, one core | ITK, all cores | ratio |",
+             "| --- | ---: | ---: | ---: | ---: | ---: |"]
+    for name in times:
+        if not name.endswith("/one_core"):
+            continue
+        row = [times.get(name.replace("one_core", cores) + of) for of in ("", "/itk")
+               for cores in ("one_core", "all_cores")]
+        lines.append(f"| {name.removesuffix('/one_core').replace('_', ' ')} | "
+                     + " | ".join(short(t) if t else "-" for t in row)
+                     + f" | {f'{row[3] / row[1]:.2f}' if row[3] else '-'} |")
+    return lines
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", nargs="?", default="build/release")
@@ -157,7 +205,7 @@ def main():
         path = os.path.join(asked.build, name)
         return path if os.access(path, os.X_OK) else None
 
-    for name in ("equations_bench", "moments_bench"):
+    for name in ("equations_bench", "moments_bench", "volumes_bench"):
         if not program(name):
             sys.exit(f"{asked.build} has no {name}: build it with the tests (BORELLI_TESTS=ON)")
     lines = [f"On {processor()}, one thread, medians of {asked.repetitions} in random order, "
@@ -166,6 +214,15 @@ def main():
         times, _ = run(program("mujoco_bench"), asked.repetitions)
         lines += ["Beside MuJoCo, the same files in one run (`mujoco_bench`):", ""]
         lines += mujoco_table(times) + [""]
+    if program("constraints_bench"):
+        times, _ = run(program("constraints_bench"), asked.repetitions)
+        lines += ["Bodies held by loops, one evaluation, beside MuJoCo's soft rows (`constraints_bench`):", ""]
+        lines += constraints_table(times) + [""]
+    if program("ensemble_bench"):
+        _, rates = run(program("ensemble_bench"), asked.repetitions)
+        lines += ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`); off by: the largest "
+                  "error of a coordinate, m or rad:", ""]
+        lines += ensemble_table(rates) + [""]
 
     times, _ = run(program("equations_bench"), asked.repetitions,
                    "[a-z]*/(lagrange|recursive)/[0-9]{1,3}$" if asked.quick else None)
@@ -208,6 +265,9 @@ def main():
                      {"16 parts": sizes}, FITTED_FROM["voxels"])
     lines += ["", "![Cost against voxels](voxels.svg)", "", "Cost against voxels up to 512 x 512 x "
               f"{int(max(sizes)[0] / 512 / 512)}, fitted exponent: {exponents.get('16 parts', float('nan')):.2f}.", ""]
+    times, _ = run(program("volumes_bench"), asked.repetitions)
+    lines += ["What else is done with a volume, the sample phantom of 2 mm, wall time (`volumes_bench`):", ""]
+    lines += volumes_table(times) + [""]
     put(os.path.join(asked.out, "README.md"), "\n".join(lines))
     print("\n".join(lines))
 

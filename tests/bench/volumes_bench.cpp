@@ -1,0 +1,161 @@
+// What is done with a volume before and after its moments (moments_bench), by one thread and by all, in wall
+// time, beside ITK's filters for the same: reading, bringing it to a coarser grid, distances, connected
+// regions; and what ITK has no twin of: finding the parts, and their meshes.
+//
+// The volume is the sample phantom with voxels of 2 mm; masks and distances are on the work grid of 3 mm.
+// Ours finds distances up to 20 voxels, which is as far as segmentation looks, in whole numbers; ITK's
+// (Maurer's) finds all of them, and `distance_far` is ours of all, for which it is not meant.
+#include <fmt/core.h>
+#include <itkBinShrinkImageFilter.h>
+#include <itkConnectedComponentImageFilter.h>
+#include <itkImage.h>
+#include <itkImageFileReader.h>
+#include <itkMultiThreaderBase.h>
+#include <itkNiftiImageIO.h>
+#include <itkSignedMaurerDistanceMapImageFilter.h>
+
+#include <filesystem>
+#include <random>
+
+#include "pipeline/mesh.hpp"
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/body_mask.hpp"
+#include "segmentation/read.hpp"
+#include "segmentation/segment.hpp"
+#include "segmentation/squared_distances.hpp"
+#include "segmentation/write.hpp"
+#include "tests/bench/peer_ratios.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr double step = 3;  // of the work grid, mm
+
+template <class T>
+using Image = itk::Image<T, 3>;
+
+template <class T>
+typename Image<T>::Pointer itk_image(const Volume<T>& volume) {
+  auto image = Image<T>::New();
+  typename Image<T>::SizeType size;
+  for (unsigned a = 0; a < 3; ++a) size[a] = static_cast<itk::SizeValueType>(volume.grid.size[a]);
+  image->SetRegions(typename Image<T>::RegionType(size));
+  image->Allocate();
+  std::copy(volume.voxels.begin(), volume.voxels.end(), image->GetBufferPointer());
+  return image;
+}
+
+/// The phantom, as it is looked at.
+struct Looked {
+  Scan scan;
+  WorkVolume work;
+  Mask body;
+  Image<std::int16_t>::Pointer grey;
+  Image<std::uint8_t>::Pointer mask;
+  std::filesystem::path file;
+
+  Looked() {
+    const Phantom phantom = build_phantom({}).value();
+    GridOptions grid;
+    grid.spacing.setConstant(2);
+    scan = voxelise(phantom, phantom_grid(phantom, grid), {});
+    work = resampled(scan.grey, step);
+    body = body_mask(work);
+    grey = itk_image<std::int16_t>(scan.grey);
+    mask = itk_image<std::uint8_t>(body);
+    file = std::filesystem::temp_directory_path() /
+           fmt::format("volumes_bench_{}.nii.gz", std::random_device()());
+    if (auto done = write_volume(file.string(), scan.grey); !done)
+      throw std::runtime_error(done.error().message());
+  }
+  ~Looked() { std::filesystem::remove(file); }
+  Looked(const Looked&) = delete;
+  Looked& operator=(const Looked&) = delete;
+};
+
+using Do = void (*)(const Looked&, int threads);
+
+template <class Filter, class Input>
+auto filtered(const Input& input) {
+  auto filter = Filter::New();
+  filter->SetInput(input);
+  return filter;
+}
+
+void read(const Looked& l, int) { benchmark::DoNotOptimize(read_volume(l.file.string(), {})); }
+void itk_read(const Looked& l, int) {
+  auto reader = itk::ImageFileReader<Image<std::int16_t>>::New();
+  reader->SetImageIO(itk::NiftiImageIO::New());
+  reader->SetFileName(l.file.string());
+  reader->Update();
+}
+
+void coarser(const Looked& l, int threads) { benchmark::DoNotOptimize(resampled(l.scan.grey, 4, threads)); }
+void itk_coarser(const Looked& l, int) {
+  const auto filter = filtered<itk::BinShrinkImageFilter<Image<std::int16_t>, Image<std::int16_t>>>(l.grey);
+  filter->SetShrinkFactors(2);
+  filter->Update();
+}
+
+void distance(const Looked& l, int threads) {
+  benchmark::DoNotOptimize(squared_distances<std::uint16_t>(l.body, 400, {.threads = threads}));
+}
+void distance_far(const Looked& l, int threads) {
+  benchmark::DoNotOptimize(squared_distances<std::uint32_t>(l.body, 1U << 30, {.threads = threads}));
+}
+void itk_distance(const Looked& l, int) {
+  const auto filter =
+      filtered<itk::SignedMaurerDistanceMapImageFilter<Image<std::uint8_t>, Image<float>>>(l.mask);
+  filter->SetSquaredDistance(true);
+  filter->SetUseImageSpacing(false);
+  filter->Update();
+}
+
+void regions(const Looked& l, int) { benchmark::DoNotOptimize(connected_regions(l.body, 6)); }
+void itk_regions(const Looked& l, int) {
+  filtered<itk::ConnectedComponentImageFilter<Image<std::uint8_t>, Image<std::int32_t>>>(l.mask)->Update();
+}
+
+void find_parts(const Looked& l, int threads) {
+  if (!segment(l.scan.grey, {.step = step, .threads = threads}))
+    throw std::runtime_error("no parts were found");
+}
+void meshes(const Looked& l, int threads) {
+  if (!part_meshes(l.scan.labels, {.threads = threads})) throw std::runtime_error("there are no meshes");
+}
+
+void run(benchmark::State& bench, const Looked& looked, Do what, int threads) {
+  itk::MultiThreaderBase::SetGlobalDefaultNumberOfThreads(threads > 0 ? unsigned(threads)
+                                                                      : std::thread::hardware_concurrency());
+  for (auto _ : bench) what(looked, threads);
+}
+
+}  // namespace
+}  // namespace borelli
+
+int main(int argc, char** argv) {
+  using namespace borelli;
+  benchmark::Initialize(&argc, argv);
+  const Looked looked;
+  const auto add = [&](const std::string& name, Do what, int threads) {
+    benchmark::RegisterBenchmark(name.c_str(), run, std::cref(looked), what, threads)
+        ->UseRealTime()
+        ->Unit(benchmark::kMillisecond);
+  };
+  const auto both = [&](const std::string& name, Do ours, Do itk) {
+    for (const int threads : {1, 0}) {
+      const std::string title = name + (threads == 1 ? "/one_core" : "/all_cores");
+      add(title, ours, threads);
+      if (itk) add(title + "/itk", itk, threads);
+    }
+  };
+  both("read", read, itk_read);
+  both("coarser", coarser, itk_coarser);
+  both("distance", distance, itk_distance);
+  both("distance_far", distance_far, itk_distance);
+  both("regions", regions, itk_regions);
+  both("find_parts", find_parts, nullptr);
+  both("meshes", meshes, nullptr);
+  PeerRatios ratios("itk");
+  benchmark::RunSpecifiedBenchmarks(&ratios);
+}
