@@ -92,7 +92,10 @@ BORELLI_INLINE void sum_run(const std::int16_t* grey, std::int64_t count, const 
   };
   const HalfMask low = {0, 1, 2, 3}, high = {4, 5, 6, 7}, all = low >= 0;
   // (the processor itself loses sight of grey values where runs of nothing are passed over)
-  for (std::int64_t n = 0; n < count; n += 32) __builtin_prefetch(grey + n + ahead);
+  const auto address = reinterpret_cast<std::uintptr_t>(grey);
+  for (std::int64_t n = 0; n < count; n += 32)
+    __builtin_prefetch(
+        reinterpret_cast<const void*>(address + sizeof *grey * static_cast<std::size_t>(n + ahead)));
   const std::int64_t left = count & 7;
   const std::int16_t* const end = grey + (count - left);
   for (const std::int16_t* block = grey; block != end; block += 8) add(block, all, all);
