@@ -9,6 +9,7 @@
 #include <itkLabelImageToStatisticsLabelMapFilter.h>
 #include <itkLabelStatisticsImageFilter.h>
 #include <itkMultiThreaderBase.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
@@ -199,6 +200,8 @@ class Ratios : public benchmark::ConsoleReporter {
 }  // namespace
 
 int main(int argc, char** argv) {
+  mallopt(M_MMAP_MAX, 0);  // as the program does: volumes come and go in memory that is kept
+  mallopt(M_TRIM_THRESHOLD, 512 << 20);
   itk::MultiThreaderBase::SetGlobalMaximumNumberOfThreads(1);
   benchmark::Initialize(&argc, argv);
   Ratios ratios;
