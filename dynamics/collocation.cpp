@@ -126,9 +126,8 @@ double move(double h, const double* y, const double* scale, Eigen::Index from, E
     stages[i] = moved;
   }
   // (no branches: which of them is the largest no processor can foretell)
-  const auto larger = [](double a, double b) { return a < b ? b : a; };
-  return larger(larger(larger(most[0], most[4]), larger(most[1], most[5])),
-                larger(larger(most[2], most[6]), larger(most[3], most[7]))) +
+  return std::max(std::max(std::max(most[0], most[4]), std::max(most[1], most[5])),
+                  std::max(std::max(most[2], most[6]), std::max(most[3], most[7]))) +
          sum(none);
 }
 
@@ -234,7 +233,8 @@ void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
     return;
   }
   const bool before = last_.known == Known::step_before;
-  // the first half of the nodes are what counts: one by one, these foretell the others again
+  // the first half of the nodes are what counts: one by one, these foretell the others again (and side by
+  // side, what the last of them would bear takes more rounds, not fewer)
   const bool far = last_.fall * growth(1 + 2 * tables.c[half - 1] * ratio) > farthest_growth;
   const Support& by = !before ? of_this_step : far ? of_its_end : of_step_before;
   continue_slopes(by, by.at[nodes] + ratio * tables.places, flow.positions(), acting_components(flow),

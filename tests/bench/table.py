@@ -38,7 +38,7 @@ def run(program, repetitions, only=None):
     if only:
         command.append(f"--benchmark_filter={only}")
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    if not os.path.exists(out):  # it had nothing to time
+    if not os.path.exists(out):  # it has nothing to time without the data
         return {}, {}
     with open(out, encoding="utf-8") as file:
         answer = json.load(file)
@@ -51,6 +51,8 @@ def run(program, repetitions, only=None):
         time = b["cpu_time"] if name == b["run_name"] else b["real_time"]
         times.setdefault(name, []).append(time * units[b["time_unit"]])
         rates.setdefault(name, (b.get("label", ""), []))[1].append(b.get("items_per_second", 0))
+    if not times:
+        sys.exit(f"{program} left no times")
     return ({name: statistics.median(t) for name, t in times.items()},
             {name: (label, statistics.median(r)) for name, (label, r) in rates.items()})
 
@@ -222,9 +224,10 @@ def main():
         lines += constraints_table(times) + [""]
     if program("ensemble_bench"):
         _, rates = run(program("ensemble_bench"), asked.repetitions)
-        lines += ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`); off by: the largest "
-                  "error of a coordinate, m or rad:", ""]
-        lines += ensemble_table(rates) + [""]
+        if rates:
+            lines += ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`); off by: the largest "
+                      "error of a coordinate, m or rad:", ""]
+            lines += ensemble_table(rates) + [""]
 
     times, _ = run(program("equations_bench"), asked.repetitions,
                    "[a-z]*/(lagrange|recursive)/[0-9]{1,3}$" if asked.quick else None)
@@ -269,7 +272,7 @@ def main():
               f"{int(max(sizes)[0] / 512 / 512)}, fitted exponent: {exponents.get('16 parts', float('nan')):.2f}.", ""]
     times, _ = run(program("volumes_bench"), asked.repetitions)
     lines += ["What else is done with a volume, the sample phantom of 3 mm, wall time (`volumes_bench`). Not quite the same are "
-              "`distance` (ours to the mask, also only up to 20 voxels, ITK's within it, too) and `coarser` (ours along the "
+              "the distances (ours to the mask, also only up to 20 voxels, ITK's within it, too) and `coarser` (ours along the "
               "patient's axes, wherever the scan's lie, ITK's along the scan's):", ""]
     lines += volumes_table(times) + [""]
     put(os.path.join(asked.out, "README.md"), "\n".join(lines))
