@@ -88,23 +88,26 @@ void ConstraintSolver::begin(bool decide) {
 bool ConstraintSolver::eliminate(bool decide) {
   unit_.multiply();
   begin(decide);
-  const auto left = [&](int row) { return unit_.left(row); };
   for (int k = 0; k < rank_; ++k) {
     if (decide) {
-      choose_pivot(k, left);
-      if (is_empty(order_[k])) {  // and so are all that are left
-        rank_ = k;
-        return std::all_of(order_.begin() + k, order_.end(), [&](int row) { return is_empty(row); });
-      }
+      const int farthest = unit_.farthest();
+      if (farthest < 0) return false;
+      if (is_empty(farthest)) rank_ = k;  // and so are all that are left
+      order_[k] = farthest;
     }
+    if (k == rank_) break;
     const int row = order_[k];
-    if (!(left(row) >= healthy_distance * healthy_distance)) return false;
+    const double left = unit_.left(row);
+    if (!(left >= healthy_distance * healthy_distance)) return false;
     if (decide) {
-      pivot_[k] = std::sqrt(left(row));
+      pivot_[k] = std::sqrt(left);
       if (!counts(k, pivot_[k])) return false;
     }
     unit_.eliminate(row);
   }
+  if (decide)
+    for (int row = 0, k = rank_; row < system_.rows; ++row)
+      if (unit_.left(row) != SparseRows::gone) order_[k++] = row;
   return std::all_of(order_.begin() + rank_, order_.end(), [&](int row) { return is_empty(row); });
 }
 
@@ -119,10 +122,9 @@ void ConstraintSolver::orthonormalise(bool decide) {
   }
   R_.setZero();
   begin(decide);
-  const auto left = [&](int row) { return known_left(W_, row, left_[row]); };
   for (int k = 0; k < rank_; ++k) {
     if (decide) {
-      choose_pivot(k, left);
+      choose_pivot(k);
       pivot_[k] = std::sqrt(left_[order_[k]]);
       if (!counts(k, pivot_[k])) {
         rank_ = k;
@@ -161,13 +163,12 @@ void ConstraintSolver::forget() {
 }
 
 /// Brings the row of which most is left to the k-th place.
-template <class Left>
-void ConstraintSolver::choose_pivot(int k, Left&& left) {
+void ConstraintSolver::choose_pivot(int k) {
   int best = k;
-  double largest = left(order_[k]);
+  double largest = known_left(W_, order_[k], left_[order_[k]]);
   for (int i = k + 1; i < system_.rows; ++i) {
     // of rows equally far the earlier written one is taken, whatever the rounding
-    if (const double other = left(order_[i]); other > largest * (1 + 1e-6)) {
+    if (const double other = known_left(W_, order_[i], left_[order_[i]]); other > largest * (1 + 1e-6)) {
       largest = other;
       best = i;
     }

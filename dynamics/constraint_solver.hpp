@@ -51,6 +51,11 @@ class ConstraintSolver {
   /// set count as empty.
   void prepare(const Rows& L, const Rows& F, bool decide, RowSet set = RowSet::all);
 
+  /// b <- b - L x over the coordinates that each row's constraint ties; x: nv numbers.
+  void take_from(Eigen::VectorXd& b, const Rows& L, const Eigen::VectorXd& x) const {
+    for (int r = 0; r < system_.rows; ++r) b[r] -= unit_.dot(L, r, x.data());
+  }
+
   /// The least correction x (nv numbers, by the mass matrix) with L x = b on the independent rows.
   void correct(const Rows& F, const Eigen::VectorXd& b, Eigen::VectorXd& x);
 
@@ -94,8 +99,7 @@ class ConstraintSolver {
   void begin(bool decide);
   bool eliminate(bool decide);
   void orthonormalise(bool decide);
-  template <class Left>
-  void choose_pivot(int k, Left&& left);
+  void choose_pivot(int k);
   void make_orthonormal(int k);
   void take_out(int k, int row);
   void combine_rows(const Eigen::VectorXd& b, Eigen::VectorXd& x);

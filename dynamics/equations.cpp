@@ -116,10 +116,10 @@ Fault update_energies(const System& system, const Parameters& parameters, double
 namespace {
 
 /// Adds to the accelerations what the constraints ask for.
-void add_constraints(const System& system, const RowHandling& handling, Workspace& w) {
+void add_constraints(const RowHandling& handling, Workspace& w) {
   w.solver.prepare(w.rows.L, w.factor, handling.decide_rank);
   w.wanted.noalias() = -w.rows.E;
-  w.wanted.noalias() -= w.rows.L.leftCols(system.nv) * w.a;
+  w.solver.take_from(w.wanted, w.rows.L, w.a);
   if (handling.alpha != 0 || handling.beta != 0)
     w.wanted -= 2 * handling.alpha * w.rows.rate + handling.beta * handling.beta * w.rows.h;
   w.solver.correct(w.factor, w.wanted, w.correction);
@@ -173,7 +173,7 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
     w.a = w.terms.Q.head(n) - w.terms.B.head(n);
     solve_transposed(system, w.factor, w.a.data());
     solve_lower(system, w.factor, w.a.data());
-    if (w.has_rows()) add_constraints(system, handling, w);
+    if (w.has_rows()) add_constraints(handling, w);
     if (!system.contacts.empty() && !w.leaves_contacts) add_sliding_friction(system, parameters, w);
     if (system.driven_nv > 0) find_drive_efforts(system, w);
   } else if (wanted == Wanted::all) {

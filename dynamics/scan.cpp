@@ -213,6 +213,24 @@ void ConstraintScan<T>::residual(int r, const T& h, const T& partial_rate, const
     rows_.E[row] += bias;
 }
 
+/// What along, about and coordinate may write of L.
+template <class T>
+void ConstraintScan<T>::clear() {
+  const Action& action = *this->action_;
+  const auto clear = [&](int u) {
+    for (int r = action.first_row; r < action.first_row + action.row_count; ++r) rows_.L(r, u) = T(0);
+  };
+  for (int s = 0; s < action.site_count; ++s) {
+    const int at = this->at_site(s).body;
+    if (at < 0) continue;
+    const Body& structure = this->system_.bodies[at];
+    const int* support = this->system_.support.data() + structure.first_support;
+    for (int i = 0; i < structure.support_count; ++i) clear(support[i]);
+  }
+  for (int i = 0; i < action.coordinate_count; ++i)
+    if (const int u = this->at_coordinate(i).u; u >= 0) clear(u);
+}
+
 /// Empties the rows that contact i does not hold in its mode.
 template <class T>
 void mask_contact(const System& system, int i, ConstraintRowsOf<T>& rows) {
@@ -241,7 +259,6 @@ void scan_constraints(const System& system, const Parameters& parameters, const 
   if (rows.detail != Detail::rows) {
     rows.rate.setZero();
   } else {
-    rows.L.setZero();
     rows.E.setZero();
   }
   rows.degenerate = -1;
@@ -250,6 +267,7 @@ void scan_constraints(const System& system, const Parameters& parameters, const 
   for (std::size_t i = 0; i < system.constraints.size(); ++i) {
     if (some_far && rows.far[i]) continue;
     scan.turn_to(system.constraints[i]);
+    if (rows.detail == Detail::rows) scan.clear();
     std::visit([&](const auto& constraint) { constraint.evaluate(scan); }, parameters.constraints[i].kind);
   }
   if (rows.detail != Detail::rows) return;
@@ -262,10 +280,10 @@ void scan_constraints(const System& system, const Parameters& parameters, const 
 void scan_constraint(const System& system, const Parameters& parameters, const Kinematics& kinematics,
                      int constraint, ConstraintRows& rows) {
   const Action& action = system.constraints[constraint];
-  rows.L.middleRows(action.first_row, action.row_count).setZero();
   rows.E.segment(action.first_row, action.row_count).setZero();
   ConstraintScan<double> scan(system, parameters, kinematics, rows);
   scan.turn_to(action);
+  scan.clear();
   std::visit([&](const auto& kind) { kind.evaluate(scan); }, parameters.constraints[constraint].kind);
   for (int r = action.first_row; r < action.first_row + action.row_count; ++r)
     rows.rate[r] = rows.L.row(r).dot(kinematics.u) + rows.partial_rate[r];

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "dynamics/branch_sparse.hpp"
+#include "dynamics/processor.hpp"
 
 namespace borelli {
 
@@ -94,13 +95,20 @@ double SparseRows::dot(int r, const double* x) const {
   return sum;
 }
 
+double SparseRows::dot(const Rows& L, int r, const double* x) const {
+  const double* numbers = L.row(r).data();
+  double sum = 0;
+  for (const int u : columns(r)) sum += numbers[u] * x[u];
+  return sum;
+}
+
 void SparseRows::add_to(double* x, double factor, int r) const {
   const double* numbers = numbers_.data() + first_[r];
   for (const int u : columns(r)) x[u] += factor * *numbers++;
 }
 
 void SparseRows::relate(int i, int j, double product) {
-  products_(i, j) = products_(j, i) = product;
+  products_(i, j) = product;
   relatives_[i * words_ + j / 64] |= std::uint64_t(1) << (j % 64);
   relatives_[j * words_ + i / 64] |= std::uint64_t(1) << (i % 64);
 }
@@ -124,26 +132,54 @@ void SparseRows::multiply() {
   }
 }
 
+namespace {
+
+/// The greatest of n numbers that are above `least`; else that.
+BORELLI_INLINED_FOR_PROCESSOR
+double greatest_of(const double* x, std::size_t n, double least) {
+  constexpr std::size_t width = 8;
+  double of_each[width];
+  std::fill_n(of_each, width, least);
+  std::size_t i = 0;
+  for (; i + width <= n; i += width)
+    for (std::size_t c = 0; c < width; ++c) of_each[c] = x[i + c] > of_each[c] ? x[i + c] : of_each[c];
+  for (; i < n; ++i) of_each[0] = x[i] > of_each[0] ? x[i] : of_each[0];
+  return *std::max_element(of_each, of_each + width);
+}
+
+}  // namespace
+
+int SparseRows::farthest() const {
+  const double most = greatest_of(left_.data(), left_.size(), gone);
+  if (most == gone) return -1;
+  const double enough = most > 0 ? most / (1 + 1e-6) : most;
+  return int(std::find_if(left_.begin(), left_.end(), [=](double left) { return left >= enough; }) -
+             left_.begin());
+}
+
 void SparseRows::eliminate(int row) {
   const double pivot = std::sqrt(left_[row]);
+  left_[row] = gone;
   entries_.push_back({row, pivot});
   const std::size_t first = entries_.size();
+  const std::uint64_t* const own = relatives_.data() + row * words_;
   for (int w = 0; w < words_; ++w)
-    for (std::uint64_t set = relatives_[row * words_ + w]; set; set &= set - 1) {
+    for (std::uint64_t set = own[w]; set; set &= set - 1) {
       const int i = w * 64 + std::countr_zero(set);
-      entries_.push_back({i, products_(row, i) / pivot});
+      entries_.push_back({i, products_(std::min(row, i), std::max(row, i)) / pivot});
       relatives_[i * words_ + row / 64] &= ~(std::uint64_t(1) << (row % 64));
     }
   for (std::size_t a = first; a < entries_.size(); ++a) {
     const auto [i, c] = entries_[a];
     left_[i] -= c * c;
-    for (std::size_t b = a + 1; b < entries_.size(); ++b) {
-      const auto [j, d] = entries_[b];
-      if (related(i, j))
-        products_(j, i) = products_(i, j) -= c * d;
-      else
-        relate(i, j, -c * d);
-    }
+    double* const products = products_.row(i).data();
+    std::uint64_t* const of_i = relatives_.data() + i * words_;
+    for (int w = i / 64; w < words_; ++w)  // what has had no product with it begins at zero
+      for (std::uint64_t fresh = own[w] & ~of_i[w]; fresh; fresh &= fresh - 1)
+        products[w * 64 + std::countr_zero(fresh)] = 0;
+    for (int w = 0; w < words_; ++w) of_i[w] |= own[w];
+    of_i[i / 64] &= ~(std::uint64_t(1) << (i % 64));
+    for (std::size_t b = a + 1; b < entries_.size(); ++b) products[entries_[b].row] -= c * entries_[b].value;
   }
   first_entry_.push_back(int(entries_.size()));
 }

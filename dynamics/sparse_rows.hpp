@@ -29,13 +29,18 @@ class SparseRows {
   /// Row r <- F^-T times it (branch_sparse.hpp).
   void measure(const System& system, const Rows& F, int r);
 
-  double dot(int r, const double* x) const;            ///< row r . x; x: nv numbers
+  double dot(int r, const double* x) const;  ///< row r . x; x: nv numbers
+  /// The same of another matrix's row r, which has entries in these columns only.
+  double dot(const Rows& L, int r, const double* x) const;
   void add_to(double* x, double factor, int r) const;  ///< x += factor times row r
 
   /// Begins the factor: the Gram matrix.
   void multiply();
-  /// The square of what is left of row r beside those eliminated, and of a row eliminated: when it was.
+  /// The square of what is left of row r beside those eliminated; of a row eliminated: `gone`.
   double left(int r) const { return left_[r]; }
+  static constexpr double gone = -1;
+  /// The row of which most is left: of rows equally far, to 1e-6, the first. -1: of none is it a number.
+  int farthest() const;
   /// Makes a row, of which something is left, the next of the factor.
   void eliminate(int row);
   /// A column of R: its row itself first, then those eliminated later or never.
@@ -57,7 +62,6 @@ class SparseRows {
 
   void find_neighbours();
   void relate(int i, int j, double product);
-  bool related(int i, int j) const { return relatives_[i * words_ + j / 64] >> (j % 64) & 1; }
 
   std::vector<int> constraint_, first_;  ///< of each row; where its numbers begin
   std::vector<Range> ranges_;            ///< of each constraint: its columns, and its rows
@@ -66,7 +70,7 @@ class SparseRows {
       neighbours_;                        ///< constraints that share a column: itself, later ones
   std::vector<double> numbers_, spread_;  ///< (spread_: nv zeros)
   int words_;
-  Rows products_;                         ///< rows x rows, where related
+  Rows products_;                         ///< rows x rows, of a row with later ones, where related
   std::vector<std::uint64_t> relatives_;  ///< words_ per row: which rows have a product with it
   std::vector<double> left_;
   std::vector<Entry> entries_;

@@ -1,11 +1,14 @@
 // The `borelli` program: reads the command line, runs one verb, says in one sentence what went wrong.
 #include <fmt/core.h>
 #include <malloc.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -105,11 +108,20 @@ void handle_signals() {
 }
 
 // Volumes come and go by the dozen while parts are found; memory that goes back to the system with each has
-// to be mapped and cleared again for the next: a fifth of the time. So half a gigabyte is held on to.
+// to be mapped and cleared again for the next: a fifth of the time. So freed memory is held on to, and the
+// first gigabyte of it is asked for in huge pages (2 MB, mapped when first touched); and all threads share
+// one heap, since glibc maps anew what is too large for a thread's own. A quarter of the time together.
 void hold_freed_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_MAX, 0);
-  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+  mallopt(M_ARENA_MAX, 1);
+  constexpr std::size_t huge_page = 2 << 20, held = 1 << 30;
+  mallopt(M_TRIM_THRESHOLD, static_cast<int>(held) + (512 << 20));
+  void* first = std::malloc(held);
+  if (!first) return;
+  const auto begin = (reinterpret_cast<std::uintptr_t>(first) + huge_page - 1) / huge_page * huge_page;
+  madvise(reinterpret_cast<void*>(begin), held - huge_page, MADV_HUGEPAGE);
+  std::free(first);
 #endif
 }
 

@@ -3,7 +3,7 @@
 
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::contact_events_test {
 namespace {
 
 constexpr double g = 9.81, degree_for_tests = 0.017453292519943295;
@@ -451,4 +451,4 @@ TEST(ContactRuns, AnOverlapAtTheStartIsNamed) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::contact_events_test

@@ -14,7 +14,7 @@
 #include "mujoco_twin.hpp"
 #endif
 
-namespace borelli::test {
+namespace borelli::test::derivatives_test {
 namespace {
 
 // Five-point central differences with step h: h^4 / 30 times fifth derivatives (up to 1e4 for these scenes)
@@ -300,4 +300,4 @@ TEST(Derivatives, AreThoseOfMuJoCo) {
 #endif
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::derivatives_test

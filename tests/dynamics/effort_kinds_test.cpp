@@ -10,7 +10,7 @@
 #include "dynamics/scene_file.hpp"
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::effort_kinds_test {
 namespace {
 
 // Adaptive steps of 1e-11 in runs of some hundred steps.
@@ -299,4 +299,4 @@ TEST(EffortKinds, NameWhatIsWrongWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::effort_kinds_test

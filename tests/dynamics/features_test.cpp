@@ -4,7 +4,7 @@
 
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::features_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -177,4 +177,4 @@ TEST(Features, ChaosIsDistrustedByNumbersThatMeanSomething) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::features_test

@@ -3,7 +3,7 @@
 
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::friction_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -132,4 +132,4 @@ TEST(Friction, ABoxAtRestIsTrustedHoweverLong) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::friction_test

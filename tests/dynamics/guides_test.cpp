@@ -4,7 +4,7 @@
 #include "dynamics/scene_file.hpp"
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::guides_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -270,4 +270,4 @@ TEST(ShortForms, RefuseWhatTheyDoNotTake) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::guides_test

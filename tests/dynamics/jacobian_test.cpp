@@ -9,7 +9,7 @@
 #include "mujoco_twin.hpp"
 #endif
 
-namespace borelli::test {
+namespace borelli::test::jacobian_test {
 namespace {
 
 // of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
@@ -134,4 +134,4 @@ TEST(Jacobian, IsMuJoCos) {
 #endif
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::jacobian_test

@@ -7,7 +7,7 @@
 #include "dynamics/surface_contact.hpp"
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::kinematic_constraints_test {
 namespace {
 
 // ---- what the rows hold ----
@@ -258,4 +258,4 @@ TEST(KinematicRows, AreRefusedByGeneralizedAlphaUnderProjection) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::kinematic_constraints_test

@@ -6,7 +6,7 @@
 
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::long_flights_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -276,4 +276,4 @@ TEST(MassesFarApart, AHeavyBallFallsOnALightOne) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::long_flights_test

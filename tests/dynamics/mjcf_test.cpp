@@ -12,7 +12,7 @@
 #ifdef BORELLI_MUJOCO
 #include "mujoco_model.hpp"
 
-namespace borelli::test {
+namespace borelli::test::mjcf_test {
 namespace {
 
 System system_of(const std::filesystem::path& path) { return compiled(need(read_model(path)).scene); }
@@ -350,7 +350,7 @@ TEST(Mjcf, CurvedCouplingsHaveMujocosRowsAndValues) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::mjcf_test
 
 #else
 TEST(Mjcf, Agrees) { GTEST_SKIP() << "MuJoCo (libmujoco-dev) was not there at configuration"; }

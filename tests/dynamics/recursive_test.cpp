@@ -12,7 +12,7 @@
 #include "dynamics/lanes.hpp"
 #include "random_scene.hpp"
 
-namespace borelli::test {
+namespace borelli::test::recursive_test {
 namespace {
 
 /// The largest difference beside the largest entry.
@@ -453,4 +453,4 @@ TEST(Recursive, SimulationsCoincide) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::recursive_test

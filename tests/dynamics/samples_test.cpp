@@ -14,7 +14,7 @@
 #include <mujoco/mujoco.h>
 #endif
 
-namespace borelli::test {
+namespace borelli::test::samples_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -164,4 +164,4 @@ TEST(Samples, DoublePendulumEndsWhereMuJoCoEnds) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::samples_test

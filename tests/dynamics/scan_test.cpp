@@ -10,7 +10,7 @@
 #include "dynamics/scene_file.hpp"
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::scan_test {
 namespace {
 
 // of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
@@ -326,4 +326,4 @@ TEST(Constraints, ARodBetweenPointsThatMeetIsNamed) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::scan_test

@@ -10,7 +10,7 @@
 
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::spring_events_test {
 namespace {
 
 using std::numbers::pi;
@@ -211,4 +211,4 @@ TEST(SpringEvents, ChainsBetweenStopsAreAsSmallStepsMakeThem) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::spring_events_test

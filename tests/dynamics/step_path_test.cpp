@@ -6,7 +6,7 @@
 
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::step_path_test {
 namespace {
 
 Scene constrained_point() {  // IFToMM's A01
@@ -143,4 +143,4 @@ TEST(Methods, ABallThatTurnsTooFarInAFixedStepIsNamed) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::step_path_test

@@ -8,7 +8,7 @@
 #include "dynamics/integrator.hpp"
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::step_watch_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -205,4 +205,4 @@ TEST(StepWatch, ImpactsAreNoSwings) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::step_watch_test

@@ -5,7 +5,7 @@
 #include "dynamics/equations.hpp"
 #include "scenes.hpp"
 
-namespace borelli::test {
+namespace borelli::test::surface_contact_test {
 namespace {
 
 // of central differences with step h: h^2 times third derivatives (some 100), and rounding / h
@@ -88,4 +88,4 @@ TEST(Contacts, OpenOnesLeaveTheMotionAlone) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::surface_contact_test

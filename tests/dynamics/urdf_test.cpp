@@ -14,7 +14,7 @@
 #include "mujoco_model.hpp"
 #endif
 
-namespace borelli::test {
+namespace borelli::test::urdf_test {
 namespace {
 
 const std::string inertial_text =
@@ -226,4 +226,4 @@ TEST(Urdf, BadFilesEndInOneSentence) {
 }
 
 }  // namespace
-}  // namespace borelli::test
+}  // namespace borelli::test::urdf_test

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-namespace borelli {
+namespace borelli::inertial_test {
 namespace {
 
 using Eigen::AngleAxisd;
@@ -257,4 +257,4 @@ TEST(Inertial, BarsAndPointsPassOnlyWhereTheyAreAllowed) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::inertial_test

@@ -9,7 +9,7 @@
 
 #include "inertia/density.hpp"
 
-namespace borelli {
+namespace borelli::skin_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -205,4 +205,4 @@ TEST(Skin, MixedVoxelsTellAveragesFromPoints) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::skin_test

@@ -9,7 +9,7 @@
 #include "tests/pipeline/deviation_trials.hpp"
 #include "tests/pipeline/mr_trials.hpp"
 
-namespace borelli {
+namespace borelli::deviations_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -183,4 +183,4 @@ TEST(Deviations, LimbsOfAnMrHoldNoLung) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::deviations_test

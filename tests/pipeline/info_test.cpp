@@ -6,7 +6,7 @@
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
-namespace borelli {
+namespace borelli::info_test {
 namespace {
 
 using nlohmann::json;
@@ -57,4 +57,4 @@ TEST(Info, BadScenesAndTrajectoriesEndInOneSentence) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::info_test

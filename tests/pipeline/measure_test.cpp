@@ -11,7 +11,7 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/parts.hpp"
 
-namespace borelli {
+namespace borelli::measure_test {
 namespace {
 
 const Phantom& standing() {
@@ -190,4 +190,4 @@ TEST(Measure, RefusesWhatDoesNotBelongTogether) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::measure_test

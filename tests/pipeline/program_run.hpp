@@ -49,12 +49,14 @@ struct ProgramRun {
   std::string out, err;
 };
 
-/// `before`: what the shell does first, e.g. "ulimit -f 20;", or what starts the program.
+/// `before`: what the shell does first, e.g. "ulimit -f 20;", or what starts the program. (Without what tests
+/// are told of memory: it is the program's own business.)
 inline ProgramRun run_program(const std::string& arguments, const std::string& before = "") {
   const TestFolder said;
   const std::string out = said / "out", err = said / "err";
-  const int status =
-      std::system((before + " " + test::program_path() + " >" + out + " 2>" + err + " " + arguments).c_str());
+  const int status = std::system(("unset GLIBC_TUNABLES; " + before + " " + test::program_path() + " >" +
+                                  out + " 2>" + err + " " + arguments)
+                                     .c_str());
   const auto text = [](const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     return std::string{std::istreambuf_iterator<char>(file), {}};

@@ -27,7 +27,7 @@
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
-namespace borelli {
+namespace borelli::run_verb_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -407,4 +407,4 @@ TEST_F(RunVerb, RefusesBeforeAnythingIsMade) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::run_verb_test

@@ -8,7 +8,7 @@
 #include "samples/phantom.hpp"
 #include "segmentation/parts.hpp"
 
-namespace borelli {
+namespace borelli::segment_frames_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -146,4 +146,4 @@ TEST(SegmentFrames, TrunkEndpointsDoWithoutANeck) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::segment_frames_test

@@ -8,7 +8,7 @@
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
 
-namespace borelli {
+namespace borelli::segment_rows_test {
 namespace {
 
 const Phantom& standing() {
@@ -165,4 +165,4 @@ TEST(SegmentRows, WhatTheScanLacksIsSaid) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::segment_rows_test

@@ -11,7 +11,7 @@
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
-namespace borelli {
+namespace borelli::simulate_test {
 namespace {
 
 const std::string samples = test::source_folder() + "/samples/";
@@ -216,4 +216,4 @@ TEST(Simulate, StoppedWithACheckpointTheSameCommandGoesOnExactly) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::simulate_test

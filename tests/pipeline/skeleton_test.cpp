@@ -13,7 +13,7 @@
 #include "pipeline/joint_ranges.hpp"
 #include "samples/phantom.hpp"
 
-namespace borelli {
+namespace borelli::skeleton_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -423,4 +423,4 @@ TEST(JointRanges, ReadsTheTable) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::skeleton_test

@@ -14,7 +14,7 @@
 #include "pipeline/whole_file.hpp"
 #include "tests/paths.hpp"
 
-namespace borelli {
+namespace borelli::stability_test {
 namespace {
 
 // 1 kg on a spring, without weight: by stiffness k it swings at sqrt(k) rad/s.
@@ -403,4 +403,4 @@ TEST(Stability, ScenesThatFailAreWrittenWithHowTheyFail) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::stability_test

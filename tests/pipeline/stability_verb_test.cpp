@@ -15,7 +15,7 @@
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
-namespace borelli {
+namespace borelli::stability_verb_test {
 namespace {
 
 using nlohmann::json;
@@ -226,4 +226,4 @@ std::string test_name(const testing::TestParamInfo<Failing>& kept) {
 INSTANTIATE_TEST_SUITE_P(Kept, FailingScene, testing::ValuesIn(failing_scenes_kept()), test_name);
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::stability_verb_test

@@ -7,7 +7,7 @@
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
-namespace borelli {
+namespace borelli::steady_verbs_test {
 namespace {
 
 using nlohmann::json;
@@ -51,4 +51,4 @@ TEST(Steady, WhatHasNoEquilibriumSaysSo) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::steady_verbs_test

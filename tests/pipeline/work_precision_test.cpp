@@ -15,7 +15,7 @@
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
-namespace borelli {
+namespace borelli::work_precision_test {
 namespace {
 
 // A mass of 1 kg on a spring of 4 N/m, let go 1 m from its rest, without weight: x = cos 2t.
@@ -594,4 +594,4 @@ TEST(WorkPrecision, AFileOfItsNumbersHasALinePerRun) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::work_precision_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace borelli {
+namespace borelli::elliptic_stack_test {
 namespace {
 
 using Eigen::Matrix3d, Eigen::Matrix4d, Eigen::Vector2d, Eigen::Vector3d;
@@ -169,4 +169,4 @@ TEST(EllipticStack, SectionsRunMonotoneThroughTheirKnots) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::elliptic_stack_test

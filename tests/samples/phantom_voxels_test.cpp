@@ -10,7 +10,7 @@
 #include "inertia/moments.hpp"
 #include "inertia/skin.hpp"
 
-namespace borelli {
+namespace borelli::phantom_voxels_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -406,4 +406,4 @@ TEST(PhantomVoxels, FieldOfViewBlanketAndStreaksChangeWhatTheyShould) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::phantom_voxels_test

@@ -10,7 +10,7 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/segment.hpp"
 
-namespace borelli {
+namespace borelli::coarse_grids_test {
 namespace {
 
 struct Body {
@@ -97,4 +97,4 @@ INSTANTIATE_TEST_SUITE_P(Bodies, CoarseGrids,
                          });
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::coarse_grids_test

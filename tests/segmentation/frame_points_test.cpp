@@ -15,7 +15,7 @@
 #include "segmentation/segment.hpp"
 #include "tests/paths.hpp"
 
-namespace borelli {
+namespace borelli::frame_points_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -211,4 +211,4 @@ TEST(FramePoints, OfRealPelves) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::frame_points_test

@@ -10,7 +10,7 @@
 #include "segmentation/segment.hpp"
 #include "tests/segmentation/dice.hpp"
 
-namespace borelli {
+namespace borelli::half_turns_test {
 namespace {
 
 Segmentation found_in(const GreyVolume& volume) {
@@ -57,4 +57,4 @@ TEST(HalfTurns, BodyIsFoundAsItLiesAndTheHeaderDoubted) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::half_turns_test

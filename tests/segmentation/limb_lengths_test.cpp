@@ -11,7 +11,7 @@
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/segment.hpp"
 
-namespace borelli {
+namespace borelli::limb_lengths_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -227,4 +227,4 @@ TEST(LimbLengths, ForearmsThatRunIntoEachOtherAreDoubted) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::limb_lengths_test

@@ -13,7 +13,7 @@
 #include "segmentation/write.hpp"
 #include "tests/paths.hpp"
 
-namespace borelli {
+namespace borelli::nifti_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -409,4 +409,4 @@ TEST(Nifti, ReadsTheIcrpMale) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::nifti_test

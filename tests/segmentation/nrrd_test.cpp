@@ -11,7 +11,7 @@
 #include "segmentation/read.hpp"
 #include "segmentation/write.hpp"
 
-namespace borelli {
+namespace borelli::nrrd_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -185,4 +185,4 @@ TEST(Nrrd, FlippedHeaderBytesNeverCrash) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::nrrd_test

@@ -12,7 +12,7 @@
 #include "tests/paths.hpp"
 #include "tests/segmentation/dice.hpp"
 
-namespace borelli {
+namespace borelli::partial_scan_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -365,4 +365,4 @@ TEST(PartialBody, ForearmsAndShanksThatTheScanCutsAreHeldByTheirJoints) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::partial_scan_test

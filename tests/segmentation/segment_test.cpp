@@ -13,7 +13,7 @@
 #include "segmentation/read.hpp"
 #include "tests/suite/part_masses.hpp"
 
-namespace borelli {
+namespace borelli::segment_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -479,4 +479,4 @@ TEST(Segment, RealTrunkHasItsHipsAndNoInventedLimb) {
 }
 
 }  // namespace
-}  // namespace borelli
+}  // namespace borelli::segment_test
