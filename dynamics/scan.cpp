@@ -213,22 +213,26 @@ void ConstraintScan<T>::residual(int r, const T& h, const T& partial_rate, const
     rows_.E[row] += bias;
 }
 
-/// What along, about and coordinate may write of L.
+/// From the first to the last column that along, about and coordinate may write of.
 template <class T>
 void ConstraintScan<T>::clear() {
   const Action& action = *this->action_;
-  const auto clear = [&](int u) {
-    for (int r = action.first_row; r < action.first_row + action.row_count; ++r) rows_.L(r, u) = T(0);
+  int first = int(rows_.L.cols()), last = -1;
+  const auto hold = [&](int u) {
+    first = std::min(first, u);
+    last = std::max(last, u);
   };
   for (int s = 0; s < action.site_count; ++s) {
     const int at = this->at_site(s).body;
     if (at < 0) continue;
     const Body& structure = this->system_.bodies[at];
     const int* support = this->system_.support.data() + structure.first_support;
-    for (int i = 0; i < structure.support_count; ++i) clear(support[i]);
+    for (int i = 0; i < structure.support_count; ++i) hold(support[i]);
   }
   for (int i = 0; i < action.coordinate_count; ++i)
-    if (const int u = this->at_coordinate(i).u; u >= 0) clear(u);
+    if (const int u = this->at_coordinate(i).u; u >= 0) hold(u);
+  for (int r = action.first_row; r < action.first_row + action.row_count; ++r)
+    for (int u = first; u <= last; ++u) rows_.L(r, u) = T(0);
 }
 
 /// Empties the rows that contact i does not hold in its mode.

@@ -96,10 +96,10 @@ double SparseRows::dot(int r, const double* x) const {
 }
 
 double SparseRows::dot(const Rows& L, int r, const double* x) const {
-  const double* numbers = L.row(r).data();
-  double sum = 0;
-  for (const int u : columns(r)) sum += numbers[u] * x[u];
-  return sum;
+  const std::span<const int> at = columns(r);
+  if (at.empty()) return 0;
+  const Eigen::Index first = at.front(), count = at.back() + 1 - first;
+  return L.row(r).segment(first, count).dot(Eigen::Map<const Eigen::RowVectorXd>(x + first, count));
 }
 
 void SparseRows::add_to(double* x, double factor, int r) const {
