@@ -210,7 +210,7 @@ class Ratios : public benchmark::ConsoleReporter {
 }  // namespace
 
 int main(int argc, char** argv) {
-  mallopt(M_MMAP_MAX, 0);  // as the program does: volumes come and go in memory that is kept
+  mallopt(M_MMAP_MAX, 0);  // nearly as the program does: volumes come and go in memory that is kept
   mallopt(M_TRIM_THRESHOLD, 512 << 20);
   itk::MultiThreaderBase::SetGlobalMaximumNumberOfThreads(1);
   benchmark::Initialize(&argc, argv);

@@ -142,7 +142,7 @@ void run(benchmark::State& bench, const Looked& looked, Do what, int threads) {
 
 int main(int argc, char** argv) {
   using namespace borelli;
-  mallopt(M_MMAP_MAX, 0);  // as the program does: volumes come and go in memory that is kept
+  mallopt(M_MMAP_MAX, 0);  // nearly as the program does: volumes come and go in memory that is kept
   mallopt(M_TRIM_THRESHOLD, 512 << 20);
   benchmark::Initialize(&argc, argv);
   itk::MultiThreaderBase::New();  // its threads are as many as the default says when the first one is made
