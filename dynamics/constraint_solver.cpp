@@ -92,10 +92,12 @@ bool ConstraintSolver::eliminate(bool decide) {
     if (decide) {
       const int farthest = unit_.farthest();
       if (farthest < 0) return false;
-      if (is_empty(farthest)) rank_ = k;  // and so are all that are left
+      if (is_empty(farthest)) {  // and so are all that are left
+        rank_ = k;
+        break;
+      }
       order_[k] = farthest;
     }
-    if (k == rank_) break;
     const int row = order_[k];
     const double left = unit_.left(row);
     if (!(left >= healthy_distance * healthy_distance)) return false;

@@ -32,8 +32,14 @@ void expect_factor(const System& system, const State& state, std::vector<int> or
   const Eigen::MatrixXd R = gram.llt().matrixL();
   rows.multiply();
   for (std::size_t k = 0; k < order.size(); ++k) {
+    // the first of those of which most is left
+    const int farthest = rows.farthest();
+    ASSERT_GE(farthest, 0);
+    for (int r = 0; r < system.rows; ++r)
+      EXPECT_LT(rows.left(r), rows.left(farthest) * (r < farthest ? 1 : 1 + 2e-6)) << r << ", " << farthest;
     EXPECT_NEAR(std::sqrt(rows.left(order[k])), R(k, k), 1e-10 * R(k, k));
     rows.eliminate(order[k]);
+    EXPECT_EQ(rows.left(order[k]), SparseRows::gone);
     Eigen::VectorXd column = Eigen::VectorXd::Zero(order.size());
     for (const SparseRows::Entry& e : rows.column(int(k)))
       column[std::find(order.begin(), order.end(), e.row) - order.begin()] = e.value;
