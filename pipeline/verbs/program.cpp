@@ -1,14 +1,10 @@
 // The `borelli` program: reads the command line, runs one verb, says in one sentence what went wrong.
 #include <fmt/core.h>
-#include <malloc.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <csignal>
-#include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <new>
@@ -17,6 +13,7 @@
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/held_memory.hpp"
 
 namespace {
 
@@ -107,29 +104,11 @@ void handle_signals() {
   std::signal(SIGXFSZ, SIG_IGN);
 }
 
-// Volumes come and go by the dozen while parts are found; memory that goes back to the system with each has
-// to be mapped and cleared again for the next: a fifth of the time. So freed memory is held on to, and the
-// first gigabyte of it is asked for in huge pages (2 MB, mapped when first touched); and all threads share
-// one heap, since glibc maps anew what is too large for a thread's own. A quarter of the time together.
-void hold_freed_memory() {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_MAX, 0);
-  mallopt(M_ARENA_MAX, 1);
-  constexpr std::size_t huge_page = 2 << 20, held = 1 << 30;
-  mallopt(M_TRIM_THRESHOLD, static_cast<int>(held) + (512 << 20));
-  void* first = std::malloc(held);
-  if (!first) return;
-  const auto begin = (reinterpret_cast<std::uintptr_t>(first) + huge_page - 1) / huge_page * huge_page;
-  madvise(reinterpret_cast<void*>(begin), held - huge_page, MADV_HUGEPAGE);
-  std::free(first);
-#endif
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   handle_signals();
-  hold_freed_memory();
+  borelli::hold_freed_memory();
   int code = 1;
   try {
     code = run(argc, argv);

@@ -9,7 +9,6 @@
 #include <itkLabelImageToStatisticsLabelMapFilter.h>
 #include <itkLabelStatisticsImageFilter.h>
 #include <itkMultiThreaderBase.h>
-#include <malloc.h>
 
 #include <algorithm>
 #include <cmath>
@@ -17,6 +16,7 @@
 #include <random>
 
 #include "inertia/moments.hpp"
+#include "segmentation/held_memory.hpp"
 
 namespace {
 
@@ -210,8 +210,7 @@ class Ratios : public benchmark::ConsoleReporter {
 }  // namespace
 
 int main(int argc, char** argv) {
-  mallopt(M_MMAP_MAX, 0);  // nearly as the program does: volumes come and go in memory that is kept
-  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+  borelli::hold_freed_memory();  // as the program does
   itk::MultiThreaderBase::SetGlobalMaximumNumberOfThreads(1);
   benchmark::Initialize(&argc, argv);
   Ratios ratios;

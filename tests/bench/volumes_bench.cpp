@@ -15,7 +15,6 @@
 #include <itkMultiThreaderBase.h>
 #include <itkNiftiImageIO.h>
 #include <itkSignedMaurerDistanceMapImageFilter.h>
-#include <malloc.h>
 
 #include <filesystem>
 #include <random>
@@ -23,6 +22,7 @@
 #include "pipeline/mesh.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/body_mask.hpp"
+#include "segmentation/held_memory.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/segment.hpp"
 #include "segmentation/squared_distances.hpp"
@@ -142,8 +142,7 @@ void run(benchmark::State& bench, const Looked& looked, Do what, int threads) {
 
 int main(int argc, char** argv) {
   using namespace borelli;
-  mallopt(M_MMAP_MAX, 0);  // nearly as the program does: volumes come and go in memory that is kept
-  mallopt(M_TRIM_THRESHOLD, 512 << 20);
+  hold_freed_memory();  // as the program does
   benchmark::Initialize(&argc, argv);
   itk::MultiThreaderBase::New();  // its threads are as many as the default says when the first one is made
   const Looked looked;

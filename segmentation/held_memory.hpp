@@ -1,0 +1,13 @@
+// Memory for programs that work on volumes.
+#pragma once
+
+namespace borelli {
+
+/// To be called first in a program's main. Volumes come and go by the dozen while parts are found; memory
+/// that goes back to the system with each has to be mapped and cleared again for the next. So freed memory is
+/// held on to, up to 1.5 GB; the first of it is asked for in huge pages (2 MB, mapped when first touched);
+/// and all threads share one heap, since glibc maps anew what is too large for a thread's own. Nothing
+/// without glibc.
+void hold_freed_memory();
+
+}  // namespace borelli
