@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "segmentation/body_mask.hpp"
+#include "segmentation/held_memory.hpp"
 #include "segmentation/nearest_whole.hpp"
 #include "segmentation/tissues.hpp"
 
@@ -45,9 +46,9 @@ void measure_depths(Anatomy& a, int threads) {
   const Mask outside =
       where(a.grid(), [&](std::size_t o) { return !a.body.voxels[o] && a.scan.seen.voxels[o]; });
   a.depth = distance_to(outside, 200, false, threads);
-  in_slabs(std::ssize(a.depth.voxels), threads, [&](std::int64_t first, std::int64_t last) {
+  in_slabs(std::ssize(a.depth.squares), threads, [&](std::int64_t first, std::int64_t last) {
     for (auto o = static_cast<std::size_t>(first); o < static_cast<std::size_t>(last); ++o)
-      if (!a.body.voxels[o]) a.depth.voxels[o] = 0;
+      if (!a.body.voxels[o]) a.depth.squares[o] = 0;
   });
   a.off_bone = distance_to(a.bone, 60, false, threads);
   a.within_bone = distance_to(complement(a.bone), 60, false, threads);
@@ -58,6 +59,8 @@ Anatomy look(const GreyVolume& volume, double step, int threads) {
   a.source = &volume;
   a.threads = threads;
   a.scan = resampled(volume, step, threads);
+  constexpr std::size_t per_voxel = 42;  // bytes, of all volumes that are in use at a time
+  map_ahead(per_voxel * a.grid().count());
   a.body = body_mask(a.scan);
   a.bone = bone_mask(a.scan, a.body, threads);
   measure_depths(a, threads);

@@ -18,9 +18,9 @@ struct Anatomy {
   WorkVolume scan;
   Mask body;
   Mask bone;
-  Volume<float> depth;        ///< below the skin, mm; 0 outside the body. The scan's edge is no skin.
-  Volume<float> off_bone;     ///< distance to the nearest bone voxel, mm, up to 60
-  Volume<float> within_bone;  ///< depth below a bone's surface, mm; 0 outside bone
+  Distances depth;        ///< below the skin, mm; 0 outside the body. The scan's edge is no skin.
+  Distances off_bone;     ///< distance to the nearest bone voxel, mm, up to 60
+  Distances within_bone;  ///< depth below a bone's surface, mm; 0 outside bone
 
   const Grid& grid() const { return scan.hu.grid; }
   double step() const { return grid().axes(0, 0); }

@@ -45,10 +45,10 @@ void part_axial_bones(const Anatomy& a, const Trunk& trunk, const Landmarks& lan
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         const std::size_t o = g.offset(i, j, k);
         // as in label_bones, but other parts' bones are closed
-        if (!a.body.voxels[o] || a.off_bone.voxels[o] > 15) continue;
+        if (!a.body.voxels[o] || a.off_bone[o] > 15) continue;
         if (a.bone.voxels[o] && !is_axial(bones.voxels[o])) continue;
-        const float off = a.off_bone.voxels[o];
-        cost.voxels[o] = off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone.voxels[o] / 10);
+        const float off = a.off_bone[o];
+        cost.voxels[o] = off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone[o] / 10);
         if (!is_axial(bones.voxels[o])) continue;
         const Vector3d p =
             g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));

@@ -35,7 +35,7 @@ std::optional<Line> shaft_line(const Anatomy& a, const Limbs& limbs, Limb limb, 
       for (auto i = std::lround(first[0]); i <= std::lround(last[0]); ++i) {
         if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
         if (limbs.territory.owner.at(i, j, k) != static_cast<std::uint8_t>(limb)) continue;
-        const double length = limbs.territory.length.at(i, j, k);
+        const double length = limbs.territory.length(i, j, k);
         if (length < from || length > to) continue;
         const Vector3d p =
             g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));

@@ -94,7 +94,7 @@ Flesh flesh_of(const Regions& pieces, std::size_t n, const Volume<std::int16_t>&
 // Joins a finger to the body beside it by a row of voxels over the gap, since flesh and bones are followed
 // from the body outwards. It hangs where the way on to the body's bone is shortest: on the hand, whose bones
 // lie near the skin, and not on the thigh. False where the gap is wider than a finger's.
-bool join(Mask& body, const Regions& pieces, std::size_t finger, const Volume<float>& off_bone, double step) {
+bool join(Mask& body, const Regions& pieces, std::size_t finger, const Distances& off_bone, double step) {
   const Region& box = pieces.list[finger];
   const auto& g = body.grid;
   const auto n = static_cast<std::int64_t>(finger_gap / step) + 1;
@@ -137,13 +137,13 @@ void keep_pieces(Mask& body, const Volume<std::int16_t>& hu, double step) {
   for (std::size_t n = 0; n < keep.size(); ++n)
     keep[n] = static_cast<double>(pieces.list[n].voxels) > 0.003 * static_cast<double>(pieces.list[0].voxels);
   drop_regions(body, pieces, keep);
-  Volume<float> off_bone;
+  Distances off_bone;
   for (std::size_t n = 0; n < keep.size(); ++n) {
     const Region& region = pieces.list[n];
     if (keep[n] || extent(region, step) >= small_extent ||
         !flesh_of(pieces, n, hu).finger(region.voxels, step))
       continue;
-    if (off_bone.voxels.empty()) {
+    if (off_bone.squares.empty()) {
       off_bone = distance_to(
           where(body.grid,
                 [&](std::size_t o) { return body.voxels[o] && tissue_of(hu.voxels[o]) == Tissue::bone; }),

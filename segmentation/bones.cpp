@@ -30,14 +30,14 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
                                  const PartPlanes& planes) {
   const auto& g = a.grid();
   Places places(g, a.threads, [&](std::size_t o) {
-    const float off = a.off_bone.voxels[o];
+    const float off = a.off_bone[o];
     if (!a.body.voxels[o] || off > 15) return no_way;
-    return off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone.voxels[o] / 10);
+    return off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone[o] / 10);
   });
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
   for (std::size_t o = 0; o < g.count(); ++o)
     if (limbs.territory.owner.voxels[o] == static_cast<std::uint8_t>(Limb::axial) &&
-        limbs.territory.length.voxels[o] == 0)
+        limbs.territory.length(o) == 0)
       seeds.voxels[o] = static_cast<std::uint8_t>(part_label("lower_trunk"));
   // near a joint's line the bones themselves decide
   constexpr double clear = 22;

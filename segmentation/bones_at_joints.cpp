@@ -138,9 +138,9 @@ void part_bones_at_joints(const Anatomy& a, const Landmarks& landmarks, double s
   Volume<float> cost{g, std::vector<float>(g.count(), no_way)};
   Volume<std::uint8_t> seeds{g, std::vector<std::uint8_t>(g.count(), 0)};
   for (std::size_t o = 0; o < g.count(); ++o) {
-    if (!a.body.voxels[o] || a.off_bone.voxels[o] > 9) continue;
-    const float off = a.off_bone.voxels[o];
-    cost.voxels[o] = off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone.voxels[o] / 10);
+    if (!a.body.voxels[o] || a.off_bone[o] > 9) continue;
+    const float off = a.off_bone[o];
+    cost.voxels[o] = off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone[o] / 10);
   }
   each([&](std::size_t o, const Vector3d& p) {
     int label = bones.voxels[o];

@@ -168,7 +168,7 @@ Volume<std::uint8_t> ClassParts::seeds(const Anatomy& a, const Volume<std::uint8
   // bones without a class, but not the rims of those that have one
   const auto off = distance_to(told, 12);
   for (std::size_t o = 0; o < out.voxels.size(); ++o)
-    if (!out.voxels[o] && a.bone.voxels[o] && off.voxels[o] >= 12) out.voxels[o] = found.voxels[o];
+    if (!out.voxels[o] && a.bone.voxels[o] && off[o] >= 12) out.voxels[o] = found.voxels[o];
   return out;
 }
 

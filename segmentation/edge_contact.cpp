@@ -20,13 +20,13 @@ Vector3d point_of(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k)
   return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
 }
 
-std::array<float, 256> deepest_of(const Volume<float>& depth, const Volume<std::uint8_t>& owner) {
+std::array<float, 256> deepest_of(const Distances& depth, const Volume<std::uint8_t>& owner) {
   std::array<float, 256> deepest{};
   std::mutex mutex;
-  in_slabs(std::ssize(depth.voxels), 0, [&](std::int64_t first, std::int64_t last) {
+  in_slabs(std::ssize(depth.squares), 0, [&](std::int64_t first, std::int64_t last) {
     std::array<float, 256> own{};
     for (auto o = static_cast<std::size_t>(first); o < static_cast<std::size_t>(last); ++o)
-      if (const auto label = owner.voxels[o]) own[label] = std::max(own[label], depth.voxels[o]);
+      if (const auto label = owner.voxels[o]) own[label] = std::max(own[label], depth[o]);
     const std::lock_guard lock(mutex);
     for (std::size_t n = 0; n < own.size(); ++n) deepest[n] = std::max(deepest[n], own[n]);
   });
@@ -59,7 +59,7 @@ std::array<double, 256> face_share(const LabelMap& labels) {
 
 }  // namespace
 
-std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const Volume<float>& depth,
+std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const Distances& depth,
                                      const Volume<std::uint8_t>& owner,
                                      const std::function<int(std::uint8_t, const Vector3d&)>& part) {
   std::array<double, 256> contact{};
@@ -119,8 +119,8 @@ std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan,
         }
   });
   auto depth = distance_to(skin, 200, false, threads);
-  for (std::size_t o = 0; o < depth.voxels.size(); ++o)
-    if (!body.voxels[o]) depth.voxels[o] = 0;
+  for (std::size_t o = 0; o < depth.squares.size(); ++o)
+    if (!body.voxels[o]) depth.squares[o] = 0;
   const auto contact =
       edge_contact(body, seen, depth, owner, [](std::uint8_t own, const Vector3d&) { return own; });
   const auto deepest = deepest_of(depth, owner);

@@ -15,7 +15,7 @@ namespace borelli {
 /// counts lies at least 10 mm and a quarter of the owner's greatest depth below the skin. `owner` labels the
 /// body's voxels, `depth` is below the skin in mm (the scan's edge is no skin), `part` the part of a place by
 /// its owner. All on one isotropic grid.
-std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const Volume<float>& depth,
+std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const Distances& depth,
                                      const Volume<std::uint8_t>& owner,
                                      const std::function<int(std::uint8_t, const Eigen::Vector3d&)>& part);
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <utility>
 #include <vector>
 
 #include "segmentation/slabs.hpp"
@@ -21,23 +22,26 @@ inline constexpr float no_way = std::numeric_limits<float>::infinity();
 /// system, all is closed: what is not entered is not even written.
 struct Places {
   struct Place {
-    float cost;    ///< 0: closed, since the length is final or the place not to be entered
+    float cost;    ///< 0: not to be entered
     float length;  ///< so far
   };
   struct Free {
     void operator()(void* memory) const { std::free(memory); }
   };
   Grid grid;
+  int threads;  ///< that ways may be followed by; 0: as many as the machine has
   std::unique_ptr<Place[], Free> place;
   float cheapest = no_way;
 
-  /// Costs by offset, asked for by `threads`.
+  /// Costs by offset, asked for by `of_threads`.
   template <class Cost>
-  Places(const Grid& of, int threads, const Cost& cost_at)
-      : grid(of), place(static_cast<Place*>(std::calloc(of.count() + 1, sizeof(Place)))) {
+  Places(const Grid& of, int of_threads, const Cost& cost_at)
+      : grid(of),
+        threads(of_threads),
+        place(static_cast<Place*>(std::calloc(of.count() + 1, sizeof(Place)))) {
     if (!place) throw std::bad_alloc();
     std::mutex mutex;
-    in_slabs(static_cast<std::int64_t>(of.count()), threads, [&](std::int64_t first, std::int64_t last) {
+    in_slabs(static_cast<std::int64_t>(of.count()), of_threads, [&](std::int64_t first, std::int64_t last) {
       float least = no_way;
       for (auto o = static_cast<std::size_t>(first); o < static_cast<std::size_t>(last); ++o) {
         const float here = cost_at(o);
@@ -53,10 +57,34 @@ struct Places {
       : Places(cost.grid, 0, [&](std::size_t o) { return cost.voxels[o]; }) {}
 };
 
-struct Geodesic {
-  Volume<float> length;             ///< cost of the cheapest way from a seed, no_way where there is none
-  Volume<std::uint8_t> owner;       ///< label of the seed at the way's start, 0 where there is none
-  std::vector<std::uint32_t> from;  ///< offset of the voxel before on the way (a seed: its own), where asked
+/// Cheapest ways from labelled seeds.
+class Geodesic {
+ public:
+  Volume<std::uint8_t> owner;  ///< label of the seed at the way's start, 0 where there is none
+
+  /// Cost of the cheapest way from a seed to the voxel at an offset, no_way where there is none.
+  float length(std::size_t o) const { return owner.voxels[o] ? length_[o] : no_way; }
+  float length(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return length(owner.grid.offset(i, j, k));
+  }
+  /// Says that the way to a voxel begins there, however long it was before.
+  void begin_at(std::size_t o, std::uint8_t label, float length) {
+    owner.voxels[o] = label, length_[o] = length;
+    if (!step_.empty()) step_[o] = at_seed;
+  }
+  /// Takes over owners and lengths of the voxels that are nearer to the other's seeds; not the ways there.
+  void take_nearer(const Geodesic& other);
+  /// Takes over the other's ways, of whatever length.
+  void take_ways(Geodesic&& other) { step_ = std::move(other.step_); }
+  /// The way from a seed to the voxel at offset `to`, the seed first, where ways were kept.
+  std::vector<std::uint32_t> way_to(std::uint32_t to) const;
+
+ private:
+  friend Geodesic geodesic(Places, const Volume<std::uint8_t>&, bool, float);
+  static constexpr std::uint8_t at_seed = 13;  // of 27 steps, the one to where it began
+
+  std::unique_ptr<float[], Places::Free> length_;  // where there is an owner
+  std::vector<std::uint8_t> step_;                 // the way's last one; empty: ways were not kept
 };
 
 /// Dijkstra's cheapest ways from labelled seeds (label > 0) over the 26 neighbours of each voxel of an
@@ -67,8 +95,5 @@ Geodesic geodesic(Places places, const Volume<std::uint8_t>& seeds, bool keep_wa
 
 /// Its owners alone.
 Volume<std::uint8_t> nearest_seeds(Places places, const Volume<std::uint8_t>& seeds, float longest = no_way);
-
-/// The way from a seed to the voxel at offset `to`, the seed first.
-std::vector<std::uint32_t> way_to(const Geodesic& geodesic, std::uint32_t to);
 
 }  // namespace borelli

@@ -210,11 +210,11 @@ bool HeadsInBody::femur_leads_on(const FoundSphere& ball, int side) const {
   visit([&](std::size_t o, const Vector3d& d, std::int64_t i, std::int64_t j, std::int64_t k) {
     // as far off as can be seen, below, and outwards, as the neck leads
     const double r = d.norm();
-    if (ways.length.voxels[o] == no_way || d[2] > -0.45 * r || d[0] * outwards < 10) return;
+    if (ways.length(o) == no_way || d[2] > -0.45 * r || d[0] * outwards < 10) return;
     const std::int64_t next = i + (outwards > 0 ? 1 : -1);
     const bool at_side = r > beyond && !(a.grid().holds(next, j, k) && a.scan.seen.at(next, j, k));
     if (!at_side && std::abs(r - reach) > a.step()) return;
-    best = std::min(best, (ways.length.voxels[o] + core) / d.norm());
+    best = std::min(best, (ways.length(o) + core) / d.norm());
   });
   return best < detour;
 }

@@ -1,28 +1,52 @@
 #include "segmentation/held_memory.hpp"
 
-#include <cstddef>
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <thread>
 
 #ifdef __GLIBC__
 #include <malloc.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
 #endif
 
 namespace borelli {
+
+#ifdef __GLIBC__
+namespace {
+
+constexpr std::size_t huge_page = 2 << 20, huge = 1 << 30;
+unsigned char* held = nullptr;  // `huge` less a page, of whole pages
+
+}  // namespace
+#endif
 
 void hold_freed_memory() {
 #ifdef __GLIBC__
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_ARENA_MAX, 1);
-  constexpr std::size_t huge_page = 2 << 20, huge = 1 << 30;
   mallopt(M_TRIM_THRESHOLD, static_cast<int>(huge) + (512 << 20));
   // held, though nothing is in it yet, and so what is asked for next lies in it
   void* const first = std::malloc(huge);
   if (!first) return;
   const auto begin = (reinterpret_cast<std::uintptr_t>(first) + huge_page - 1) / huge_page * huge_page;
-  madvise(reinterpret_cast<void*>(begin), huge - huge_page, MADV_HUGEPAGE);
+  held = reinterpret_cast<unsigned char*>(begin);
+  madvise(held, huge - huge_page, MADV_HUGEPAGE);
   std::free(first);
+#endif
+}
+
+void map_ahead([[maybe_unused]] std::size_t bytes) {
+#if defined(__GLIBC__) && defined(MADV_POPULATE_WRITE)
+  if (!held) return;
+  // page after page, so that nobody waits long for the process' map
+  std::thread([bytes] {
+    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 19);
+    for (std::size_t o = 0; o + huge_page < std::min(bytes, huge); o += huge_page)
+      if (madvise(held + o, huge_page, MADV_POPULATE_WRITE) != 0) return;
+  }).detach();
 #endif
 }
 

@@ -66,7 +66,7 @@ void find_iliac_spines(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
   const auto is_pelvis = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
     if (!a.bone.at(i, j, k) || limbs.arm_at(i, j, k)) return false;
     const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
-    return owner != Limb::none && limbs.territory.length.at(i, j, k) < 120 * s;
+    return owner != Limb::none && limbs.territory.length(i, j, k) < 120 * s;
   };
   std::array<std::optional<Vector3d>, 2> spine;
   for (const int side : {left_side, right_side}) {

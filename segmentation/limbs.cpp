@@ -100,7 +100,7 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   const double voxel = std::pow(a.step(), 3);
   for (std::size_t o = 0; o < g.count(); ++o) {
     if (!a.bone.voxels[o] || territory.owner.voxels[o] != static_cast<std::uint8_t>(limb)) continue;
-    const float length = territory.length.voxels[o];
+    const float length = territory.length(o);
     const auto n = static_cast<std::size_t>(length / LimbWay::spacing);
     if (n >= shell.size()) shell.resize(n + 1, 0), at_edge.resize(n + 1, 0);
     shell[n] += voxel / LimbWay::spacing;
@@ -111,14 +111,14 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
   way.present = true;
   way.cut = a.near_edge(point(end), 8);
   // equally spaced in length, then smoothed over some 15 mm
-  const auto voxels = way_to(territory, end);
+  const auto voxels = territory.way_to(end);
   std::vector<Vector3d> raw;
   std::size_t at = 0;
   for (double s = 0; s <= farthest; s += LimbWay::spacing) {
-    while (at + 1 < voxels.size() && territory.length.voxels[voxels[at + 1]] <= s) ++at;
+    while (at + 1 < voxels.size() && territory.length(voxels[at + 1]) <= s) ++at;
     Vector3d p = point(voxels[at]);
     if (at + 1 < voxels.size()) {
-      const double s0 = territory.length.voxels[voxels[at]], s1 = territory.length.voxels[voxels[at + 1]];
+      const double s0 = territory.length(voxels[at]), s1 = territory.length(voxels[at + 1]);
       if (s1 > s0) p += (s - s0) / (s1 - s0) * (point(voxels[at + 1]) - p);
     }
     raw.push_back(p);
@@ -186,7 +186,7 @@ Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Vol
   constexpr auto axial = static_cast<std::uint8_t>(Limb::axial);
   Volume<float> open = cost;
   for (std::size_t o = 0; o < open.voxels.size(); ++o)
-    if (a.off_bone.voxels[o] > 0) open.voxels[o] = no_way;
+    if (a.off_bone[o] > 0) open.voxels[o] = no_way;
   const auto joined = nearest_seeds(open, seeds, static_cast<float>(along_bone * trunk.scale));
   Volume<std::uint8_t> wider = seeds;
   for (std::size_t o = 0; o < wider.voxels.size(); ++o)
@@ -199,11 +199,7 @@ Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Vol
   }
   Geodesic territory = geodesic(open, wider, true, longest_limb);
   for (std::size_t o = 0; o < wider.voxels.size(); ++o)
-    if (kept.owner.voxels[o] == axial) {
-      territory.owner.voxels[o] = axial;
-      territory.length.voxels[o] = kept.length.voxels[o];
-      territory.from[o] = static_cast<std::uint32_t>(o);
-    }
+    if (kept.owner.voxels[o] == axial) territory.begin_at(o, axial, kept.length(o));
   return territory;
 }
 
@@ -231,7 +227,7 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
   constexpr double soft = 50, bone = 200, widest = 8;  // CT numbers; mm off bone
   Volume<float> open = cost;
   for (std::size_t o = 0; o < open.voxels.size(); ++o) {
-    const double off = a.off_bone.voxels[o];
+    const double off = a.off_bone[o];
     if (open.voxels[o] == no_way || off > widest) {
       open.voxels[o] = no_way;
     } else {
@@ -253,13 +249,10 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
     alone[n] = geodesic(open, from, true, longest_limb);
   }
   Geodesic& territory = limbs.territory;
-  for (std::size_t o = 0; o < joined.voxels.size(); ++o) {
-    const auto& nearer = alone[alone[1].length.voxels[o] < alone[0].length.voxels[o] ? 1 : 0];
-    territory.owner.voxels[o] = nearer.owner.voxels[o];
-    territory.length.voxels[o] = nearer.length.voxels[o];
-  }
+  territory = std::move(alone[0]);
+  territory.take_nearer(alone[1]);
   for (std::size_t n = 0; n < 2; ++n) {
-    territory.from = std::move(alone[n].from);
+    if (n == 1) territory.take_ways(std::move(alone[1]));
     LimbWay& way = limbs.way[static_cast<std::size_t>(arms[n])];
     if (way.present) way = follow(a, territory, arms[n]);
   }
@@ -270,7 +263,7 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
 Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
   const auto& g = a.grid();
   const auto cost_at = [&](std::size_t o) {
-    const float off = a.off_bone.voxels[o];
+    const float off = a.off_bone[o];
     return a.body.voxels[o] && off < 40 ? static_cast<float>(step_cost(off)) : no_way;
   };
   const auto cost = [&] {

@@ -90,8 +90,7 @@ std::optional<Brain> find_brain(const Anatomy& a) {
   constexpr int soft_from = -20, soft_to = 120;    // CT numbers
   const auto& g = a.grid();
   Mask core{g, std::vector<std::uint8_t>(g.count())};
-  for (std::size_t o = 0; o < g.count(); ++o)
-    core.voxels[o] = a.body.voxels[o] && a.off_bone.voxels[o] > deep;
+  for (std::size_t o = 0; o < g.count(); ++o) core.voxels[o] = a.body.voxels[o] && a.off_bone[o] > deep;
   const Regions pieces = connected_regions(core, 6);
   for (const Region& piece : pieces.list) {
     if (static_cast<double>(piece.voxels) * g.voxel_volume() < least_core) break;  // the largest come first

@@ -51,11 +51,19 @@ Mask within(const Mask& mask, double radius, bool beyond, const DistanceOptions&
 
 }  // namespace
 
-Volume<float> distance_to(const Mask& mask, double reach, bool outside_is_set, int threads) {
-  const auto h = static_cast<float>(mask.grid.axes.col(0).norm()), limit = static_cast<float>(reach);
-  return map_squares<float>(mask, cap_for(reach, h), {false, outside_is_set, threads}, [=](std::uint32_t d) {
-    return std::min(limit, h * std::sqrt(static_cast<float>(d)));
-  });
+Distances distance_to(const Mask& mask, double reach, bool outside_is_set, int threads) {
+  constexpr std::uint32_t most = 65535;
+  const auto h = static_cast<float>(mask.grid.axes.col(0).norm());
+  const std::uint32_t cap = std::min(cap_for(reach, h), most);
+  const DistanceOptions options{false, outside_is_set, threads};
+  Distances out{mask.grid, {}, h, static_cast<std::uint16_t>(cap), static_cast<float>(reach)};
+  if (2 * cap <= most)
+    out.squares = squared_distances(mask, out.too_far, options).voxels;
+  else
+    out.squares = mapped<std::uint16_t>(squared_distances(mask, cap, options), threads, [](std::uint32_t d) {
+                    return static_cast<std::uint16_t>(d);
+                  }).voxels;
+  return out;
 }
 
 Mask complement(const Mask& mask) {

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -36,11 +37,24 @@ Mask where(const Grid& grid, const Holds& holds) {
   return out;
 }
 
-/// Distance in mm from each voxel centre to the nearest set voxel's centre (0 on set voxels), no greater than
-/// `reach` (farther voxels hold `reach`). The grid must be isotropic and orthogonal. What lies outside the
-/// grid counts as `outside_is_set` says.
-Volume<float> distance_to(const Mask& mask, double reach, bool outside_is_set = false, int threads = 0);
+/// Distances in mm, each kept as the square of its number of voxels, in two bytes.
+struct Distances {
+  Grid grid;
+  std::vector<std::uint16_t> squares;  ///< grid.count(), i fastest
+  float step = 0;                      ///< mm
+  std::uint16_t too_far = 0;           ///< the square that stands for `reach`
+  float reach = 0;                     ///< mm
 
+  float operator[](std::size_t o) const {
+    return squares[o] < too_far ? step * std::sqrt(static_cast<float>(squares[o])) : reach;
+  }
+  float at(std::int64_t i, std::int64_t j, std::int64_t k) const { return (*this)[grid.offset(i, j, k)]; }
+};
+
+/// Distance in mm from each voxel centre to the nearest set voxel's centre (0 on set voxels). Voxels that are
+/// farther than `reach`, or than 255 voxels, hold `reach`. The grid must be isotropic and orthogonal. What
+/// lies outside the grid counts as `outside_is_set` says.
+Distances distance_to(const Mask& mask, double reach, bool outside_is_set = false, int threads = 0);
 /// Voxels whose distance to the mask's complement exceeds `radius` mm; outside the grid is complement unless
 /// `outside_is_set`.
 Mask eroded(const Mask& mask, double radius, bool outside_is_set = false);

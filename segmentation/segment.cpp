@@ -94,7 +94,7 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
           // (a place that is body because a class lies there tells of no hollow beside it)
           const bool hollow = !dense_there && !(classes && classes->at_work(w));
           const bool inside = dense ? in_mask || !dense_there
-                                    : in_mask && (hollow || a.depth.voxels[w] > 2 * static_cast<float>(step));
+                                    : in_mask && (hollow || a.depth[w] > 2 * static_cast<float>(step));
           if (inside) map.voxels[o] = static_cast<std::uint8_t>(planes.part(owner.voxels[w], point(i, j, k)));
         }
   });

@@ -54,15 +54,15 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const LeanFlesh& lean,
                                        const Volume<std::uint8_t>& bones, double margin,
                                        Convention convention) {
   const auto& g = a.grid();
-  Volume<std::uint8_t> owner =
-      nearest_seeds(Places(g, a.threads,
-                           [&](std::size_t o) {
-                             return !a.body.voxels[o]                   ? no_way
-                                    : lean.mask.voxels[o]               ? 1 / (1 + lean.depth.voxels[o])
-                                    : a.scan.hu.voxels[o] >= lung_to_hu ? through_fat
-                                                                        : through_air;
-                           }),
-                    bones);
+  Volume<std::uint8_t> owner = nearest_seeds(Places(g, a.threads,
+                                                    [&](std::size_t o) {
+                                                      return !a.body.voxels[o]     ? no_way
+                                                             : lean.mask.voxels[o] ? 1 / (1 + lean.depth[o])
+                                                             : a.scan.hu.voxels[o] >= lung_to_hu
+                                                                 ? through_fat
+                                                                 : through_air;
+                                                    }),
+                                             bones);
 
   // `is_one` tells the parts among which the plain length of the way decides
   const auto part_by_length = [&](bool (*is_one)(std::uint8_t)) {

@@ -8,7 +8,7 @@ namespace borelli {
 /// Muscle, organs and bones: what is denser than fat and thicker than skin, vessels and fasciae are.
 struct LeanFlesh {
   Mask mask;
-  Volume<float> depth;  ///< below its surface, mm, up to 200
+  Distances depth;  ///< below its surface, mm, up to 200
 };
 LeanFlesh lean_flesh(const Anatomy& anatomy);
 

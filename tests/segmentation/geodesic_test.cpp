@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <queue>
+#include <random>
+#include <vector>
 
 namespace borelli {
 namespace {
@@ -34,10 +39,10 @@ TEST(Geodesic, EvenCostGivesTheLengthOfTheWay) {
         const double expected =
             3 * 2 *
             octile(static_cast<double>(i - 4), static_cast<double>(j - 5), static_cast<double>(k - 2));
-        EXPECT_NEAR(found.length.at(i, j, k), expected, 1e-4 * (1 + expected));  // sums of floats
+        EXPECT_NEAR(found.length(i, j, k), expected, 1e-4 * (1 + expected));  // sums of floats
         EXPECT_EQ(found.owner.at(i, j, k), 7);
       }
-  const auto way = way_to(found, static_cast<std::uint32_t>(cost.grid.offset(14, 5, 2)));
+  const auto way = found.way_to(static_cast<std::uint32_t>(cost.grid.offset(14, 5, 2)));
   EXPECT_EQ(way.size(), 11U);
   EXPECT_EQ(way.front(), cost.grid.offset(4, 5, 2));
 }
@@ -63,7 +68,108 @@ TEST(Geodesic, LongWaysAreLeftWhereAsked) {
   const auto found = geodesic(cost, seeds, false, 10.5F);
   EXPECT_EQ(found.owner.at(10, 1, 1), 1);
   EXPECT_EQ(found.owner.at(11, 1, 1), 0);
-  EXPECT_EQ(found.length.at(11, 1, 1), no_way);
+  EXPECT_EQ(found.length(11, 1, 1), no_way);
+}
+
+// Lengths of the cheapest ways from voxels of one label: Dijkstra's algorithm as in the books, with a heap
+// and in double.
+std::vector<double> lengths_from(const Volume<float>& cost, const Volume<std::uint8_t>& seeds, int label) {
+  const Grid& g = cost.grid;
+  using Entry = std::pair<double, std::array<std::int64_t, 3>>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  std::vector<double> length(g.count(), no_way);
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        if (seeds.at(i, j, k) == label && cost.at(i, j, k) != no_way)
+          length[g.offset(i, j, k)] = 0, queue.push({0, {i, j, k}});
+  while (!queue.empty()) {
+    const auto [here, at] = queue.top();
+    queue.pop();
+    if (here > length[g.offset(at[0], at[1], at[2])]) continue;
+    for (std::int64_t c = -1; c <= 1; ++c)
+      for (std::int64_t b = -1; b <= 1; ++b)
+        for (std::int64_t a = -1; a <= 1; ++a) {
+          const std::array<std::int64_t, 3> to{at[0] + a, at[1] + b, at[2] + c};
+          if (!g.holds(to[0], to[1], to[2])) continue;
+          const double costs = 0.5 * (static_cast<double>(cost.at(at[0], at[1], at[2])) +
+                                      static_cast<double>(cost.at(to[0], to[1], to[2])));
+          const double there =
+              here + g.axes(0, 0) * std::sqrt(static_cast<double>(a * a + b * b + c * c)) * costs;
+          double& known = length[g.offset(to[0], to[1], to[2])];
+          if (there < known) known = there, queue.push({there, to});
+        }
+  }
+  return length;
+}
+
+TEST(Geodesic, WaysOverTheMiddleOfALargeVolumeAreTheCheapestToo) {
+  // large enough that both halves are followed at once, with walls that lead ways from half to half
+  const std::int64_t nx = 121, ny = 90, nz = 100;
+  auto cost = even_cost({nx, ny, nz}, 1.5, 1);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(0.1F, 2);
+  for (auto& c : cost.voxels) c = uniform(random);
+  for (std::int64_t k = 0; k < nz; ++k)
+    for (std::int64_t i = 0; i < nx; ++i)
+      for (std::int64_t j = 15; j < ny; j += 15)  // each open at one end only, in turns
+        if (j % 2 ? i > 5 : i + 5 < nx) cost.at(i, j, k) = no_way;
+  auto seeds = no_seeds(cost.grid);
+  seeds.at(2, 2, 50) = 1;
+  seeds.at(nx - 3, 3, 10) = 2;
+  seeds.at(60, 40, 90) = 1;
+  seeds.at(61, 70, 5) = 2;
+  seeds.at(50, 15, 5) = 3;  // in a wall
+  ASSERT_EQ(cost.at(50, 15, 5), no_way);
+  const std::array by_label{lengths_from(cost, seeds, 1), lengths_from(cost, seeds, 2)};
+
+  const auto places = [&](int threads) {
+    return Places(cost.grid, threads, [&](std::size_t o) { return cost.voxels[o]; });
+  };
+  for (const float longest : {no_way, 60.0F}) {
+    const auto found = geodesic(places(2), seeds, true, longest);
+    EXPECT_EQ(geodesic(places(1), seeds, true, longest).owner.voxels, found.owner.voxels);
+    std::size_t reached = 0, worst = 0;
+    double most_off = 0;
+    for (std::size_t o = 0; o < cost.grid.count(); ++o) {
+      const double shortest = std::min(by_label[0][o], by_label[1][o]), off = 1e-5 * (1 + shortest);
+      const auto owner = found.owner.voxels[o];
+      if (owner == 0) {
+        EXPECT_GT(shortest, longest == no_way ? 1e30 : static_cast<double>(longest) - off);
+        continue;
+      }
+      ++reached;
+      ASSERT_LE(owner, 2);
+      EXPECT_LT(shortest, static_cast<double>(longest) + off);
+      EXPECT_NEAR(by_label[owner - 1U][o], shortest, off);
+      if (const double now = std::abs(found.length(o) - shortest) / (1 + shortest); now > most_off)
+        most_off = now, worst = o;
+    }
+    EXPECT_GT(reached, cost.grid.count() / 20);
+    EXPECT_LT(most_off, 1e-5) << worst;  // sums of some hundred floats
+    // a way is as long as what it says, step by step
+    std::size_t far = 0;
+    for (std::size_t o = 0; o < cost.grid.count(); ++o)
+      if (found.owner.voxels[o] && (!found.owner.voxels[far] || found.length(o) > found.length(far))) far = o;
+    const auto way = found.way_to(static_cast<std::uint32_t>(far));
+    EXPECT_EQ(seeds.voxels[way.front()], found.owner.voxels[far]);
+    double sum = 0;
+    bool left = false, right = false;
+    for (std::size_t n = 0; n < way.size(); ++n) {
+      (way[n] % nx < nx / 2 ? left : right) = true;
+      if (n == 0) continue;
+      const auto place = [&](std::uint32_t o) {
+        return Eigen::Vector3d(static_cast<double>(o % nx), static_cast<double>(o / nx % ny),
+                               static_cast<double>(o / nx / ny));
+      };
+      const Eigen::Vector3d step = place(way[n]) - place(way[n - 1]);
+      ASSERT_EQ(step.cwiseAbs().maxCoeff(), 1);
+      sum += 1.5 * step.norm() * 0.5 *
+             (static_cast<double>(cost.voxels[way[n]]) + static_cast<double>(cost.voxels[way[n - 1]]));
+    }
+    EXPECT_NEAR(sum, found.length(far), 1e-5 * (1 + sum));
+    EXPECT_TRUE(left && right);
+  }
 }
 
 }  // namespace
