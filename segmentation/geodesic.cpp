@@ -150,8 +150,8 @@ class Ways {
       Four first, second;
       std::memcpy(&first, four, sizeof first);
       std::memcpy(&second, four + 2, sizeof second);
-      const Four cost = __builtin_shuffle(first, second, FourWords{0, 2, 4, 6}),
-                 so_far = __builtin_shuffle(first, second, FourWords{1, 3, 5, 7});
+      const Four cost = __builtin_shufflevector(first, second, 0, 2, 4, 6),
+                 so_far = __builtin_shufflevector(first, second, 1, 3, 5, 7);
       length[r] = way.length + rows_[r].half * (cost_here + cost);
       bits |= (length[r] < so_far) & (length[r] <= longest_) & (cost != 0) & rows_[r].bit;
     }
