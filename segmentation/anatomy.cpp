@@ -59,8 +59,8 @@ Anatomy look(const GreyVolume& volume, double step, int threads) {
   a.source = &volume;
   a.threads = threads;
   a.scan = resampled(volume, step, threads);
-  constexpr std::size_t per_voxel = 42;  // bytes, of all volumes that are in use at a time
-  map_ahead(per_voxel * a.grid().count());
+  constexpr std::size_t per_voxel = 36;  // bytes, of all volumes that are in use at a time besides these
+  if (threads != 1) map_ahead(per_voxel * a.grid().count());
   a.body = body_mask(a.scan);
   a.bone = bone_mask(a.scan, a.body, threads);
   measure_depths(a, threads);

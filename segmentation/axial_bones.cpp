@@ -60,7 +60,7 @@ void part_axial_bones(const Anatomy& a, const Trunk& trunk, const Landmarks& lan
         for (const auto& ball : trunk.shoulder)
           if (ball && (p - ball->centre).norm() < shoulder) seeds.voxels[o] = upper;
       }
-  const auto owner = nearest_seeds(cost, seeds);
+  const auto owner = nearest_seeds({cost, a.threads}, seeds);
   for (std::size_t o = 0; o < g.count(); ++o)
     if (is_axial(bones.voxels[o]) && owner.voxels[o]) bones.voxels[o] = owner.voxels[o];
 }

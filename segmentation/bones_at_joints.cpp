@@ -151,7 +151,7 @@ void part_bones_at_joints(const Anatomy& a, const Landmarks& landmarks, double s
       }
     seeds.voxels[o] = static_cast<std::uint8_t>(label);
   });
-  const auto owner = nearest_seeds(cost, seeds);
+  const auto owner = nearest_seeds({cost, a.threads}, seeds);
   for (std::size_t o = 0; o < g.count(); ++o)
     if (bones.voxels[o] && owner.voxels[o]) bones.voxels[o] = owner.voxels[o];
 }

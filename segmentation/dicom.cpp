@@ -237,7 +237,7 @@ Result<StoredVoxels> load(const Slices& slices, const Progress& progress) {
       const auto n = static_cast<std::size_t>(k);
       try {
         done[n] = load_slice(slices[n], n, all);
-      } catch (const std::bad_alloc&) {  // must not leave a thread
+      } catch (const std::bad_alloc&) {  // of which file
         done[n] = failure(slices[n].path, "does not fit into memory");
       }
       if (!done[n]) return;

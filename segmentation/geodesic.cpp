@@ -178,7 +178,8 @@ Volume<std::uint8_t> follow_ways(Places& places, const Volume<std::uint8_t>& see
   // Of a large volume both halves at once, and then from either what is nearer by way of it in the other: of
   // a body that lies along the grid few ways cross its middle.
   constexpr std::size_t large = 1 << 20;
-  const std::int64_t nx = g.size[0], rows = g.size[1] * g.size[2], middle = g.count() < large ? nx : nx / 2;
+  const std::int64_t nx = g.size[0], rows = g.size[1] * g.size[2],
+                     middle = nx < 2 || g.count() < large ? nx : nx / 2;
   const auto each = [&](std::int64_t first, std::int64_t last, const auto& visit) {
     for (std::int64_t r = 0; r < rows; ++r)
       for (std::int64_t i = first; i < last; ++i) visit(static_cast<std::size_t>(r * nx + i));

@@ -53,8 +53,8 @@ struct Places {
       cheapest = std::min(cheapest, least);
     });
   }
-  Places(const Volume<float>& cost)  // NOLINT: a volume of costs is as good
-      : Places(cost.grid, 0, [&](std::size_t o) { return cost.voxels[o]; }) {}
+  Places(const Volume<float>& cost, int of_threads)
+      : Places(cost.grid, of_threads, [&](std::size_t o) { return cost.voxels[o]; }) {}
 };
 
 /// Cheapest ways from labelled seeds.
@@ -76,7 +76,8 @@ class Geodesic {
   void take_nearer(const Geodesic& other);
   /// Takes over the other's ways, of whatever length.
   void take_ways(Geodesic&& other) { step_ = std::move(other.step_); }
-  /// The way from a seed to the voxel at offset `to`, the seed first, where ways were kept.
+  /// The way from a seed to the voxel at offset `to`, the seed first, where ways were kept. Where ways from
+  /// two seeds are equally long but for rounding, it may begin at the one that is not the owner.
   std::vector<std::uint32_t> way_to(std::uint32_t to) const;
 
  private:

@@ -204,7 +204,7 @@ bool HeadsInBody::femur_leads_on(const FoundSphere& ball, int side) const {
     cost.voxels[o] = 1;
     seeds.voxels[o] = d.norm() < core;
   });
-  const auto ways = geodesic(cost, seeds, false, static_cast<float>(2 * far));
+  const auto ways = geodesic({cost, a.threads}, seeds, false, static_cast<float>(2 * far));
   double best = 1e9;
   const double beyond = 1.3 * ball.radius;  // a neck's beginning
   visit([&](std::size_t o, const Vector3d& d, std::int64_t i, std::int64_t j, std::int64_t k) {

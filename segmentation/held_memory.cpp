@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <system_error>
 #include <thread>
 
 #ifdef __GLIBC__
@@ -41,12 +42,16 @@ void hold_freed_memory() {
 void map_ahead([[maybe_unused]] std::size_t bytes) {
 #if defined(__GLIBC__) && defined(MADV_POPULATE_WRITE)
   if (!held) return;
-  // page after page, so that nobody waits long for the process' map
-  std::thread([bytes] {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 19);
-    for (std::size_t o = 0; o + huge_page < std::min(bytes, huge); o += huge_page)
-      if (madvise(held + o, huge_page, MADV_POPULATE_WRITE) != 0) return;
-  }).detach();
+  const std::size_t end = std::min(mallinfo2().uordblks + bytes, huge - huge_page);
+  // page after page, so that nobody waits long for the process' map; what is mapped already takes no time
+  try {
+    std::thread([end] {
+      setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 19);
+      for (std::size_t o = 0; o + huge_page <= end; o += huge_page)
+        if (madvise(held + o, huge_page, MADV_POPULATE_WRITE) != 0) return;
+    }).detach();
+  } catch (const std::system_error&) {  // then whoever touches a page first waits for it
+  }
 #endif
 }
 

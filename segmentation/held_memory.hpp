@@ -12,9 +12,10 @@ namespace borelli {
 /// without glibc.
 void hold_freed_memory();
 
-/// Says that about as many bytes will be in use at a time: the first of what is held on to is mapped in the
-/// meantime, in time that no other thread wants. On virtual machines whose host hands out pages when they are
-/// first touched that takes as long as a third of the work. Nothing where hold_freed_memory was not called.
+/// Says that about as many bytes more than now will be in use at a time: what is held on to is mapped that
+/// far in the meantime, by a thread that others go before. On virtual machines whose host hands out pages
+/// when they are first touched that takes as long as a third of the work. Nothing where hold_freed_memory was
+/// not called, or no thread can be had.
 void map_ahead(std::size_t bytes);
 
 }  // namespace borelli

@@ -187,17 +187,17 @@ Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Vol
   Volume<float> open = cost;
   for (std::size_t o = 0; o < open.voxels.size(); ++o)
     if (a.off_bone[o] > 0) open.voxels[o] = no_way;
-  const auto joined = nearest_seeds(open, seeds, static_cast<float>(along_bone * trunk.scale));
+  const auto joined = nearest_seeds({open, a.threads}, seeds, static_cast<float>(along_bone * trunk.scale));
   Volume<std::uint8_t> wider = seeds;
   for (std::size_t o = 0; o < wider.voxels.size(); ++o)
     if (joined.voxels[o] == axial) wider.voxels[o] = axial;
-  const auto kept = geodesic(cost, wider, false, static_cast<float>(beyond));
+  const auto kept = geodesic({cost, a.threads}, wider, false, static_cast<float>(beyond));
   open = cost;
   for (std::size_t o = 0; o < wider.voxels.size(); ++o) {
     if (kept.owner.voxels[o] == axial) open.voxels[o] = no_way;
     if (wider.voxels[o] == axial) wider.voxels[o] = 0;
   }
-  Geodesic territory = geodesic(open, wider, true, longest_limb);
+  Geodesic territory = geodesic({open, a.threads}, wider, true, longest_limb);
   for (std::size_t o = 0; o < wider.voxels.size(); ++o)
     if (kept.owner.voxels[o] == axial) territory.begin_at(o, axial, kept.length(o));
   return territory;
@@ -235,7 +235,7 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
       open.voxels[o] = along_bone + static_cast<float>(dark * dark * (step_cost(off) - 1));
     }
   }
-  const auto joined = nearest_seeds(open, seeds);
+  const auto joined = nearest_seeds({open, a.threads}, seeds);
   std::array<Geodesic, 2> alone;
   constexpr std::array<Limb, 2> arms{Limb::arm_left, Limb::arm_right};
   for (std::size_t n = 0; n < 2; ++n) {
@@ -246,7 +246,7 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
       if (joined.voxels[o] == other) open.voxels[o] = no_way;
       if (from.voxels[o] == other) from.voxels[o] = 0;
     }
-    alone[n] = geodesic(open, from, true, longest_limb);
+    alone[n] = geodesic({open, a.threads}, from, true, longest_limb);
   }
   Geodesic& territory = limbs.territory;
   territory = std::move(alone[0]);

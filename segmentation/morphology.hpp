@@ -52,8 +52,8 @@ struct Distances {
 };
 
 /// Distance in mm from each voxel centre to the nearest set voxel's centre (0 on set voxels). Voxels that are
-/// farther than `reach`, or than 255 voxels, hold `reach`. The grid must be isotropic and orthogonal. What
-/// lies outside the grid counts as `outside_is_set` says.
+/// farther than `reach`, or 256 voxels off or more, hold `reach`. The grid must be isotropic and orthogonal.
+/// What lies outside the grid counts as `outside_is_set` says.
 Distances distance_to(const Mask& mask, double reach, bool outside_is_set = false, int threads = 0);
 /// Voxels whose distance to the mask's complement exceeds `radius` mm; outside the grid is complement unless
 /// `outside_is_set`.

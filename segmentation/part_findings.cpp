@@ -294,9 +294,8 @@ std::string_view name_of(Coverage coverage) {
 void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
                  Segmentation& out) {
   // three passes over the work grid, each by one thread, side by side
-  const auto aside = a.threads == 1 ? std::launch::deferred : std::launch::async;
-  auto touched = std::async(aside, [&] { return contact_areas(a, owner, planes); });
-  auto tips = std::async(aside, [&] { return find_tips(a, owner, planes); });
+  auto touched = std::async(aside(a.threads), [&] { return contact_areas(a, owner, planes); });
+  auto tips = std::async(aside(a.threads), [&] { return find_tips(a, owner, planes); });
   judge(a,
         edge_contact(a.body, a.scan.seen, a.depth, owner,
                      [&](std::uint8_t own, const Vector3d& point) { return planes.part(own, point); }),

@@ -109,8 +109,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
                       const SegmentOptions& options, const Progress& progress) {
   progress(0.5, "following the limbs");
   // in the meantime, since ways are followed by one thread
-  auto lean =
-      std::async(a.threads == 1 ? std::launch::deferred : std::launch::async, [&] { return lean_flesh(a); });
+  auto lean = std::async(aside(a.threads), [&] { return lean_flesh(a); });
   Trunk trunk = of_body;
   if (!classes && options.given.empty() && trunk.empty()) find_lone_parts(a, trunk);
   const Limbs limbs = trace_limbs(a, trunk);

@@ -39,7 +39,7 @@ TrunkFront::TrunkFront(const Anatomy& a, const Trunk& trunk, const Limbs& limbs,
         cost.at(i, j, k) = 1;
         seeds.at(i, j, k) = limbs.arm_at(i + first_[0], j, k + first_[2]);
       }
-  arm_ = nearest_seeds(cost, seeds, static_cast<float>(thick * trunk.scale));
+  arm_ = nearest_seeds({cost, a.threads}, seeds, static_cast<float>(thick * trunk.scale));
 }
 
 // The j of the foremost voxel of the trunk's on a line from the front; nothing where an arm lies on it.

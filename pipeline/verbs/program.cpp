@@ -8,6 +8,7 @@
 #include <cstring>
 #include <exception>
 #include <new>
+#include <system_error>
 
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/settings.hpp"
@@ -114,6 +115,10 @@ int main(int argc, char** argv) {
     code = run(argc, argv);
   } catch (const std::bad_alloc&) {
     fmt::print(stderr, "borelli: not enough memory for this\n");
+  } catch (const std::system_error& e) {
+    const bool thread = e.code() == std::errc::resource_unavailable_try_again;
+    fmt::print(stderr, "borelli: {}\n",
+               thread ? "not enough memory left, or threads allowed, to start another thread" : e.what());
   } catch (const std::exception& e) {
     fmt::print(stderr, "borelli: {}\n", e.what());
   }

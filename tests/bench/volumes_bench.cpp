@@ -15,6 +15,7 @@
 #include <itkMultiThreaderBase.h>
 #include <itkNiftiImageIO.h>
 #include <itkSignedMaurerDistanceMapImageFilter.h>
+#include <sched.h>
 
 #include <filesystem>
 #include <random>
@@ -134,7 +135,15 @@ void meshes(const Looked& l, int threads) {
 void run(benchmark::State& bench, const Looked& looked, Do what, int threads) {
   itk::MultiThreaderBase::SetGlobalDefaultNumberOfThreads(threads > 0 ? unsigned(threads)
                                                                       : std::thread::hardware_concurrency());
+  // what starts threads of its own all the same has one core for them
+  cpu_set_t all, first;
+  sched_getaffinity(0, sizeof all, &all);
+  CPU_ZERO(&first);
+  for (int core = 0; core < CPU_SETSIZE && CPU_COUNT(&first) == 0; ++core)
+    if (CPU_ISSET(core, &all)) CPU_SET(core, &first);
+  if (threads == 1) sched_setaffinity(0, sizeof first, &first);
   for (auto _ : bench) what(looked, threads);
+  sched_setaffinity(0, sizeof all, &all);
 }
 
 }  // namespace

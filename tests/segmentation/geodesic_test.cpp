@@ -32,7 +32,7 @@ TEST(Geodesic, EvenCostGivesTheLengthOfTheWay) {
   const auto cost = even_cost({15, 11, 9}, 2, 3);
   auto seeds = no_seeds(cost.grid);
   seeds.at(4, 5, 2) = 7;
-  const auto found = geodesic(cost, seeds, true);
+  const auto found = geodesic({cost, 0}, seeds, true);
   for (std::int64_t k = 0; k < 9; ++k)
     for (std::int64_t j = 0; j < 11; ++j)
       for (std::int64_t i = 0; i < 15; ++i) {
@@ -53,22 +53,31 @@ TEST(Geodesic, WallsAreGoneRoundAndSeedsShareTheRest) {
   auto seeds = no_seeds(cost.grid);
   seeds.at(9, 0, 0) = 1;
   seeds.at(20, 20, 0) = 2;
-  const auto found = geodesic(cost, seeds, false);
+  const auto found = geodesic({cost, 0}, seeds, false);
   EXPECT_EQ(found.owner.at(10, 3, 0), 0);  // the wall itself
   EXPECT_EQ(found.owner.at(11, 0, 0),
             2);  // two voxels from seed 1 across the wall, but nearer to seed 2 round it
   EXPECT_EQ(found.owner.at(9, 15, 0), 1);
-  EXPECT_EQ(nearest_seeds(cost, seeds).voxels, found.owner.voxels);
+  EXPECT_EQ(nearest_seeds({cost, 0}, seeds).voxels, found.owner.voxels);
 }
 
 TEST(Geodesic, LongWaysAreLeftWhereAsked) {
   const auto cost = even_cost({30, 3, 3}, 1, 1);
   auto seeds = no_seeds(cost.grid);
   seeds.at(0, 1, 1) = 1;
-  const auto found = geodesic(cost, seeds, false, 10.5F);
+  const auto found = geodesic({cost, 0}, seeds, false, 10.5F);
   EXPECT_EQ(found.owner.at(10, 1, 1), 1);
   EXPECT_EQ(found.owner.at(11, 1, 1), 0);
   EXPECT_EQ(found.length(11, 1, 1), no_way);
+}
+
+TEST(Geodesic, AVolumeOfOneColumnHasNoHalves) {
+  auto cost = even_cost({1, 1 << 10, 1 << 10}, 1, 1);
+  auto seeds = no_seeds(cost.grid);
+  seeds.at(0, 3, 1000) = 5;
+  const auto found = geodesic({cost, 2}, seeds, false);
+  EXPECT_EQ(found.owner.at(0, 0, 0), 5);
+  EXPECT_NEAR(found.length(0, 3, 0), 1000, 1e-3);
 }
 
 // Lengths of the cheapest ways from voxels of one label: Dijkstra's algorithm as in the books, with a heap
@@ -123,9 +132,7 @@ TEST(Geodesic, WaysOverTheMiddleOfALargeVolumeAreTheCheapestToo) {
   ASSERT_EQ(cost.at(50, 15, 5), no_way);
   const std::array by_label{lengths_from(cost, seeds, 1), lengths_from(cost, seeds, 2)};
 
-  const auto places = [&](int threads) {
-    return Places(cost.grid, threads, [&](std::size_t o) { return cost.voxels[o]; });
-  };
+  const auto places = [&](int threads) { return Places(cost, threads); };
   for (const float longest : {no_way, 60.0F}) {
     const auto found = geodesic(places(2), seeds, true, longest);
     EXPECT_EQ(geodesic(places(1), seeds, true, longest).owner.voxels, found.owner.voxels);

@@ -73,6 +73,15 @@ TEST(Morphology, DistancesOfEveryReachAreTheSameUpToIt) {
   }
 }
 
+TEST(Morphology, DistancesOf256VoxelsAndMoreAreTheReach) {
+  Mask mask = random_mask({300, 1, 1}, 0.5, 0, 1);
+  mask.at(0, 0, 0) = 1;
+  const auto distance = distance_to(mask, 1000);
+  EXPECT_FLOAT_EQ(distance.at(255, 0, 0), 127.5);
+  EXPECT_FLOAT_EQ(distance.at(256, 0, 0), 1000);
+  EXPECT_FLOAT_EQ(distance.at(299, 0, 0), 1000);
+}
+
 TEST(Morphology, DistanceIsHeldToItsReachAndMayCountTheOutside) {
   Mask mask = random_mask({9, 9, 9}, 1, 0, 1);
   EXPECT_FLOAT_EQ(distance_to(mask, 7).at(4, 4, 4), 7);
