@@ -286,39 +286,40 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
 }
 
 // Over numbers themselves everything is inlined, and compiled for several processors.
-#define BORELLI_ARTICULATED_OVER_NUMBERS(T, FOR_PROCESSOR)                                                   \
-  FOR_PROCESSOR                                                                                              \
-  void move_numbers(const Parameters& parameters, const T* q, const T* u, const T* acceleration, bool given, \
-                    ArticulationOf<T>& articulation) {                                                       \
-    move_all(parameters, q, u, acceleration, given, articulation);                                           \
-  }                                                                                                          \
-  FOR_PROCESSOR                                                                                              \
-  void place_numbers(const Parameters& parameters, const KinematicsOf<T>& k,                                 \
-                     ArticulationOf<T>& articulation) {                                                      \
-    place_all(parameters, k, articulation);                                                                  \
-  }                                                                                                          \
-  FOR_PROCESSOR                                                                                              \
-  void find_bodies_of_numbers(const System& system, const InertialsOf<T>& inertials, KinematicsOf<T>& k,     \
-                              const ArticulationOf<T>& articulation) {                                       \
-    find_bodies_of(system, inertials, k, articulation);                                                      \
-  }                                                                                                          \
-  FOR_PROCESSOR                                                                                              \
-  bool accelerate_numbers(const System& system, const Parameters& parameters,                                \
-                          const InertialsOf<T>& inertials, const KinematicsOf<T>& k,                         \
-                          const EffortSumsOf<T>* efforts, const T* given, ArticulationOf<T>& articulation,   \
-                          T* a, T* drive_efforts) {                                                          \
-    return accelerate_all(system, parameters, inertials, k, efforts, given, articulation, a, drive_efforts); \
-  }                                                                                                          \
-  FOR_PROCESSOR                                                                                              \
-  void find_energies_of_numbers(const System& system, const Parameters& parameters,                          \
-                                const InertialsOf<T>& inertials, const KinematicsOf<T>& k,                   \
-                                const EffortSumsOf<T>* efforts, const ArticulationOf<T>& articulation,       \
-                                LagrangeTermsOf<T>& terms) {                                                 \
-    find_energies_of(system, parameters, inertials, k, efforts, articulation, terms);                        \
-  }
-BORELLI_ARTICULATED_OVER_NUMBERS(double, BORELLI_INLINED_FOR_PROCESSOR)
-BORELLI_ARTICULATED_OVER_NUMBERS(Lanes, BORELLI_LANES_FOR_PROCESSOR)
-BORELLI_ARTICULATED_OVER_NUMBERS(Quad, BORELLI_LANES_FOR_PROCESSOR)
+BORELLI_INLINED_FOR_PROCESSOR
+void move_numbers(const Parameters& parameters, const double* q, const double* u, const double* acceleration,
+                  bool given, Articulation& articulation) {
+  move_all(parameters, q, u, acceleration, given, articulation);
+}
+BORELLI_INLINED_FOR_PROCESSOR
+void place_numbers(const Parameters& parameters, const Kinematics& k, Articulation& articulation) {
+  place_all(parameters, k, articulation);
+}
+BORELLI_INLINED_FOR_PROCESSOR
+void find_bodies_of_numbers(const System& system, const InertialsOf<double>& inertials, Kinematics& k,
+                            const Articulation& articulation) {
+  find_bodies_of(system, inertials, k, articulation);
+}
+BORELLI_INLINED_FOR_PROCESSOR
+bool accelerate_numbers(const System& system, const Parameters& parameters,
+                        const InertialsOf<double>& inertials, const Kinematics& k, const EffortSums* efforts,
+                        const double* given, Articulation& articulation, double* a, double* drive_efforts) {
+  return accelerate_all(system, parameters, inertials, k, efforts, given, articulation, a, drive_efforts);
+}
+BORELLI_INLINED_FOR_PROCESSOR
+void find_energies_of_numbers(const System& system, const Parameters& parameters,
+                              const InertialsOf<double>& inertials, const Kinematics& k,
+                              const EffortSums* efforts, const Articulation& articulation,
+                              LagrangeTerms& terms) {
+  find_energies_of(system, parameters, inertials, k, efforts, articulation, terms);
+}
+
+template <class T>
+void move_lanes(const Parameters& parameters, const T* q, const T* u, const T* acceleration, bool given,
+                ArticulationOf<T>& articulation) {
+  in_registers([]<int>(auto&... each) { move_all(each...); }, parameters, q, u, acceleration, given,
+               articulation);
+}
 
 }  // namespace
 
@@ -331,6 +332,8 @@ void move_links(const System& system, const Parameters& parameters, const Inerti
                  *const accelerations = kinematics.acceleration.data();
   if constexpr (std::is_same_v<T, DualNumber>)
     move_all(parameters, positions, velocities, accelerations, a != nullptr, articulation);
+  else if constexpr (is_lanes<T>)
+    move_lanes(parameters, positions, velocities, accelerations, a != nullptr, articulation);
   else
     move_numbers(parameters, positions, velocities, accelerations, a != nullptr, articulation);
   if constexpr (std::is_same_v<T, double>)
@@ -340,7 +343,7 @@ void move_links(const System& system, const Parameters& parameters, const Inerti
 
 template <class T>
 void move_links_alone(const Parameters& parameters, const T* q, const T* v, ArticulationOf<T>& articulation) {
-  move_numbers(parameters, q, v, static_cast<const T*>(nullptr), false, articulation);
+  move_lanes(parameters, q, v, static_cast<const T*>(nullptr), false, articulation);
 }
 template void move_links_alone(const Parameters&, const Lanes*, const Lanes*, ArticulationOf<Lanes>&);
 template void move_links_alone(const Parameters&, const Quad*, const Quad*, ArticulationOf<Quad>&);
@@ -355,6 +358,8 @@ void place_links(const System& system, const Parameters& parameters, const Kinem
   articulation.placed = true;
   if constexpr (std::is_same_v<T, DualNumber>)
     place_all(parameters, kinematics, articulation);
+  else if constexpr (is_lanes<T>)
+    in_registers([]<int>(auto&... each) { place_all(each...); }, parameters, kinematics, articulation);
   else
     place_numbers(parameters, kinematics, articulation);
   if constexpr (std::is_same_v<T, double>)
@@ -369,6 +374,9 @@ void find_bodies(const System& system, const Parameters& parameters, const Inert
   place_links(system, parameters, kinematics, articulation);
   if constexpr (std::is_same_v<T, DualNumber>)
     find_bodies_of(system, inertials, kinematics, articulation);
+  else if constexpr (is_lanes<T>)
+    in_registers([]<int>(auto&... each) { find_bodies_of(each...); }, system, inertials, kinematics,
+                 articulation);
   else
     find_bodies_of_numbers(system, inertials, kinematics, articulation);
   if constexpr (std::is_same_v<T, double>)
@@ -384,8 +392,8 @@ bool find_accelerations(const System& system, const Parameters& parameters, cons
     return accelerate_all(system, parameters, inertials, kinematics, efforts, given, articulation, a,
                           drive_efforts);
   } else if constexpr (is_lanes<T>) {
-    return accelerate_numbers(system, parameters, inertials, kinematics, efforts, given, articulation, a,
-                              drive_efforts);
+    return in_registers([]<int>(auto&... each) { return accelerate_all(each...); }, system, parameters,
+                        inertials, kinematics, efforts, given, articulation, a, drive_efforts);
   } else {
     const bool any_trees = !articulation.trees.empty();
     if (any_trees && !free_trees(system, parameters, efforts, given, articulation)) return false;
@@ -404,6 +412,9 @@ void find_energies(const System& system, const Parameters& parameters, const Ine
   place_links(system, parameters, kinematics, articulation);
   if constexpr (std::is_same_v<T, DualNumber>)
     find_energies_of(system, parameters, inertials, kinematics, efforts, articulation, terms);
+  else if constexpr (is_lanes<T>)
+    in_registers([]<int>(auto&... each) { find_energies_of(each...); }, system, parameters, inertials,
+                 kinematics, efforts, articulation, terms);
   else
     find_energies_of_numbers(system, parameters, inertials, kinematics, efforts, articulation, terms);
   if constexpr (std::is_same_v<T, double>)

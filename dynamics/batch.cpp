@@ -73,20 +73,21 @@ void BatchWorkspaceOf<T>::set_inertial(int lane, int body, const Inertial& inert
 namespace {
 
 template <class T>
-bool finite_sums(const Eigen::VectorX<T>& numbers) {
+bool finite_sums(const T* numbers, Eigen::Index count) {
   T even = 0, odd = 0;  // zero, but where a number is none
-  const Eigen::Index pairs = numbers.size() / 2;
+  const Eigen::Index pairs = count / 2;
   for (Eigen::Index i = 0; i < pairs; ++i) {
     even += 0 * numbers[2 * i];
     odd += 0 * numbers[2 * i + 1];
   }
-  if (numbers.size() % 2 != 0) even += 0 * numbers[numbers.size() - 1];
+  if (count % 2 != 0) even += 0 * numbers[count - 1];
   return everywhere(even + odd == 0);
 }
-BORELLI_LANES_FOR_PROCESSOR
-bool all_finite(const Eigen::VectorX<Lanes>& numbers) { return finite_sums(numbers); }
-BORELLI_LANES_FOR_PROCESSOR
-bool all_finite(const Eigen::VectorX<Quad>& numbers) { return finite_sums(numbers); }
+template <class T>
+bool all_finite(const Eigen::VectorX<T>& numbers) {
+  return in_registers([]<int>(auto&... each) { return finite_sums(each...); }, numbers.data(),
+                      numbers.size());
+}
 
 /// Solves one lane by itself, and puts what came of it in its place.
 template <class T>

@@ -66,11 +66,13 @@ void solve_transposed(const System& system, const Rows& F, std::span<const int> 
   for (std::size_t i = coordinates.size(); i-- > 0;) take_from_ancestors(system, F, coordinates[i], x);
 }
 
-BORELLI_LANES_FOR_PROCESSOR
-int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Index stride, int* rows) {
+namespace {
+
+template <class L>
+int solve_transposed_lanes(const System& system, const Rows& F, double* x, Eigen::Index stride, int* rows) {
   int count = 0;
   for (int k = system.nv - 1; k >= 0; --k) {
-    Lanes each = Lanes::load(x + k * stride);
+    L each = L::load(x + k * stride);
     if (everywhere(each == 0)) continue;
     rows[count++] = k;
     const Branch branch = branch_of(system, k);
@@ -79,10 +81,18 @@ int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Inde
     each.store(x + k * stride);
     for (int a = 0; a < branch.count; ++a) {
       double* const other = x + branch.ancestors[a] * stride;
-      (Lanes::load(other) - row[branch.ancestors[a]] * each).store(other);
+      (L::load(other) - row[branch.ancestors[a]] * each).store(other);
     }
   }
   return count;
+}
+
+}  // namespace
+
+int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Index stride, int* rows) {
+  return in_registers(
+      []<int width>(auto&... each) { return solve_transposed_lanes<LanesOf<Lanes::count, width>>(each...); },
+      system, F, x, stride, rows);
 }
 
 void solve_lower(const System& system, const Rows& F, double* x) {

@@ -46,12 +46,12 @@ void from_chart(const System& system, const double* q0, const double* x, double*
 void chart_rate(const System& system, const double* x, const double* v, double* rate) {
   find_rate(system, x, v, rate);
 }
-#define BORELLI_CHART_OVER(T)                                                                          \
-  BORELLI_LANES_FOR_PROCESSOR void from_chart(const System& system, const T* q0, const T* x, T* q) {   \
-    find_positions(system, q0, x, q);                                                                  \
-  }                                                                                                    \
-  BORELLI_LANES_FOR_PROCESSOR void chart_rate(const System& system, const T* x, const T* v, T* rate) { \
-    find_rate(system, x, v, rate);                                                                     \
+#define BORELLI_CHART_OVER(T)                                                            \
+  void from_chart(const System& system, const T* q0, const T* x, T* q) {                 \
+    in_registers([]<int>(auto&... each) { find_positions(each...); }, system, q0, x, q); \
+  }                                                                                      \
+  void chart_rate(const System& system, const T* x, const T* v, T* rate) {               \
+    in_registers([]<int>(auto&... each) { find_rate(each...); }, system, x, v, rate);    \
   }
 BORELLI_CHART_OVER(Lanes)
 BORELLI_CHART_OVER(Quad)

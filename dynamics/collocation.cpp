@@ -55,16 +55,17 @@ double legendre(int degree, double x) {
   return now;
 }
 
-/// Gauss' nodes on the interval from 0 to 1, and what follows from them.
-struct Tables {
+/// Gauss' nodes on the interval from 0 to 1, and what follows from them, in lanes of type L.
+template <class L>
+struct TablesOf {
   double c[nodes], b[nodes];
-  AtNodes places;             ///< c
-  AtNodes coupling[nodes];    ///< per node: its slope's part in the moves to all of them
-  AtNodes weights;            ///< b
-  Lanes coefficients[nodes];  ///< per node, and in lanes per degree: of Legendre's polynomials in the slopes
-  AtNodes start, end;         ///< the values there of a polynomial through those at the nodes
+  L places;               ///< c
+  L coupling[nodes];      ///< per node: its slope's part in the moves to all of them
+  L weights;              ///< b
+  L coefficients[nodes];  ///< per node, and in lanes per degree: of Legendre's polynomials in the slopes
+  L start, end;           ///< the values there of a polynomial through those at the nodes
 
-  Tables() {
+  TablesOf() {
     for (int i = 0; i < nodes; ++i) {
       double x = -std::cos(M_PI * (i + 0.75) / (nodes + 0.5)), slope = 1;
       for (int k = 0; k < 10; ++k) {
@@ -96,15 +97,17 @@ struct Tables {
   }
 };
 
-const Tables tables;
+const TablesOf<AtNodes> tables;
 
-double sum(const AtNodes& parts) {
+template <class L>
+double sum(const L& parts) {
   return ((parts[0] + parts[4]) + (parts[1] + parts[5])) + ((parts[2] + parts[6]) + (parts[3] + parts[7]));
 }
 
 /// What slopes at the nodes give, each times its weights.
-Lanes combined(const Lanes* weights, const AtNodes& slopes) {
-  Lanes even = 0, odd = 0;
+template <class L>
+L combined(const L* weights, const L& slopes) {
+  L even = 0, odd = 0;
   for (int k = 0; k < nodes; k += 2) {
     even += weights[k] * slopes[k];
     odd += weights[k + 1] * slopes[k + 1];
@@ -114,13 +117,13 @@ Lanes combined(const Lanes* weights, const AtNodes& slopes) {
 
 /// stages <- y and the moves by the slopes, of components from one to another. Gives the largest change of a
 /// stage, on the scale; no number where one is none.
-BORELLI_LANES_FOR_PROCESSOR
-double move(double h, const double* y, const double* scale, Eigen::Index from, Eigen::Index to,
-            const AtNodes* slopes, AtNodes* stages) {
-  AtNodes most = 0, none = 0;
+template <class L>
+double move(const TablesOf<L>& by, double h, const double* y, const double* scale, Eigen::Index from,
+            Eigen::Index to, const L* slopes, L* stages) {
+  L most = 0, none = 0;
   for (Eigen::Index i = from; i < to; ++i) {
-    const AtNodes moved = y[i] + h * combined(tables.coupling, slopes[i]);
-    const AtNodes change = abs(moved - stages[i]) * (1 / scale[i]);
+    const L moved = y[i] + h * combined(by.coupling, slopes[i]);
+    const L change = abs(moved - stages[i]) * (1 / scale[i]);
     most = choose(most < change, change, most);
     none += 0 * change;
     stages[i] = moved;
@@ -132,24 +135,26 @@ double move(double h, const double* y, const double* scale, Eigen::Index from, E
 }
 
 /// stages <- those to begin with, positions as if they went on as at the start: rates are asked for there.
-BORELLI_LANES_FOR_PROCESSOR
-void begin_stages(double h, const double* y, const double* dy, Eigen::Index positions, Eigen::Index size,
-                  AtNodes* stages) {
-  for (Eigen::Index i = 0; i < positions; ++i) stages[i] = y[i] + h * dy[i] * tables.places;
+template <class L>
+void begin_stages(const TablesOf<L>& by, double h, const double* y, const double* dy, Eigen::Index positions,
+                  Eigen::Index size, L* stages) {
+  for (Eigen::Index i = 0; i < positions; ++i) stages[i] = y[i] + h * dy[i] * by.places;
   for (Eigen::Index i = positions; i < size; ++i) stages[i] = y[i];
 }
 
 /// out <- y and the moves by the slopes over the whole step.
-BORELLI_LANES_FOR_PROCESSOR
-void finish(double h, const double* y, Eigen::Index size, const AtNodes* slopes, double* out) {
-  for (Eigen::Index i = 0; i < size; ++i) out[i] = y[i] + h * sum(tables.weights * slopes[i]);
+template <class L>
+void finish(const TablesOf<L>& by, double h, const double* y, Eigen::Index size, const L* slopes,
+            double* out) {
+  for (Eigen::Index i = 0; i < size; ++i) out[i] = y[i] + h * sum(L(by.weights * slopes[i]));
 }
 
 /// Per component with a scale, in lanes per degree: the coefficients of Legendre's polynomials in the slopes.
-BORELLI_LANES_FOR_PROCESSOR
-void find_coefficients(const AtNodes* slopes, const Eigen::VectorXd& scale, Lanes* coefficients) {
+template <class L>
+void find_coefficients(const TablesOf<L>& by, const L* slopes, const Eigen::VectorXd& scale,
+                       L* coefficients) {
   for (Eigen::Index i = 0; i < scale.size(); ++i)
-    if (!std::isinf(scale[i])) coefficients[i] = combined(tables.coefficients, slopes[i]);
+    if (!std::isinf(scale[i])) coefficients[i] = combined(by.coefficients, slopes[i]);
 }
 
 /// The places at which a polynomial is known: nodes `from` to `to` of a step, and that at which the step to
@@ -171,12 +176,13 @@ struct Support {
 };
 
 /// What such a polynomial has at eight other places: the weights of what is known.
+template <class L>
 struct Continuation {
-  AtNodes weights[nodes + 1];
+  L weights[nodes + 1];
 
-  Continuation(const Support& by, const AtNodes& where) {
-    AtNodes before = where - by.at[nodes], after = 1;
-    for (AtNodes& weight : weights) weight = 0;
+  Continuation(const Support& by, const L& where) {
+    L before = where - by.at[nodes], after = 1;
+    for (L& weight : weights) weight = 0;
     for (int k = by.from; k < by.to; ++k) {
       weights[k] = before * by.scale[k];
       before *= where - by.at[k];
@@ -193,14 +199,20 @@ const Support of_this_step(0, nodes, 0), of_step_before(1, nodes, 1), of_its_end
     of_first_half(0, half, 0);
 
 /// slopes <- of components from one to another, those at `where`, of the polynomial through what is known.
-BORELLI_LANES_FOR_PROCESSOR
-void continue_slopes(const Support& by, const AtNodes& where, Eigen::Index from, Eigen::Index to,
-                     const double* start, AtNodes* slopes) {
-  const Continuation continuation(by, where);
+template <class L>
+void continue_slopes(const Support& by, const L& where, Eigen::Index from, Eigen::Index to,
+                     const double* start, L* slopes) {
+  const Continuation<L> continuation(by, where);
   for (Eigen::Index i = from; i < to; ++i) {
-    const AtNodes known = combined(continuation.weights, slopes[i]);
+    const L known = combined(continuation.weights, slopes[i]);
     slopes[i] = known + continuation.weights[nodes] * start[i];
   }
+}
+
+void continue_slopes(const Support& by, const Lanes& where, const Flow& flow, const Eigen::VectorXd& dy,
+                     Eigen::VectorX<Lanes>& slopes) {
+  in_registers([]<int>(auto&... each) { continue_slopes(each...); }, by, where, flow.positions(),
+               acting_components(flow), dy.data(), slopes.data());
 }
 
 /// By how much a term of Legendre's polynomials grows from degree to degree at x, from -1 to 1 not at all.
@@ -237,8 +249,7 @@ void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
   // side, what the last of them would bear takes more rounds, not fewer)
   const bool far = last_.fall * growth(1 + 2 * tables.c[half - 1] * ratio) > farthest_growth;
   const Support& by = !before ? of_this_step : far ? of_its_end : of_step_before;
-  continue_slopes(by, by.at[nodes] + ratio * tables.places, flow.positions(), acting_components(flow),
-                  dy.data(), slopes_.data());
+  continue_slopes(by, by.at[nodes] + ratio * tables.places, flow, dy, slopes_);
   last_.rate = std::min(1., last_.rate * ratio * ratio);
 }
 
@@ -248,7 +259,8 @@ double Collocation::place(Flow& flow, double h, const Eigen::VectorXd& y) {
   const Eigen::Index positions = flow.positions(), acting = acting_components(flow);
   const double* scale = flow.error_scale().data();
   const auto move_these = [&](Eigen::Index from, Eigen::Index to) {
-    return move(h, y.data(), scale, from, to, slopes_.data(), stages_.data());
+    return in_registers([]<int>(auto&... each) { return move(each...); }, tables, h, y.data(), scale, from,
+                        to, std::as_const(slopes_).data(), stages_.data());
   };
   double change = move_these(positions, acting);
   if (positions > 0) {
@@ -276,8 +288,7 @@ bool Collocation::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd
   if (flow.has_lanes()) return flow.derivatives(stages_, nodes, slopes_);
   if (!evaluate(flow, t, h, 0, half)) return false;
   if (foretell) {
-    continue_slopes(of_first_half, tables.places, flow.positions(), acting_components(flow), dy.data(),
-                    slopes_.data());
+    continue_slopes(of_first_half, tables.places, flow, dy, slopes_);
     place(flow, h, y);
   }
   return evaluate(flow, t, h, half, nodes);
@@ -291,7 +302,8 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
   last_.step = h;
   const Eigen::Index size = y.size(), positions = flow.positions();
   stages_.resize(size);
-  begin_stages(h, y.data(), dy.data(), positions, size, stages_.data());
+  in_registers([]<int>(auto&... each) { begin_stages(each...); }, tables, h, y.data(), dy.data(), positions,
+               size, stages_.data());
   place(flow, h, y);
   double before = std::numeric_limits<double>::infinity();
   for (rounds_ = 1;; ++rounds_) {
@@ -317,7 +329,8 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
     before = change;
   }
   out.resize(size);
-  finish(h, y.data(), size, slopes_.data(), out.data());
+  in_registers([]<int>(auto&... each) { finish(each...); }, tables, h, y.data(), size,
+               std::as_const(slopes_).data(), out.data());
   return Outcome::solved;
 }
 
@@ -326,7 +339,8 @@ Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Ei
 Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
   const Eigen::VectorXd& scale = flow.error_scale();
   coefficients_.resize(scale.size());
-  find_coefficients(slopes_.data(), scale, coefficients_.data());
+  in_registers([]<int>(auto&... each) { find_coefficients(each...); }, tables, std::as_const(slopes_).data(),
+               scale, coefficients_.data());
   Judgement out;
   for (Eigen::Index i = 0; i < scale.size(); ++i) {
     if (std::isinf(scale[i])) continue;
@@ -352,7 +366,7 @@ Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
 bool Collocation::leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const {
   const Eigen::VectorXd& scale = flow.error_scale();
   for (Eigen::Index i = flow.positions(); i < scale.size(); ++i) {
-    const auto at = [&](const AtNodes& weights) { return sum(weights * slopes_[i]); };
+    const auto at = [&](const AtNodes& weights) { return sum(AtNodes(weights * slopes_[i])); };
     const double off = std::max(std::abs(at(tables.start) - dy[i]), std::abs(at(tables.end) - slope_[i]));
     if (tables.c[0] * off * h / scale[i] <= tolerance_) continue;
     const double smooth =

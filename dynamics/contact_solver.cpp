@@ -39,49 +39,64 @@ constexpr double first_proximal = 1e-3, least_proximal = 1e-6, most_proximal = 1
 constexpr double proximal_falls = 0.3, proximal_grows = 10;
 constexpr int most_points = 60;
 
-constexpr int width = Lanes::count;  // numbers gone over at once
+constexpr int block = Lanes::count;  // pivots, and columns, gone over at once
 constexpr int at_once = 4;           // rows of what is not symmetric
 
 /// Of the rows that are symmetric and definite, eight pivots after the other: what those before take off of
-/// their rows, tile by tile, and then each other. `parts`: the rows over their pivots, and room for one row
-/// more. Of a row the pivot's inverse comes to stand in its diagonal. False: not definite.
-[[gnu::always_inline]] inline bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride) {
+/// their rows, tile by tile as wide as a register, and then each other. `parts`: the rows over their pivots,
+/// and room for one row more. Of a row the pivot's inverse comes to stand in its diagonal. False: not
+/// definite.
+template <int width>
+bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride) {
+  using Block = LanesOf<block, width>;
+  using Tile = LanesOf<width, width>;
   double* const none = parts + symmetric * stride;
   std::fill(none, none + stride, 0.);
-  for (int k = 0; k < symmetric; k += width) {
-    const int count = std::min(width, symmetric - k);
-    double* rows[width];
-    for (int l = 0; l < width; ++l) rows[l] = l < count ? a + (k + l) * stride : none;
-    double inverse[width] = {}, within[width][width] = {};
-    for (int j = k; j < stride; j += width) {
-      Lanes sums[width];
-      for (int l = 0; l < width; ++l) sums[l] = Lanes::load(rows[l] + j);
+  for (int k = 0; k < symmetric; k += block) {
+    const int count = std::min(block, symmetric - k);
+    double* rows[block];
+    for (int l = 0; l < block; ++l) rows[l] = l < count ? a + (k + l) * stride : none;
+    const auto take_those_before = [&](int j, Tile* sums) __attribute__((always_inline)) {
+      for (int l = 0; l < block; ++l) sums[l] = Tile::load(rows[l] + j);
       for (int p = 0; p < k; ++p) {
-        const Lanes across = Lanes::load(a + p * stride + j);
+        const Tile across = Tile::load(a + p * stride + j);
         const double* const part = parts + p * stride + k;
-        for (int l = 0; l < width; ++l) sums[l] -= part[l] * across;
+        for (int l = 0; l < block; ++l) sums[l] -= part[l] * across;
       }
-      if (j == k) {
-#pragma GCC unroll 8
-        for (int l = 0; l < width; ++l) {
-#pragma GCC unroll 8
-          for (int m = 0; m < l; ++m) {
-            within[l][m] = sums[m][l] * inverse[m];
-            sums[l] -= within[l][m] * sums[m];
-          }
-          if (l >= count) continue;
-          if (!(sums[l][l] > 0)) return false;
-          inverse[l] = 1 / sums[l][l];
-        }
-      } else {
-#pragma GCC unroll 8
-        for (int l = 1; l < width; ++l) {
-#pragma GCC unroll 8
-          for (int m = 0; m < l; ++m) sums[l] -= within[l][m] * sums[m];
-        }
-      }
-      for (int l = 0; l < width; ++l) sums[l].store(rows[l] + j);
+    };
+    double inverse[block] = {}, within[block][block] = {};
+    const auto keep = [&](int j, const auto* sums) __attribute__((always_inline)) {
+      for (int l = 0; l < block; ++l) sums[l].store(rows[l] + j);
       for (int l = 0; l < count; ++l) (inverse[l] * sums[l]).store(parts + (k + l) * stride + j);
+    };
+    for (int j = k; j < k + block; j += width) {
+      Tile sums[block];
+      take_those_before(j, sums);
+      for (int l = 0; l < block; ++l) sums[l].store(rows[l] + j);
+    }
+    Block pivots[block];
+    for (int l = 0; l < block; ++l) pivots[l] = Block::load(rows[l] + k);
+#pragma GCC unroll 8
+    for (int l = 0; l < block; ++l) {
+#pragma GCC unroll 8
+      for (int m = 0; m < l; ++m) {
+        within[l][m] = pivots[m][l] * inverse[m];
+        pivots[l] -= within[l][m] * pivots[m];
+      }
+      if (l >= count) continue;
+      if (!(pivots[l][l] > 0)) return false;
+      inverse[l] = 1 / pivots[l][l];
+    }
+    keep(k, pivots);
+    for (int j = k + block; j < stride; j += width) {
+      Tile sums[block];
+      take_those_before(j, sums);
+#pragma GCC unroll 8
+      for (int l = 1; l < block; ++l) {
+#pragma GCC unroll 8
+        for (int m = 0; m < l; ++m) sums[l] -= within[l][m] * sums[m];
+      }
+      keep(j, sums);
     }
     for (int l = 0; l < count; ++l) rows[l][k + l] = inverse[l];
   }
@@ -89,21 +104,21 @@ constexpr int at_once = 4;           // rows of what is not symmetric
 }
 
 /// The same pivots taken off of `count` rows (at_once at most) that follow.
-[[gnu::always_inline]] inline void eliminate_from(const double* a, int symmetric, int stride, int count,
-                                                  double* after) {
+template <class L>
+void eliminate_from(const double* a, int symmetric, int stride, int count, double* after) {
   double* rows[at_once];
   for (int r = 0; r < at_once; ++r) rows[r] = after + std::min(r, count - 1) * stride;
-  for (int j = 0; j < stride; j += width) {
-    Lanes sums[at_once];
-    for (int r = 0; r < at_once; ++r) sums[r] = Lanes::load(rows[r] + j);
+  for (int j = 0; j < stride; j += block) {
+    L sums[at_once];
+    for (int r = 0; r < at_once; ++r) sums[r] = L::load(rows[r] + j);
     for (int p = 0; p < std::min(j, symmetric); ++p) {
-      const Lanes across = Lanes::load(a + p * stride + j);
+      const L across = L::load(a + p * stride + j);
       for (int r = 0; r < at_once; ++r) sums[r] -= rows[r][p] * across;
     }
-    double part[at_once][width];
-    for (int l = 0; j + l < std::min(j + width, symmetric); ++l) {
+    double part[at_once][block];
+    for (int l = 0; j + l < std::min(j + block, symmetric); ++l) {
       const double* const pivot = a + (j + l) * stride;
-      const Lanes across = Lanes::load(pivot + j);
+      const L across = L::load(pivot + j);
       for (int r = 0; r < at_once; ++r) {
         part[r][l] = sums[r][l] * pivot[j + l];
         sums[r] -= part[r][l] * across;
@@ -111,21 +126,22 @@ constexpr int at_once = 4;           // rows of what is not symmetric
     }
     for (int r = 0; r < at_once; ++r) {
       sums[r].store(rows[r] + j);
-      for (int l = 0; j + l < std::min(j + width, symmetric); ++l) rows[r][j + l] = part[r][l];
+      for (int l = 0; j + l < std::min(j + block, symmetric); ++l) rows[r][j + l] = part[r][l];
     }
   }
 }
 
-/// Gauss' elimination of n equations in rows of `stride` numbers each (a multiple of `width`), right side in
+/// Gauss' elimination of n equations in rows of `stride` numbers each (a multiple of `block`), right side in
 /// column n; the solution comes to stand in x (stride numbers). The first `symmetric` rows and columns are
 /// symmetric and definite: of these rows what is left of the diagonal is not looked at, and may be written
 /// over. The others are chosen by pivots of their columns. `parts`: room for one row more than the symmetric
 /// ones. False: singular.
-BORELLI_LANES_FOR_PROCESSOR
+template <int width>
 bool eliminate(double* a, int symmetric, int n, int stride, double* parts, double* x) {
-  if (!eliminate_symmetric(a, parts, symmetric, stride)) return false;
+  using L = LanesOf<block, width>;
+  if (!eliminate_symmetric<width>(a, parts, symmetric, stride)) return false;
   for (int i = symmetric; i < n; i += at_once)
-    eliminate_from(a, symmetric, stride, std::min(at_once, n - i), a + i * stride);
+    eliminate_from<L>(a, symmetric, stride, std::min(at_once, n - i), a + i * stride);
   for (int k = symmetric; k < n; ++k) {
     int best = k;
     for (int i = k + 1; i < n; ++i)
@@ -141,13 +157,13 @@ bool eliminate(double* a, int symmetric, int n, int stride, double* parts, doubl
     }
   }
   std::fill(x, x + stride, 0.);
-  for (int begin = (n - 1) & ~(width - 1); begin >= 0; begin -= width) {
-    const int end = std::min(begin + width, n);
-    double left[width];
+  for (int begin = (n - 1) & ~(block - 1); begin >= 0; begin -= block) {
+    const int end = std::min(begin + block, n);
+    double left[block];
     for (int k = begin; k < end; ++k) {
       const double* const row = a + k * stride;
-      Lanes sum = 0;
-      for (int j = begin + width; j < n; j += width) sum += Lanes::load(row + j) * Lanes::load(x + j);
+      L sum = 0;
+      for (int j = begin + block; j < n; j += block) sum += L::load(row + j) * L::load(x + j);
       left[k - begin] =
           row[n] - (((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7])));
     }
@@ -160,13 +176,13 @@ bool eliminate(double* a, int symmetric, int n, int stride, double* parts, doubl
 }
 
 /// u += by * row, n numbers.
-BORELLI_LANES_FOR_PROCESSOR
+BORELLI_LOOPS_FOR_PROCESSOR
 void add_row(const double* row, double by, int n, double* u) {
   for (int i = 0; i < n; ++i) u[i] += by * row[i];
 }
 
 /// u += G p: n rows of `stride` numbers, which are n columns too; four at once.
-BORELLI_LANES_FOR_PROCESSOR
+BORELLI_LOOPS_FOR_PROCESSOR
 void add_product(const double* G, Eigen::Index stride, const double* p, int n, double* __restrict u) {
   int r = 0;
   for (; r + 4 <= n; r += 4) {
@@ -272,10 +288,10 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
   }
   const int symmetric = int(rows_.size());
   for (const Slide& slide : slides_) hold(slide.row, c.target[slide.row / 3]);
-  const int m = int(rows_.size()), stride = (m + width) & ~(width - 1);
+  const int m = int(rows_.size()), stride = (m + block) & ~(block - 1);
   if (m == 0) return true;
-  static_assert(sizeof(Line) == width * sizeof(double));
-  if (const std::size_t room = std::size_t(m + symmetric + 2) * stride / width; numbers_.size() < room)
+  static_assert(sizeof(Line) == block * sizeof(double));
+  if (const std::size_t room = std::size_t(m + symmetric + 2) * stride / block; numbers_.size() < room)
     numbers_.resize(room);
   double* const numbers = numbers_.data()->each;
   ++solves_;
@@ -297,7 +313,7 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
     double* const row = numbers + k * stride;
     const double* from =
         equation.slide < 0 ? c.G.row(rows_[k]).data() : turned_.row(2 * equation.slide).data();
-    for (int j = k < symmetric ? k & ~(width - 1) : 0; j < m; ++j) row[j] = from[rows_[j]];
+    for (int j = k < symmetric ? k & ~(block - 1) : 0; j < m; ++j) row[j] = from[rows_[j]];
     if (equation.slide < 0) {
       const double* column = turned_.data() + rows_[k];
       for (int i = 0; i < slides; ++i, column += 2 * turned_.cols()) {
@@ -317,7 +333,9 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
     row[m] = equation.right;
   }
   double* const solution = numbers + m * stride;
-  if (!eliminate(numbers, symmetric, m, stride, solution + stride, solution)) return false;
+  if (!in_registers([]<int width>(auto&... each) { return eliminate<width>(each...); }, numbers, symmetric, m,
+                    stride, solution + stride, solution))
+    return false;
   for (int k = 0; k < m; ++k) {
     if (!std::isfinite(solution[k])) return false;
     const int slide = equations_[k].slide;

@@ -119,7 +119,7 @@ class BatchFlow : public Flow {
     bool any = false;
     for (const CoordinateInfo& info : system_.coordinates) {
       if (info.q_size != 4) continue;
-      const LaneMask far = x_.segment<3>(info.v_index).squaredNorm() > largest_turn * largest_turn;
+      const Lanes::Mask far = x_.segment<3>(info.v_index).squaredNorm() > largest_turn * largest_turn;
       if (!far.any()) continue;
       any = true;
       for (int lane = 0; lane < count; ++lane) failed_[lane] = failed_[lane] || far[lane];

@@ -170,13 +170,6 @@ void hold_numbers(const System& system, const Parameters& parameters, const Iner
   hold_bodies(system, parameters, inertials, k, efforts, articulation, needed);
 }
 
-BORELLI_LANES_FOR_PROCESSOR
-void hold_numbers(const System& system, const Parameters& parameters, const InertialsOf<Lanes>& inertials,
-                  const KinematicsOf<Lanes>& k, const EffortSumsOf<Lanes>* efforts,
-                  ArticulationOf<Lanes>& articulation, Lanes* needed) {
-  hold_bodies(system, parameters, inertials, k, efforts, articulation, needed);
-}
-
 }  // namespace
 
 template <class T>
@@ -192,7 +185,11 @@ void inverse_dynamics(const System& system, const Parameters& parameters, const 
   const EffortSumsOf<T>* const acting = acted ? &efforts : nullptr;
   if constexpr (std::is_same_v<T, double>)
     if (!articulation.trees.empty()) hold_trees(system, parameters, kinematics, acting, articulation, needed);
-  hold_numbers(system, parameters, inertials, kinematics, acting, articulation, needed);
+  if constexpr (is_lanes<T>)
+    in_registers([]<int>(auto&... each) { hold_bodies(each...); }, system, parameters, inertials, kinematics,
+                 acting, articulation, needed);
+  else
+    hold_numbers(system, parameters, inertials, kinematics, acting, articulation, needed);
 }
 
 #define BORELLI_INVERSE_OVER(T)                                                                              \

@@ -176,22 +176,13 @@ void set_all(const System& system, const Parameters& parameters, double t, const
   if (system.driven_nv > 0) update_drives(system, parameters, k);
 }
 
-#define BORELLI_SET_LANES(T)                                                                           \
-  BORELLI_LANES_FOR_PROCESSOR                                                                          \
-  void set_lanes(const System& system, const Parameters& parameters, double t, const T* q, const T* v, \
-                 const T* a, KinematicsOf<T>& k) {                                                     \
-    set_all(system, parameters, t, q, v, a, k);                                                        \
-  }
-BORELLI_SET_LANES(Lanes)
-BORELLI_SET_LANES(Quad)
-
 }  // namespace
 
 template <class T>
 void set_coordinates(const System& system, const Parameters& parameters, double t, const T* q, const T* v,
                      const T* a, KinematicsOf<T>& k) {
   if constexpr (is_lanes<T>)
-    set_lanes(system, parameters, t, q, v, a, k);
+    in_registers([]<int>(auto&... each) { set_all(each...); }, system, parameters, t, q, v, a, k);
   else
     set_all(system, parameters, t, q, v, a, k);
 }
@@ -254,12 +245,6 @@ void update_numbers(const System& system, const Parameters& parameters, const In
   update_what_is_given(system, parameters, inertials, t, q, v, a, k);
 }
 
-BORELLI_LANES_FOR_PROCESSOR
-void update_numbers(const System& system, const Parameters& parameters, const InertialsOf<Lanes>& inertials,
-                    double t, const Lanes* q, const Lanes* v, const Lanes* a, KinematicsOf<Lanes>& k) {
-  update_what_is_given(system, parameters, inertials, t, q, v, a, k);
-}
-
 }  // namespace
 
 template <class T>
@@ -267,6 +252,9 @@ void update_kinematics(const System& system, const Parameters& parameters, const
                        double t, const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
   if constexpr (std::is_same_v<T, DualNumber>)
     update_what_is_given(system, parameters, inertials, t, q, v, a, k);
+  else if constexpr (is_lanes<T>)
+    in_registers([]<int>(auto&... each) { update_what_is_given(each...); }, system, parameters, inertials, t,
+                 q, v, a, k);
   else
     update_numbers(system, parameters, inertials, t, q, v, a, k);
 }

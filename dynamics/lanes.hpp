@@ -1,6 +1,6 @@
 // Doubles side by side: what the engine computes on them it computes for as many states (eight, Lanes) or
-// bodies (four, Quad) at once. They are vectors of GCC's, so that one source serves registers of two, four
-// and eight doubles: whoever computes on them for speed is compiled for each (processor.hpp).
+// bodies (four, Quad) at once. They lie in vectors of GCC's, as wide as a register: what is wider GCC would
+// put together in memory. So whoever computes on them for speed is compiled for each width (processor.hpp).
 #pragma once
 
 #include <algorithm>
@@ -9,25 +9,54 @@
 
 namespace borelli {
 
-/// N numbers in a vector, aligned like what Eigen and malloc hand out.
-template <int N>
-struct LaneVectors;
+/// `width` numbers in a register, aligned like what Eigen and malloc hand out.
+template <int width>
+struct Register;
 template <>
-struct LaneVectors<8> {
+struct Register<8> {
   typedef double Numbers __attribute__((vector_size(64), aligned(16)));
   typedef long long Words __attribute__((vector_size(64), aligned(16)));
 };
 template <>
-struct LaneVectors<4> {
+struct Register<4> {
   typedef double Numbers __attribute__((vector_size(32), aligned(16)));
   typedef long long Words __attribute__((vector_size(32), aligned(16)));
 };
+template <>
+struct Register<2> {
+  typedef double Numbers __attribute__((vector_size(16)));
+  typedef long long Words __attribute__((vector_size(16)));
+};
 
 /// For which of N lanes a condition holds.
-template <int N>
+template <int N, int width>
 class LaneMask {
  public:
-  using Vector = typename LaneVectors<N>::Words;  ///< -1: it holds; 0: not
+  using Half = LaneMask<N / 2, width>;
+
+  LaneMask(const Half& low, const Half& high) : low_(low), high_(high) {}
+  LaneMask(const LaneMask& other) : low_(other.low_), high_(other.high_) {}
+  LaneMask& operator=(const LaneMask&) = delete;
+
+  const Half& low() const { return low_; }
+  const Half& high() const { return high_; }
+  bool operator[](int lane) const { return lane < N / 2 ? low_[lane] : high_[lane - N / 2]; }
+  bool all() const { return (low_ & high_).all(); }
+  bool any() const { return (low_ | high_).any(); }
+  friend LaneMask operator&(const LaneMask& a, const LaneMask& b) {
+    return {a.low_ & b.low_, a.high_ & b.high_};
+  }
+  friend LaneMask operator|(const LaneMask& a, const LaneMask& b) {
+    return {a.low_ | b.low_, a.high_ | b.high_};
+  }
+
+ private:
+  Half low_, high_;
+};
+template <int N>
+class LaneMask<N, N> {
+ public:
+  using Vector = typename Register<N>::Words;  ///< -1: it holds; 0: not
 
   explicit LaneMask(const Vector& holds) : holds_(holds) {}
   LaneMask(const LaneMask& other) : holds_(other.holds_) {}
@@ -37,49 +66,123 @@ class LaneMask {
   bool operator[](int lane) const { return holds_[lane] != 0; }
   bool all() const { return halved<true>(); }
   bool any() const { return halved<false>(); }
+  friend LaneMask operator&(const LaneMask& a, const LaneMask& b) { return LaneMask(a.holds_ & b.holds_); }
+  friend LaneMask operator|(const LaneMask& a, const LaneMask& b) { return LaneMask(a.holds_ | b.holds_); }
 
  private:
   /// Whether every (else any) lane holds: the lower half by the upper until one is left, in the fewest
   /// instructions.
   template <bool every>
   bool halved() const {
-    typedef long long Four __attribute__((vector_size(32), aligned(16)));
-    typedef long long Two __attribute__((vector_size(16)));
-    Four four;
-    if constexpr (N == 8) {
-      const Four low = __builtin_shufflevector(holds_, holds_, 0, 1, 2, 3);
-      const Four high = __builtin_shufflevector(holds_, holds_, 4, 5, 6, 7);
-      four = every ? low & high : low | high;
+    using Four = typename Register<4>::Words;
+    using Two = typename Register<2>::Words;
+    if constexpr (N == 2) {
+      return (every ? holds_[0] & holds_[1] : holds_[0] | holds_[1]) != 0;
     } else {
-      four = holds_;
+      Four four = {};
+      if constexpr (N == 8) {
+        const Four low = __builtin_shufflevector(holds_, holds_, 0, 1, 2, 3),
+                   high = __builtin_shufflevector(holds_, holds_, 4, 5, 6, 7);
+        four = every ? low & high : low | high;
+      } else {
+        four = holds_;
+      }
+      const Two low = __builtin_shufflevector(four, four, 0, 1),
+                high = __builtin_shufflevector(four, four, 2, 3);
+      const Two two = every ? low & high : low | high;
+      return (every ? two[0] & two[1] : two[0] | two[1]) != 0;
     }
-    const Two low = __builtin_shufflevector(four, four, 0, 1),
-              high = __builtin_shufflevector(four, four, 2, 3);
-    const Two two = every ? low & high : low | high;
-    return (every ? two[0] & two[1] : two[0] | two[1]) != 0;
   }
 
   Vector holds_;
 };
 
-template <int N>
-bool everywhere(const LaneMask<N>& condition) {
+template <int N, int width>
+bool everywhere(const LaneMask<N, width>& condition) {
   return condition.all();
 }
 
-template <int N>
+/// N numbers, in registers of so many.
+template <int N, int width>
 class LanesOf {
  public:
   static constexpr int count = N;
-  using Mask = LaneMask<N>;
-  using Vector = typename LaneVectors<N>::Numbers;
+  using Mask = LaneMask<N, width>;
+  using Half = LanesOf<N / 2, width>;
+
+  LanesOf() {}
+  LanesOf(double each) : low_(each), high_(each) {}  // NOLINT: a constant is the same in all lanes
+  LanesOf(const Half& low, const Half& high) : low_(low), high_(high) {}
+  LanesOf(const LanesOf& other) : low_(other.low_), high_(other.high_) {}
+  LanesOf& operator=(const LanesOf& other) {
+    low_ = other.low_, high_ = other.high_;
+    return *this;
+  }
+
+  static LanesOf load(const double* from) { return {Half::load(from), Half::load(from + N / 2)}; }
+  void store(double* to) const { low_.store(to), high_.store(to + N / 2); }
+
+  const Half& low() const { return low_; }
+  const Half& high() const { return high_; }
+  double operator[](int lane) const { return lane < N / 2 ? low_[lane] : high_[lane - N / 2]; }
+  void set(int lane, double x) { lane < N / 2 ? low_.set(lane, x) : high_.set(lane - N / 2, x); }
+
+  LanesOf& operator+=(const LanesOf& b) { return low_ += b.low_, high_ += b.high_, *this; }
+  LanesOf& operator-=(const LanesOf& b) { return low_ -= b.low_, high_ -= b.high_, *this; }
+  LanesOf& operator*=(const LanesOf& b) { return low_ *= b.low_, high_ *= b.high_, *this; }
+  LanesOf& operator/=(const LanesOf& b) { return low_ /= b.low_, high_ /= b.high_, *this; }
+  LanesOf operator-() const { return {-low_, -high_}; }
+  friend LanesOf operator+(const LanesOf& a, const LanesOf& b) {
+    return {a.low_ + b.low_, a.high_ + b.high_};
+  }
+  friend LanesOf operator-(const LanesOf& a, const LanesOf& b) {
+    return {a.low_ - b.low_, a.high_ - b.high_};
+  }
+  friend LanesOf operator*(const LanesOf& a, const LanesOf& b) {
+    return {a.low_ * b.low_, a.high_ * b.high_};
+  }
+  friend LanesOf operator/(const LanesOf& a, const LanesOf& b) {
+    return {a.low_ / b.low_, a.high_ / b.high_};
+  }
+  friend LanesOf operator+(const LanesOf& a, double b) { return {a.low_ + b, a.high_ + b}; }
+  friend LanesOf operator-(const LanesOf& a, double b) { return {a.low_ - b, a.high_ - b}; }
+  friend LanesOf operator*(const LanesOf& a, double b) { return {a.low_ * b, a.high_ * b}; }
+  friend LanesOf operator/(const LanesOf& a, double b) { return {a.low_ / b, a.high_ / b}; }
+  friend LanesOf operator+(double a, const LanesOf& b) { return {a + b.low_, a + b.high_}; }
+  friend LanesOf operator-(double a, const LanesOf& b) { return {a - b.low_, a - b.high_}; }
+  friend LanesOf operator*(double a, const LanesOf& b) { return {a * b.low_, a * b.high_}; }
+  friend LanesOf operator/(double a, const LanesOf& b) { return {a / b.low_, a / b.high_}; }
+
+  friend Mask operator<(const LanesOf& a, const LanesOf& b) { return {a.low_ < b.low_, a.high_ < b.high_}; }
+  friend Mask operator>(const LanesOf& a, const LanesOf& b) { return {a.low_ > b.low_, a.high_ > b.high_}; }
+  friend Mask operator<=(const LanesOf& a, const LanesOf& b) {
+    return {a.low_ <= b.low_, a.high_ <= b.high_};
+  }
+  friend Mask operator>=(const LanesOf& a, const LanesOf& b) {
+    return {a.low_ >= b.low_, a.high_ >= b.high_};
+  }
+  friend Mask operator==(const LanesOf& a, const LanesOf& b) {
+    return {a.low_ == b.low_, a.high_ == b.high_};
+  }
+
+ private:
+  Half low_, high_;
+};
+template <int N>
+class LanesOf<N, N> {
+ public:
+  static constexpr int count = N;
+  using Mask = LaneMask<N, N>;
+  using Vector = typename Register<N>::Numbers;
 
   LanesOf() {}
   LanesOf(double each) {  // NOLINT: a constant is the same in all lanes, in one instruction if it is so said
     if constexpr (N == 8)
       x_ = Vector{each, each, each, each, each, each, each, each};
-    else
+    else if constexpr (N == 4)
       x_ = Vector{each, each, each, each};
+    else
+      x_ = Vector{each, each};
   }
   explicit LanesOf(const Vector& x) : x_(x) {}
   // not trivial, so that it is passed in memory whatever processor the caller is compiled for
@@ -129,25 +232,31 @@ class LanesOf {
   Vector x_;
 };
 
-using Lanes = LanesOf<8>;
-using Quad = LanesOf<4>;
+/// As they are kept; LanesOf another width lie in memory alike.
+using Lanes = LanesOf<8, 4>;
+using Quad = LanesOf<4, 4>;
 
-template <int N>
-constexpr bool is_lanes<LanesOf<N>> = true;
+template <int N, int width>
+constexpr bool is_lanes<LanesOf<N, width>> = true;
 
-template <int N>
-double largest(const LanesOf<N>& x) {
+template <int N, int width>
+double largest(const LanesOf<N, width>& x) {
   double out = x[0];
   for (int lane = 1; lane < N; ++lane) out = std::max(out, x[lane]);
   return out;
 }
 
 template <int N>
-LanesOf<N> choose(const LaneMask<N>& condition, const LanesOf<N>& yes, const LanesOf<N>& no) {
-  return LanesOf<N>(condition.vector() ? yes.vector() : no.vector());
+LanesOf<N, N> choose(const LaneMask<N, N>& condition, const LanesOf<N, N>& yes, const LanesOf<N, N>& no) {
+  return LanesOf<N, N>(condition.vector() ? yes.vector() : no.vector());
 }
-template <int N, class M>
-M choose(const LaneMask<N>& condition, const M& yes, const M& no) {  // of Eigen's matrices of lanes
+template <int N, int width>
+LanesOf<N, width> choose(const LaneMask<N, width>& condition, const LanesOf<N, width>& yes,
+                         const LanesOf<N, width>& no) {
+  return {choose(condition.low(), yes.low(), no.low()), choose(condition.high(), yes.high(), no.high())};
+}
+template <int N, int width, class M>
+M choose(const LaneMask<N, width>& condition, const M& yes, const M& no) {  // of Eigen's matrices of lanes
   M out;
   for (Eigen::Index i = 0; i < out.size(); ++i)
     out.data()[i] = choose(condition, yes.data()[i], no.data()[i]);
@@ -155,8 +264,8 @@ M choose(const LaneMask<N>& condition, const M& yes, const M& no) {  // of Eigen
 }
 
 /// As scalar.hpp's, lane by lane; what no lane asks for is not evaluated.
-template <int N, class Yes, class No>
-auto either(const LaneMask<N>& condition, Yes&& yes, No&& no) {
+template <int N, int width, class Yes, class No>
+auto either(const LaneMask<N, width>& condition, Yes&& yes, No&& no) {
   using Out = decltype(yes());
   if (condition.all()) return Out(yes());
   if (!condition.any()) return Out(no());
@@ -164,24 +273,24 @@ auto either(const LaneMask<N>& condition, Yes&& yes, No&& no) {
 }
 
 /// f of each lane by itself.
-template <int N, class F>
-LanesOf<N> lane_by_lane(const LanesOf<N>& x, F&& f) {
-  typename LanesOf<N>::Vector out{};
-  for (int i = 0; i < N; ++i) out[i] = f(x[i]);
-  return LanesOf<N>(out);
+template <int N, int width, class F>
+LanesOf<N, width> lane_by_lane(const LanesOf<N, width>& x, F&& f) {
+  LanesOf<N, width> out = 0;
+  for (int i = 0; i < N; ++i) out.set(i, f(x[i]));
+  return out;
 }
 
-template <int N>
-LanesOf<N> sqrt(const LanesOf<N>& x) {
+template <int N, int width>
+LanesOf<N, width> sqrt(const LanesOf<N, width>& x) {
   return lane_by_lane(x, [](double each) { return std::sqrt(each); });
 }
-template <int N>
-LanesOf<N> abs(const LanesOf<N>& x) {
+template <int N, int width>
+LanesOf<N, width> abs(const LanesOf<N, width>& x) {
   return choose(x < 0, -x, x);
 }
-template <int N>
-LanesOf<N> atan2(const LanesOf<N>& y, const LanesOf<N>& x) {
-  LanesOf<N> out;
+template <int N, int width>
+LanesOf<N, width> atan2(const LanesOf<N, width>& y, const LanesOf<N, width>& x) {
+  LanesOf<N, width> out = 0;
   for (int i = 0; i < N; ++i) out.set(i, std::atan2(y[i], x[i]));
   return out;
 }
@@ -190,8 +299,8 @@ LanesOf<N> atan2(const LanesOf<N>& y, const LanesOf<N>& x) {
 /// the products are exact (Cody, Waite, Software Manual for the Elementary Functions, 1980; the parts are
 /// fdlibm's), and polynomials do the rest (Moshier, Cephes, to 1 unit in the last place on an eighth turn).
 template <int N>
-LanesOf<N> sine(const LanesOf<N>& angle, int quarters) {
-  using Vector = typename LanesOf<N>::Vector;
+LanesOf<N, N> sine(const LanesOf<N, N>& angle, int quarters) {
+  using Vector = typename LanesOf<N, N>::Vector;
   constexpr double farthest = 524288;  // quarter turns have 20 bits at most
   if (!everywhere(abs(angle) < farthest))
     return lane_by_lane(angle, [&](double x) { return quarters ? std::cos(x) : std::sin(x); });
@@ -220,37 +329,41 @@ LanesOf<N> sine(const LanesOf<N>& angle, int quarters) {
             1.38888888888730564116E-3) *
                z +
            4.16666666666665929218E-2);
-  typename LaneMask<N>::Vector quarter;
+  typename LaneMask<N, N>::Vector quarter;
   static_assert(sizeof quarter == sizeof shifted);
   __builtin_memcpy(&quarter, &shifted, sizeof quarter);
   quarter += quarters;
   const Vector size = (quarter & 1) != 0 ? c : s;
-  return LanesOf<N>((quarter & 2) != 0 ? -size : size);
+  return LanesOf<N, N>((quarter & 2) != 0 ? -size : size);
 }
-template <int N>
-LanesOf<N> sin(const LanesOf<N>& x) {
+template <int N, int width>
+LanesOf<N, width> sine(const LanesOf<N, width>& angle, int quarters) {
+  return {sine(angle.low(), quarters), sine(angle.high(), quarters)};
+}
+template <int N, int width>
+LanesOf<N, width> sin(const LanesOf<N, width>& x) {
   return sine(x, 0);
 }
-template <int N>
-LanesOf<N> cos(const LanesOf<N>& x) {
+template <int N, int width>
+LanesOf<N, width> cos(const LanesOf<N, width>& x) {
   return sine(x, 1);
 }
 
 }  // namespace borelli
 
-template <int N>
-struct Eigen::NumTraits<borelli::LanesOf<N>> : Eigen::NumTraits<double> {
-  using Real = borelli::LanesOf<N>;
-  using NonInteger = borelli::LanesOf<N>;
-  using Nested = borelli::LanesOf<N>;
+template <int N, int width>
+struct Eigen::NumTraits<borelli::LanesOf<N, width>> : Eigen::NumTraits<double> {
+  using Real = borelli::LanesOf<N, width>;
+  using NonInteger = borelli::LanesOf<N, width>;
+  using Nested = borelli::LanesOf<N, width>;
   using Literal = double;
   enum { RequireInitialization = 1 };
 };
-template <int N, class Operation>
-struct Eigen::ScalarBinaryOpTraits<borelli::LanesOf<N>, double, Operation> {
-  using ReturnType = borelli::LanesOf<N>;
+template <int N, int width, class Operation>
+struct Eigen::ScalarBinaryOpTraits<borelli::LanesOf<N, width>, double, Operation> {
+  using ReturnType = borelli::LanesOf<N, width>;
 };
-template <int N, class Operation>
-struct Eigen::ScalarBinaryOpTraits<double, borelli::LanesOf<N>, Operation> {
-  using ReturnType = borelli::LanesOf<N>;
+template <int N, int width, class Operation>
+struct Eigen::ScalarBinaryOpTraits<double, borelli::LanesOf<N, width>, Operation> {
+  using ReturnType = borelli::LanesOf<N, width>;
 };

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "dynamics/branch_sparse.hpp"
 #include "dynamics/lanes.hpp"
@@ -22,19 +23,19 @@ constexpr int separating_sweeps = 200, most_separations = 4;
 
 /// G = Y^T Y, by blocks of eight columns of Y. `touched` has the rows of Y that are not zero, of one block
 /// after the other, each list behind its length.
-BORELLI_LANES_FOR_PROCESSOR
+template <class L>
 void find_gram(const double* Y, int columns, Eigen::Index stride, const int* touched, double* G) {
-  constexpr int width = Lanes::count;
-  for (int i = 0; i < columns; i += width) {
+  constexpr int block = Lanes::count;
+  for (int i = 0; i < columns; i += block) {
     const int count = *touched++;
-    for (int j = 0; j < columns; j += width) {
-      Lanes sums[width];
-      for (Lanes& sum : sums) sum = 0;
+    for (int j = 0; j < columns; j += L::count) {
+      L sums[block];
+      for (L& sum : sums) sum = 0;
       for (const int* k = touched; k < touched + count; ++k) {
-        const Lanes across = Lanes::load(Y + *k * stride + j);
-        for (int l = 0; l < width; ++l) sums[l] += Y[*k * stride + i + l] * across;
+        const L across = L::load(Y + *k * stride + j);
+        for (int l = 0; l < block; ++l) sums[l] += Y[*k * stride + i + l] * across;
       }
-      for (int l = 0; l < width; ++l) sums[l].store(G + (i + l) * stride + j);
+      for (int l = 0; l < block; ++l) sums[l].store(G + (i + l) * stride + j);
     }
     touched += count;
   }
@@ -60,7 +61,9 @@ void MoreauStepping::find_response(const System& system) {
     *touched = count;
     touched += 1 + count;
   }
-  find_gram(s.Y.data(), columns, s.Y.cols(), s.touched.data(), s.problem.G.data());
+  in_registers([]<int width>(auto&... each) { find_gram<LanesOf<width, width>>(each...); },
+               std::as_const(s.Y).data(), columns, s.Y.cols(), std::as_const(s.touched).data(),
+               s.problem.G.data());
 }
 
 /// Takes off an impulse's response what the bilateral constraints do against it.

@@ -85,22 +85,13 @@ void scan_all(const System& system, const Parameters& parameters, const Kinemati
   }
 }
 
-#define BORELLI_SCAN_LANES(T)                                                                            \
-  BORELLI_LANES_FOR_PROCESSOR                                                                            \
-  void scan_lanes(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics, \
-                  EffortSumsOf<T>& sums) {                                                               \
-    scan_all(system, parameters, kinematics, sums);                                                      \
-  }
-BORELLI_SCAN_LANES(Lanes)
-BORELLI_SCAN_LANES(Quad)
-
 }  // namespace
 
 template <class T>
 void scan_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                   EffortSumsOf<T>& sums) {
   if constexpr (is_lanes<T>)
-    scan_lanes(system, parameters, kinematics, sums);
+    in_registers([]<int>(auto&... each) { scan_all(each...); }, system, parameters, kinematics, sums);
   else
     scan_all(system, parameters, kinematics, sums);
 }

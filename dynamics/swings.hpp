@@ -33,7 +33,7 @@ class Swings {
     Inertial inertial;
     double armature;
   };
-  using Words = LaneMask<Quad::count>::Vector;
+  using Words = Quad::Mask::Vector;
 
   /// To a bit, so that what is no number is seen too.
   template <class Value>
@@ -67,7 +67,7 @@ class Swings {
       compare(parameters.inertials[bodies_[lane]], before.inertial, differ, rest);
       compare(parameters.armatures[steps_[lane]], before.armature, differ, rest);
     }
-    return rest != 0 || !LaneMask<Quad::count>(differ == 0).all();
+    return rest != 0 || !Quad::Mask(differ == 0).all();
   }
 
   void find(const Parameters& parameters);
