@@ -4,6 +4,7 @@
 #include <complex>
 #include <utility>
 
+#include "each_width.hpp"
 #include "functions.hpp"
 #include "scenes.hpp"
 
@@ -34,9 +35,12 @@ struct Oscillator : FunctionFlow {
   void position_rates(const Eigen::VectorX<Lanes>& y, Eigen::VectorX<Lanes>& dy) override { dy[0] = y[1]; }
 };
 
+class CollocationInRegisters : public EachWidth {};
+INSTANTIATE_TEST_SUITE_P(OfEachWidth, CollocationInRegisters, ::testing::ValuesIn(all_widths()));
+
 // Of linear equations Gauss' collocation makes the diagonal Pade approximant to the exponential function
 // (Hairer, Wanner, Solving ODEs II, section IV.5): its phase is 5e-11 off after a step of 3.1.
-TEST(Collocation, MakesThePadeApproximant) {
+TEST_P(CollocationInRegisters, MakesThePadeApproximant) {
   const std::complex<double> z(0, 3.1);
   std::complex<double> up = 0, power = 1;
   double factor = 1;
@@ -57,7 +61,7 @@ TEST(Collocation, MakesThePadeApproximant) {
   EXPECT_GT(std::abs(approximant - std::exp(z)), 3e-11);
 }
 
-TEST(Collocation, MeetsItsTolerance) {
+TEST_P(CollocationInRegisters, MeetsItsTolerance) {
   for (double tolerance : {1e-3, 1e-6, 1e-9, 1e-12}) {
     FunctionFlow flow = bernoulli();
     Collocation method(tolerance);
@@ -70,7 +74,7 @@ TEST(Collocation, MeetsItsTolerance) {
 
 // Slopes of motions are asked for four at a time; to a tight tolerance fewer than dop853 asks for, one by one
 // (to a loose one up to twice as many).
-TEST(Collocation, MakesMotionsOfFewEvaluations) {
+TEST_P(CollocationInRegisters, MakesMotionsOfFewEvaluations) {
   const Scene scene = chain(3, false, 0.5);
   const auto by = [&](const char* method, double tolerance) {
     SimulationSettings how = settings(method, 5, 1e-3, tolerance);
@@ -134,7 +138,7 @@ TEST(Collocation, WorkThatIsNoNumberShortensTheStep) {
 
 // Side by side no node waits for another in the first round either: the rounds then begin, and end,
 // elsewhere.
-TEST(Collocation, NodesSideBySideLeadWhereThoseOneByOneDo) {
+TEST_P(CollocationInRegisters, NodesSideBySideLeadWhereThoseOneByOneDo) {
   const auto run = [](SpringsInLanes& flow, double tolerance) {
     Collocation method(tolerance);
     Eigen::VectorXd y(4);

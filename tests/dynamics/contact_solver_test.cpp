@@ -9,6 +9,7 @@
 #include <cmath>
 #include <random>
 
+#include "each_width.hpp"
 namespace borelli::test {
 namespace {
 
@@ -61,7 +62,10 @@ void expect_laws(const ContactProblem& c, const VectorXd& p, double tolerance) {
   }
 }
 
-TEST(ContactSolver, FindsTheOneSetOfContactsThatPress) {
+class ContactSolverInRegisters : public EachWidth {};
+INSTANTIATE_TEST_SUITE_P(OfEachWidth, ContactSolverInRegisters, ::testing::ValuesIn(all_widths()));
+
+TEST_P(ContactSolverInRegisters, FindsTheOneSetOfContactsThatPress) {
   Draw draw{std::mt19937(3)};
   for (int trial = 0; trial < 50; ++trial) {
     const int n = 7;
@@ -96,7 +100,7 @@ TEST(ContactSolver, FindsTheOneSetOfContactsThatPress) {
   }
 }
 
-TEST(ContactSolver, AgreesWithSweepsThatSettle) {
+TEST_P(ContactSolverInRegisters, AgreesWithSweepsThatSettle) {
   Draw draw{std::mt19937(5)};
   int settled = 0;
   for (int trial = 0; trial < 50; ++trial) {
@@ -135,7 +139,7 @@ TEST(ContactSolver, AgreesWithSweepsThatSettle) {
   EXPECT_GT(settled, 40);
 }
 
-TEST(ContactSolver, KeepsTheLawsWhereContactsDependOnEachOther) {
+TEST_P(ContactSolverInRegisters, KeepsTheLawsWhereContactsDependOnEachOther) {
   Draw draw{std::mt19937(7)};
   for (int trial = 0; trial < 50; ++trial) {
     const ContactProblem c = draw.contacts(12, 14, 0.1 + 0.02 * trial);  // 36 rows of rank 14
@@ -147,7 +151,7 @@ TEST(ContactSolver, KeepsTheLawsWhereContactsDependOnEachOther) {
 }
 
 // Across, these can move one way only.
-TEST(ContactSolver, KeepsTheLawsInAPlane) {
+TEST_P(ContactSolverInRegisters, KeepsTheLawsInAPlane) {
   Draw draw{std::mt19937(9)};
   for (int trial = 0; trial < 50; ++trial) {
     const int count = 8;
@@ -167,7 +171,7 @@ TEST(ContactSolver, KeepsTheLawsInAPlane) {
 // Bodies that are pressed on from all sides and rub: impulses as large as friction lets them be hold against
 // each other. Masses far apart, as of hands and trunks. (Newton's method alone leaves one of eleven
 // unsettled.)
-TEST(ContactSolver, SettlesWhatIsJammed) {
+TEST_P(ContactSolverInRegisters, SettlesWhatIsJammed) {
   Draw draw{std::mt19937(11)};
   std::uniform_real_distribution<double> exponent(-1.5, 1.5);
   ContactSolver solver;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dynamics/model_file.hpp"
+#include "each_width.hpp"
 #include "scenes.hpp"
 #include "tests/paths.hpp"
 
@@ -251,7 +252,10 @@ Scene human_over_floor() {
   return model ? model->scene : Scene{};
 }
 
-TEST(Moreau, AHumanFallsAndIsHeldUpByTheFloor) {
+class MoreauInRegisters : public EachWidth {};
+INSTANTIATE_TEST_SUITE_P(OfEachWidth, MoreauInRegisters, ::testing::ValuesIn(all_widths()));
+
+TEST_P(MoreauInRegisters, AHumanFallsAndIsHeldUpByTheFloor) {
   const System system = compiled(human_over_floor());
   for (const double higher : {0., 0.001, 0.002}) {  // each falls into another heap
     State start = system.initial;

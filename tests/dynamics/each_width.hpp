@@ -1,0 +1,28 @@
+// Tests that are run in the code for this processor's registers and in that for narrower ones.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "dynamics/processor.hpp"
+
+namespace borelli::test {
+
+/// The parameter is the registers' width, in numbers.
+class EachWidth : public ::testing::TestWithParam<int> {
+ protected:
+  void SetUp() override { register_width = GetParam(); }
+  void TearDown() override { register_width = widest_; }
+
+ private:
+  int widest_ = register_width;
+};
+
+inline std::vector<int> all_widths() {
+  std::vector<int> out;
+  for (int width = 2; width <= register_width; width *= 2) out.push_back(width);
+  return out;
+}
+
+}  // namespace borelli::test
