@@ -2,7 +2,7 @@
 
 namespace borelli {
 
-namespace {
+namespace dopri5 {
 
 constexpr double nodes[] = {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1};
 constexpr double weights[] = {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84};
@@ -50,9 +50,10 @@ constexpr double dense_weights[] = {-12715105075.0 / 11282082432,  0,
                                     701980252875.0 / 199316789632, -1453857185.0 / 822651844,
                                     69997945.0 / 29380423};
 
-}  // namespace
+}  // namespace dopri5
 
 const EmbeddedTableau& dormand_prince_5() {
+  using namespace dopri5;
   static constexpr EmbeddedTableau tableau{.step = {5, 6, nodes, weights, coupling},
                                            .error = error,
                                            .coarse_error = {},

@@ -4,7 +4,7 @@
 
 namespace borelli {
 
-namespace {
+namespace dop853 {
 
 constexpr double nodes[] = {0,
                             0.526001519587677318785587544488e-01,
@@ -129,9 +129,10 @@ constexpr double dense_weights[] = {
     -0.14972683625798562581422125276e+03};
 // clang-format on
 
-}  // namespace
+}  // namespace dop853
 
 const EmbeddedTableau& dormand_prince_853() {
+  using namespace dop853;
   static constexpr EmbeddedTableau tableau{.step = {8, 12, nodes, weights, coupling},
                                            .error = error,
                                            .coarse_error = coarse_error,

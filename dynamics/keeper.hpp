@@ -16,7 +16,7 @@
 namespace borelli {
 
 /// FNV-1a, 64 bits: a single byte that differs always changes it, more of them all but always.
-inline std::uint64_t digest_of(std::string_view bytes) {
+inline std::uint64_t checksum_of(std::string_view bytes) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
   return hash;

@@ -15,7 +15,7 @@ struct Names {
   std::string children;
 };
 
-constexpr const char* turns = " quat axisangle xyaxes zaxis euler";
+constexpr const char* orientations = " quat axisangle xyaxes zaxis euler";
 
 // By the element's name, or that of its parent and its own where one name means two things.
 const std::map<std::string, Names, std::less<>>& known_names() {
@@ -56,8 +56,8 @@ const std::map<std::string, Names, std::less<>>& known_names() {
         "builtin params material octree",
         "plugin"}},
       {"worldbody", {"name", body_parts}},
-      {"body", {"name childclass pos mocap gravcomp sleep user" + std::string(turns), body_parts}},
-      {"inertial", {"pos mass diaginertia fullinertia" + std::string(turns), ""}},
+      {"body", {"name childclass pos mocap gravcomp sleep user" + std::string(orientations), body_parts}},
+      {"inertial", {"pos mass diaginertia fullinertia" + std::string(orientations), ""}},
       {"joint",
        {"name class type group pos axis springdamper solreflimit solimplimit solreffriction solimpfriction "
         "stiffness "
@@ -70,7 +70,7 @@ const std::map<std::string, Names, std::less<>>& known_names() {
        {"name class type pos contype conaffinity condim group priority size material friction mass density "
         "shellinertia "
         "solmix solref solimp margin gap fromto hfield mesh fitscale rgba fluidshape fluidcoef user" +
-            std::string(turns),
+            std::string(orientations),
         "plugin"}},
       {"equality", {"", "connect weld joint tendon flex flexvert flexstrain distance"}},
       {"connect", {"name class active body1 body2 site1 site2 anchor solref solimp", ""}},

@@ -11,7 +11,7 @@ namespace borelli {
 namespace {
 
 // Fills a switch's fields: an axis stands under the kind's own key, the others under their names beside it.
-struct SwitchFields {
+struct SwitchReader {
   TomlTable& table;
   const toml::node& node;
   std::string_view kind;
@@ -32,7 +32,7 @@ void read_switch_kind(TomlTable& table, const toml::node& node, T& kind) {
     kind.X_AB.p = table.vector3(node, T::kind);
     kind.X_AB.R = read_turn(table).as_matrix();
   } else if constexpr (requires { kind.axis; }) {
-    T::fields(kind, SwitchFields{table, node, T::kind});
+    T::fields(kind, SwitchReader{table, node, T::kind});
   } else {
     if (!table.boolean(node, T::kind)) table.refuse(node, fmt::format("{} is false, expected true", T::kind));
   }

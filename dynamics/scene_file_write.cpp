@@ -196,7 +196,7 @@ Entries entries_of(const T& value) {
 // ---- solids ----
 
 // A switch's axis under its kind's own key, the others under their names.
-struct SwitchFields {
+struct SwitchWriter {
   Entries& entries;
   std::string_view kind;
 
@@ -219,7 +219,7 @@ std::string switch_of(const Switch& s) {
           out.emplace_back(T::kind, text_of(kind.X_AB.p));
           add_turn(out, kind.X_AB.R);
         } else if constexpr (requires { kind.axis; }) {
-          T::fields(kind, SwitchFields{out, T::kind});
+          T::fields(kind, SwitchWriter{out, T::kind});
         } else {
           out.emplace_back(T::kind, "true");
         }

@@ -506,7 +506,7 @@ class Run {
     std::string run = signature();
     k(run);
     keep(k, *ranges_);  // (that the method can was seen at the start)
-    std::uint64_t digest = digest_of(k.bytes());
+    std::uint64_t digest = checksum_of(k.bytes());
     k(digest);
     observer_.keep(k.bytes());
     return {};
@@ -519,7 +519,7 @@ class Run {
     if (bytes.size() < sizeof digest) return damaged();
     const std::size_t length = bytes.size() - sizeof digest;
     std::memcpy(&digest, bytes.data() + length, sizeof digest);
-    if (digest != digest_of(bytes.substr(0, length))) return damaged();
+    if (digest != checksum_of(bytes.substr(0, length))) return damaged();
     Keeper k(std::string(bytes.substr(0, length)));
     std::string run;
     k(run);

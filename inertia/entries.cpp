@@ -8,7 +8,7 @@ namespace {
 
 using Eigen::Matrix3d, Eigen::Vector3d;
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
 void add_tensor(std::vector<Entry>& entries, const std::string& prefix, const Matrix3d& I, bool of_the_body) {
   constexpr std::array<const char*, 3> axis{"x", "y", "z"};
@@ -27,9 +27,9 @@ void add_three(std::vector<Entry>& entries, const std::array<const char*, 3>& na
 
 std::vector<Entry> entries_of(const InertiaTable& table, const InertiaRow& row) {
   const bool there = row.completeness != Completeness::absent;
-  const auto known = [&](double value) { return there ? value : none; };
-  const Vector3d nothing = Vector3d::Constant(none);
-  const Matrix3d no_tensor = Matrix3d::Constant(none);
+  const auto known = [&](double value) { return there ? value : not_known; };
+  const Vector3d nothing = Vector3d::Constant(not_known);
+  const Matrix3d no_tensor = Matrix3d::Constant(not_known);
   const auto anatomical = anatomical_numbers(row);
   std::vector<Entry> entries{{"volume_m3", known(row.volume)},
                              {"mass_kg", known(row.inertial.mass)},
@@ -40,8 +40,8 @@ std::vector<Entry> entries_of(const InertiaTable& table, const InertiaRow& row) 
   add_tensor(entries, "anatomical", anatomical ? anatomical->tensor : no_tensor, true);
   add_three(entries, {"principal_I1_kgm2", "principal_I2_kgm2", "principal_I3_kgm2"},
             there ? row.inertial.principal().moments : nothing);
-  entries.push_back({"length_m", anatomical && anatomical->length > 0 ? anatomical->length : none});
-  entries.push_back({"centre_pct", anatomical ? 100 * anatomical->centre_along : none});
+  entries.push_back({"length_m", anatomical && anatomical->length > 0 ? anatomical->length : not_known});
+  entries.push_back({"centre_pct", anatomical ? 100 * anatomical->centre_along : not_known});
   add_three(entries, {"rx_pct", "ry_pct", "rz_pct"},
             anatomical ? Vector3d(100 * anatomical->radii) : nothing);
   return entries;

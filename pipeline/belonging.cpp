@@ -156,8 +156,7 @@ Result<std::string> compare_joints(const Landmarks& landmarks, const LabelMap& l
         for (std::int64_t i = low[0]; i <= high[0]; ++i) {
           const auto label = labels.at(i, j, k);
           if (label != one && label != other) continue;
-          const Vector3d p =
-              g.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+          const Vector3d p = g.point(i, j, k);
           if ((p - joint->second.point).norm() > far) continue;
           (label == one ? met_one : met_other) = true;
         }

@@ -37,7 +37,7 @@ void each_voxel_of(const LabelMap& labels, std::uint8_t label, const std::array<
 }
 
 Vector3d place_of(const Grid& grid, std::int64_t i, std::int64_t j, std::int64_t k) {
-  return grid.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+  return grid.point(i, j, k);
 }
 
 /// The trunk's axes turned about `up` to the cranium's long axis, where that is plain and no farther off than

@@ -32,13 +32,13 @@ constexpr double pass_band = 0.03;
 constexpr int iterations = 30;
 
 /// Smallest box of voxels of one label, in indices; empty where last < first.
-struct Box {
+struct VoxelBox {
   std::array<std::int64_t, 3> first{1, 1, 1}, last{0, 0, 0};
   std::size_t voxels = 0;
 };
 
-std::vector<Box> boxes_of(const LabelMap& labels) {
-  std::vector<Box> boxes(256);
+std::vector<VoxelBox> boxes_of(const LabelMap& labels) {
+  std::vector<VoxelBox> boxes(256);
   const auto& size = labels.grid.size;
   std::size_t n = 0;
   for (std::int64_t k = 0; k < size[2]; ++k) {
@@ -46,7 +46,7 @@ std::vector<Box> boxes_of(const LabelMap& labels) {
       for (std::int64_t i = 0; i < size[0]; ++i, ++n) {
         const std::uint8_t label = labels.voxels[n];
         if (label == 0) continue;
-        Box& box = boxes[label];
+        VoxelBox& box = boxes[label];
         const std::array<std::int64_t, 3> at{i, j, k};
         for (std::size_t c = 0; c < 3; ++c) {
           box.first[c] = box.voxels ? std::min(box.first[c], at[c]) : at[c];
@@ -74,7 +74,7 @@ Vector3i blocks_for(const Grid& grid, double tolerance_mm) {
       .cwiseMax(1);
 }
 
-Shares shares_of(const LabelMap& labels, std::uint8_t label, const Box& box, const Vector3i& block) {
+Shares shares_of(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, const Vector3i& block) {
   std::array<std::int64_t, 3> count{};
   Shares out{vtkSmartPointer<vtkImageData>::New(), {}, block.cast<double>()};
   for (int c = 0; c < 3; ++c) {
@@ -187,7 +187,7 @@ Mesh to_mesh(const TriangleSurface& surface, const std::string& name) {
   return mesh;
 }
 
-Mesh part_mesh(const LabelMap& labels, std::uint8_t label, const Box& box, double tolerance) {
+Mesh part_mesh(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, double tolerance) {
   const Grid& grid = labels.grid;
   const double volume = static_cast<double>(box.voxels) * grid.voxel_volume();
   const Vector3i block = blocks_for(grid, 1e3 * tolerance);
@@ -229,7 +229,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   const auto make = [&] {
     for (std::size_t m = next++; m < present.size() && !stopped; m = next++) {
       const std::size_t n = order[m];
-      const Box& box = boxes[present[n]];
+      const VoxelBox& box = boxes[present[n]];
       meshes[n] = part_mesh(labels, present[n], box, options.tolerance);
       const std::lock_guard lock(telling);
       done += box.voxels;

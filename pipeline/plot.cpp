@@ -206,12 +206,12 @@ void draw_curve(std::string& out, const Curve& curve, std::size_t number, const 
 }
 
 // A box around a point: half its width and height.
-struct Box {
+struct TextBox {
   Point at;
   double wide, high;
 };
 
-bool overlap(const Box& a, const Box& b) {
+bool overlap(const TextBox& a, const TextBox& b) {
   return std::abs(a.at.x - b.at.x) < a.wide + b.wide && std::abs(a.at.y - b.at.y) < a.high + b.high;
 }
 
@@ -222,7 +222,7 @@ void draw_numbers(std::string& out, const Plot& plot, const PlotScale& x, const 
   // where a number may stand beside its point, best first
   constexpr std::array<Point, 8> beside{
       {{1, -1}, {1, 1}, {-1, -1}, {-1, 1}, {0, -1}, {0, 1}, {1, 0}, {-1, 0}}};
-  std::vector<Box> taken;
+  std::vector<TextBox> taken;
   const auto place = [&](const Curve& curve, std::size_t i) {
     return Point{left + x.at(curve.x[i]) * (width - left - right),
                  top + (1 - y.at(curve.y[i])) * plot_height};
@@ -234,10 +234,11 @@ void draw_numbers(std::string& out, const Plot& plot, const PlotScale& x, const 
   for (const EdgeMark& m : plot.edge)
     if (const double u = x.at(m.x); std::isfinite(u))
       taken.push_back({{left + std::clamp(u, 0., 1.) * (width - left - right), top + 8}, dot, dot});
-  const auto room_for = [&](const Box& box) {
+  const auto room_for = [&](const TextBox& box) {
     return box.at.x - box.wide > left && box.at.x + box.wide < width - right && box.at.y - box.high > top &&
            box.at.y + box.high < top + plot_height &&
-           std::none_of(taken.begin(), taken.end(), [&](const Box& other) { return overlap(box, other); });
+           std::none_of(taken.begin(), taken.end(),
+                        [&](const TextBox& other) { return overlap(box, other); });
   };
   const auto draw = [&](const Curve& curve) {
     const double wide = 2.6 * double(std::to_string(curve.number).size()) + 1;
@@ -246,7 +247,7 @@ void draw_numbers(std::string& out, const Plot& plot, const PlotScale& x, const 
       if (!std::isfinite(p.x) || !std::isfinite(p.y)) continue;
       for (const Point& side : beside) {
         const double up = side.x == 0 ? high + dot + 0.1 : 4;
-        const Box box{{p.x + side.x * (wide + dot + 0.1), p.y + side.y * up}, wide, high};
+        const TextBox box{{p.x + side.x * (wide + dot + 0.1), p.y + side.y * up}, wide, high};
         if (!room_for(box)) continue;
         taken.push_back(box);
         out += fmt::format(
@@ -373,7 +374,7 @@ bool share_x(const std::vector<Curve>& curves) {
 }
 
 // A name that may hold a comma or a quotation mark, as RFC 4180 asks.
-std::string quoted(std::string_view name) {
+std::string csv_quoted(std::string_view name) {
   if (name.find_first_of(",\"\n") == std::string_view::npos) return std::string(name);
   std::string out = "\"";
   for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
@@ -445,14 +446,14 @@ std::string csv(const Plot& plot) {
   for (const std::string& note : plot.notes) out += "# " + note + '\n';
   if (plot.curves.empty()) return out;
   if (!share_x(plot.curves)) {
-    out += fmt::format("curve,{},{}\n", quoted(plot.x.label), quoted(plot.y.label));
+    out += fmt::format("curve,{},{}\n", csv_quoted(plot.x.label), csv_quoted(plot.y.label));
     for (const Curve& c : plot.curves)
       for (std::size_t i = 0; i < c.x.size(); ++i)
-        out += fmt::format("{},{:.17g},{:.17g}\n", quoted(c.name), c.x[i], c.y[i]);
+        out += fmt::format("{},{:.17g},{:.17g}\n", csv_quoted(c.name), c.x[i], c.y[i]);
     return out;
   }
-  out += quoted(plot.x.label);
-  for (const Curve& c : plot.curves) out += ',' + quoted(c.name);
+  out += csv_quoted(plot.x.label);
+  for (const Curve& c : plot.curves) out += ',' + csv_quoted(c.name);
   out += '\n';
   for (std::size_t i = 0; i < plot.curves.front().x.size(); ++i) {
     out += fmt::format("{:.17g}", plot.curves.front().x[i]);

@@ -24,7 +24,7 @@ constexpr Endpoint vertex{"VERT", "vertex"}, cervicale{"CERV", "cervicale"},
     suprasternale{"SUPR", "suprasternale"}, xiphion{"XYPH", "xiphion"}, omphalion{"OMPH", "omphalion"},
     mid_hip{"MIDH", "mid_hip"}, shoulder{"SJC", "shoulder"}, elbow{"EJC", "elbow"}, wrist{"WJC", "wrist"},
     knuckle{"MET3", "metacarpale_3"}, hip{"HJC", "hip"}, knee{"KJC", "knee"}, ankle{"AJC", "ankle"},
-    malleolus{"LMAL", "lateral_malleolus"}, heel{"HEEL", "heel"}, toe_tip{"TTIP", "toe_tip"}, none{"", ""};
+    malleolus{"LMAL", "lateral_malleolus"}, heel{"HEEL", "heel"}, toe_tip{"TTIP", "toe_tip"}, nowhere{"", ""};
 
 struct SegmentPlan {
   std::string_view segment;
@@ -47,8 +47,8 @@ constexpr std::array<SegmentPlan, 13> plans{{
     {"foot", {{{heel, toe_tip}, {heel, toe_tip}}}, {heel, toe_tip}, {}, "joint"},
     // groups of segments.hpp; a limb, which may be bent, has no length
     {"trunk", {{{suprasternale, mid_hip}, {cervicale, mid_hip}}}, {}, {}, "zatsiorsky"},
-    {"arm", {{{none, none}, {none, none}}}, {elbow, shoulder}, {"elbow", ""}, "zatsiorsky"},
-    {"leg", {{{none, none}, {none, none}}}, {knee, hip}, {"knee", ""}, "zatsiorsky"},
+    {"arm", {{{nowhere, nowhere}, {nowhere, nowhere}}}, {elbow, shoulder}, {"elbow", ""}, "zatsiorsky"},
+    {"leg", {{{nowhere, nowhere}, {nowhere, nowhere}}}, {knee, hip}, {"knee", ""}, "zatsiorsky"},
 }};
 
 // The landmarks of one side of a body, in metres.

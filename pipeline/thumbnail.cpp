@@ -13,7 +13,7 @@ namespace borelli {
 
 namespace {
 
-struct Box {
+struct IndexBox {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
   void hold(const Eigen::Vector3d& point) {
     low = low.cwiseMin(point);
@@ -22,8 +22,8 @@ struct Box {
 };
 
 /// The patient box around the corners of an index box that reaches half a voxel beyond its voxels.
-Box box_of_indices(const Grid& grid, const Eigen::Vector3d& first, const Eigen::Vector3d& last) {
-  Box box;
+IndexBox box_of_indices(const Grid& grid, const Eigen::Vector3d& first, const Eigen::Vector3d& last) {
+  IndexBox box;
   for (int corner = 0; corner < 8; ++corner) {
     Eigen::Vector3d index;
     for (int c = 0; c < 3; ++c) index[c] = corner >> c & 1 ? last[c] + 0.5 : first[c] - 0.5;
@@ -32,18 +32,18 @@ Box box_of_indices(const Grid& grid, const Eigen::Vector3d& first, const Eigen::
   return box;
 }
 
-Box whole_box(const Grid& grid) {
+IndexBox whole_box(const Grid& grid) {
   const Eigen::Vector3d last(static_cast<double>(grid.size[0] - 1), static_cast<double>(grid.size[1] - 1),
                              static_cast<double>(grid.size[2] - 1));
   return box_of_indices(grid, Eigen::Vector3d::Zero(), last);
 }
 
-Box box_to_show(const GreyVolume* grey, const LabelMap* labels) {
+IndexBox box_to_show(const GreyVolume* grey, const LabelMap* labels) {
   constexpr double margin = 30;  // mm
-  const Box whole = whole_box(grey ? grey->grid : labels->grid);
+  const IndexBox whole = whole_box(grey ? grey->grid : labels->grid);
   if (!labels) return whole;
   const Grid& grid = labels->grid;
-  Box used;
+  IndexBox used;
   std::size_t at = 0;
   for (std::int64_t k = 0; k < grid.size[2]; ++k)
     for (std::int64_t j = 0; j < grid.size[1]; ++j) {
@@ -60,7 +60,7 @@ Box box_to_show(const GreyVolume* grey, const LabelMap* labels) {
       used.hold({static_cast<double>(back - row), y, z});
     }
   if (used.low[0] > used.high[0]) return whole;
-  Box box = box_of_indices(grid, used.low, used.high);
+  IndexBox box = box_of_indices(grid, used.low, used.high);
   box.low = (box.low.array() - margin).matrix().cwiseMax(whole.low);
   box.high = (box.high.array() + margin).matrix().cwiseMin(whole.high);
   return box;
@@ -189,7 +189,7 @@ void fill_labels(Thumbnail& copy, const LabelMap& labels, std::int64_t first, st
 
 Thumbnail thumbnail(const GreyVolume* grey, const LabelMap* labels, std::size_t most_voxels, int threads) {
   const Grid& grid = grey ? grey->grid : labels->grid;
-  const Box box = box_to_show(grey, labels);
+  const IndexBox box = box_to_show(grey, labels);
   const Eigen::Vector3d extent = box.high - box.low;
   Thumbnail copy;
   copy.spacing =

@@ -15,7 +15,7 @@ const char* word_for(Of of) {
   return of == Of::work_grid ? "work grid" : of == Of::voxels ? "voxels" : "density curve";
 }
 
-std::string percent(double share) {
+std::string percent_or_none(double share) {
   if (!std::isfinite(share)) return "none";
   return share < 0.995 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
 }
@@ -32,8 +32,8 @@ std::string reference_words(const VolumeEconomy& economy) {
   if (!next->reason.empty()) return out + fmt::format(": that of {} gives no table", next->name);
   out += fmt::format(": it and that of {} differ by", next->name);
   for (std::size_t c = 0; c < std::size(parts_choices); ++c)
-    out +=
-        fmt::format("{} {} ({} parts)", c > 0 ? "," : "", percent(economy.doubt(c)), parts_choices[c].count);
+    out += fmt::format("{} {} ({} parts)", c > 0 ? "," : "", percent_or_none(economy.doubt(c)),
+                       parts_choices[c].count);
   return out + ", and to less than that no figure can be trusted";
 }
 
@@ -107,8 +107,8 @@ std::vector<std::string> in_words(const VolumeEconomy& economy) {
       if (best && economy.doubt(c) > economy.tolerance) {
         out.push_back(fmt::format(
             "{} parts within {}: nothing coarser than {} of {} is chosen, and whether that does is not known",
-            parts_choices[c].count, percent(economy.tolerance), of == Of::voxels ? "voxels" : "a work grid",
-            best->name));
+            parts_choices[c].count, percent_or_none(economy.tolerance),
+            of == Of::voxels ? "voxels" : "a work grid", best->name));
         continue;
       }
       const auto any = [&](const auto& is_one) {
@@ -117,27 +117,28 @@ std::vector<std::string> in_words(const VolumeEconomy& economy) {
       };
       if (best && !any([&](const auto& t) { return t.size != best->size; })) {
         out.push_back(fmt::format("{} parts within {}: no coarser {} than {} are tried",
-                                  parts_choices[c].count, percent(economy.tolerance),
+                                  parts_choices[c].count, percent_or_none(economy.tolerance),
                                   of == Of::voxels ? "voxels" : "grids", best->name));
         continue;
       }
       const bool finest = best && !any([&](const auto& t) { return t.size < best->size; });
       if (finest) {
         out.push_back(fmt::format("{} parts within {}: no coarser {} tried do than {}",
-                                  parts_choices[c].count, percent(economy.tolerance),
+                                  parts_choices[c].count, percent_or_none(economy.tolerance),
                                   of == Of::voxels ? "voxels" : "grids", best->name));
         continue;
       }
       out.push_back(best ? fmt::format("{} parts within {}: {} of {} do, off by {}, in {:.2g} of the time",
-                                       parts_choices[c].count, percent(economy.tolerance), word_for(of),
-                                       best->name, percent(best->worst(c)), best->seconds / whole.seconds)
+                                       parts_choices[c].count, percent_or_none(economy.tolerance),
+                                       word_for(of), best->name, percent_or_none(best->worst(c)),
+                                       best->seconds / whole.seconds)
                          : fmt::format("{} parts within {}: no {} tried", parts_choices[c].count,
-                                       percent(economy.tolerance), word_for(of)));
+                                       percent_or_none(economy.tolerance), word_for(of)));
     }
   for (const VolumeTrial& trial : economy.trials)
     if (trial.of == Of::density_curve && trial.name != economy.curve)
       out.push_back(fmt::format("density curve {} differs by up to {} ({})", trial.name,
-                                percent(trial.worst(0)), worst_words(trial, 0)));
+                                percent_or_none(trial.worst(0)), worst_words(trial, 0)));
   return out;
 }
 
@@ -168,8 +169,8 @@ std::string volume_economy_page(const VolumeEconomy& economy, const std::string&
     body += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class='n'>{:.3g}</td><td class='n'>{}</td><td class='n'>{}</td><td "
         "class='n'>{}</td><td>{}</td></tr>\n",
-        word_for(t.of), html_text(t.name), t.seconds, percent(t.worst(0)), percent(t.worst(1)),
-        percent(t.worst(2)), html_text(worst_words(t, 0)));
+        word_for(t.of), html_text(t.name), t.seconds, percent_or_none(t.worst(0)),
+        percent_or_none(t.worst(1)), percent_or_none(t.worst(2)), html_text(worst_words(t, 0)));
   body += "</table>\n";
   return chart_page(title + ": economy", title + ": what the scan needs", in_words(economy), {which}, body);
 }

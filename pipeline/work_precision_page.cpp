@@ -23,11 +23,11 @@ constexpr std::size_t most_numbered = 30;
 double milliseconds(const WorkPrecisionPoint& p) { return 1e3 * p.seconds; }
 double evaluations(const WorkPrecisionPoint& p) { return double(p.evaluations); }
 
-using Of = double (*)(const WorkPrecision&, const WorkPrecisionPoint&);
+using Ordinate = double (*)(const WorkPrecision&, const WorkPrecisionPoint&);
 
-struct Quantity {
+struct ErrorMeasure {
   const char *file, *title, *axis;
-  Of of;
+  Ordinate of;
   bool by_reference;  ///< it is told by comparing with the reference
 };
 
@@ -40,7 +40,7 @@ double of_contacts(const WorkPrecision& chart, const WorkPrecisionPoint& p) {
   return chart.has_impacts ? judged_error(chart, p) : std::numeric_limits<double>::quiet_NaN();
 }
 
-constexpr Quantity quantities[] = {
+constexpr ErrorMeasure quantities[] = {
     {"contacts", "contacts", "largest of these errors, each over its whole", of_contacts, true},
     {"position", "position", "largest error of position / scene's length", member<&RunErrors::position>,
      true},
@@ -95,7 +95,7 @@ constexpr double all_wrong = 0.1;
 // explodes would press all others together.
 constexpr double beyond = 10;
 
-std::vector<const WorkPrecisionPoint*> front_of(const WorkPrecision& chart, const Quantity& quantity,
+std::vector<const WorkPrecisionPoint*> front_of(const WorkPrecision& chart, const ErrorMeasure& quantity,
                                                 const Cost& cost, Whose whose) {
   return pareto_front(
       chart, cost.of, [&](const auto& p) { return quantity.of(chart, p); },
@@ -103,7 +103,7 @@ std::vector<const WorkPrecisionPoint*> front_of(const WorkPrecision& chart, cons
 }
 
 // Our variants, or the others: those on their front, then what comes nearest to it, best first.
-std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const Quantity& quantity,
+std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const ErrorMeasure& quantity,
                                           const Cost& cost, Whose whose) {
   const auto front = front_of(chart, quantity, cost, whose);
   std::vector<double> distance(chart.variants.size(), std::numeric_limits<double>::infinity());
@@ -124,7 +124,7 @@ std::vector<std::size_t> nearest_to_front(const WorkPrecision& chart, const Quan
 }
 
 // How many of those are on the front.
-std::size_t count_on_front(const WorkPrecision& chart, const Quantity& quantity, const Cost& cost,
+std::size_t count_on_front(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cost& cost,
                            Whose whose) {
   std::set<std::size_t> out;
   for (const WorkPrecisionPoint* f : front_of(chart, quantity, cost, whose)) out.insert(f->variant);
@@ -135,7 +135,7 @@ std::size_t count_on_front(const WorkPrecision& chart, const Quantity& quantity,
 // on a front always has its name, and so has the program's own choice. Beside other programs' few of ours are
 // named, and of each program its best.
 std::pair<std::vector<std::size_t>, std::vector<std::size_t>> named_and_grey(const WorkPrecision& chart,
-                                                                             const Quantity& quantity,
+                                                                             const ErrorMeasure& quantity,
                                                                              const Cost& cost) {
   const auto others = nearest_to_front(chart, quantity, cost, Whose::others);
   const std::size_t least = std::max(others.empty() ? most_named - 1 : most_named_beside_others,
@@ -156,7 +156,7 @@ std::pair<std::vector<std::size_t>, std::vector<std::size_t>> named_and_grey(con
   return {named, grey};
 }
 
-Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& cost) {
+Plot plot_of(const WorkPrecision& chart, const ErrorMeasure& quantity, const Cost& cost) {
   Plot plot;
   plot.title = fmt::format("{}: {} against {}", chart.scene, quantity.title, cost.title);
   plot.x = {.label = cost.axis, .logarithmic = true};
@@ -227,7 +227,7 @@ Plot plot_of(const WorkPrecision& chart, const Quantity& quantity, const Cost& c
   return plot;
 }
 
-bool has(const WorkPrecision& chart, const Quantity& quantity) {
+bool has(const WorkPrecision& chart, const ErrorMeasure& quantity) {
   return std::any_of(chart.points.begin(), chart.points.end(), [&](const auto& p) {
     const double error = quantity.of(chart, p);
     return p.finished && std::isfinite(error) && error > 0;
@@ -278,7 +278,7 @@ std::string front_table(const WorkPrecision& chart) {
 
 std::vector<std::pair<std::string, Plot>> work_precision_plots(const WorkPrecision& chart) {
   std::vector<std::pair<std::string, Plot>> out;
-  for (const Quantity& quantity : quantities)
+  for (const ErrorMeasure& quantity : quantities)
     for (const Cost& cost : costs)
       if (has(chart, quantity))
         out.emplace_back(fmt::format("{}_{}", quantity.file, cost.file), plot_of(chart, quantity, cost));
@@ -287,7 +287,7 @@ std::vector<std::pair<std::string, Plot>> work_precision_plots(const WorkPrecisi
 
 std::string why_no_drawing(const WorkPrecision& chart) {
   if (std::any_of(std::begin(quantities), std::end(quantities),
-                  [&](const Quantity& quantity) { return has(chart, quantity); }))
+                  [&](const ErrorMeasure& quantity) { return has(chart, quantity); }))
     return "";
   return std::any_of(chart.points.begin(), chart.points.end(), [](const auto& p) { return p.finished; })
              ? "Nothing is drawn: no run that finished is off by anything, as in a scene at rest."
@@ -319,11 +319,11 @@ std::string work_precision_csv(const WorkPrecision& chart) {
 
 std::string work_precision_page(const WorkPrecision& chart) {
   PageButtons errors{"error", {}}, spent{"cost", {}};
-  for (const Quantity& q : quantities)
+  for (const ErrorMeasure& q : quantities)
     if (has(chart, q)) errors.values.emplace_back(q.file, q.title);
   for (const Cost& c : costs) spent.values.emplace_back(c.file, c.title);
   std::string out;
-  for (const Quantity& q : quantities)
+  for (const ErrorMeasure& q : quantities)
     for (const Cost& c : costs)
       if (has(chart, q))
         out += fmt::format("<div class='plot' data-error='{}' data-cost='{}'>{}</div>\n", q.file, c.file,
@@ -368,7 +368,7 @@ std::string work_precision_page(const WorkPrecision& chart) {
 
 std::vector<std::string> work_precision_files() {
   std::vector<std::string> names;
-  for (const Quantity& quantity : quantities)
+  for (const ErrorMeasure& quantity : quantities)
     for (const Cost& cost : costs) names.push_back(fmt::format("{}_{}", quantity.file, cost.file));
   std::vector<std::string> out = plot_files(names);
   out.insert(out.end(), {"chart.csv", "chart.html"});

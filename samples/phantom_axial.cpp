@@ -14,11 +14,6 @@ namespace {
 
 using Eigen::Matrix3d, Eigen::Vector2d, Eigen::Vector3d;
 
-HalfSpace below(const Vector3d& normal, const Vector3d& point) {
-  return {normal.normalized(), normal.normalized().dot(point)};
-}
-HalfSpace above(const Vector3d& normal, const Vector3d& point) { return below(-normal, point); }
-
 std::vector<int> trunk_and_head(const Flesh& flesh) {
   return {flesh.head, flesh.upper_trunk, flesh.upper_trunk_low, flesh.middle_trunk, flesh.lower_trunk};
 }

@@ -14,6 +14,15 @@ extern const PhantomTissue air, lung, fat, brain, blood, muscle, liver, cartilag
     table, blanket;
 }
 
+/// What lies on a plane through a point and to that side of it to which its normal does not show.
+inline HalfSpace below(const Eigen::Vector3d& normal, const Eigen::Vector3d& point) {
+  return {normal.normalized(), normal.normalized().dot(point)};
+}
+/// The other side.
+inline HalfSpace above(const Eigen::Vector3d& normal, const Eigen::Vector3d& point) {
+  return below(-normal, point);
+}
+
 struct PhantomBuilder {
   BodyPlan plan;
   DensityCurve curve;

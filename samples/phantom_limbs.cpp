@@ -29,11 +29,6 @@ struct LimbBones {
   }
 };
 
-HalfSpace below(const Vector3d& normal, const Vector3d& point) {
-  return {normal.normalized(), normal.normalized().dot(point)};
-}
-HalfSpace above(const Vector3d& normal, const Vector3d& point) { return below(-normal, point); }
-
 std::vector<Section> across(double w, std::vector<Section> sections) {
   for (Section& s : sections) s = {s.height, s.x * w, s.y * w, s.a * w, s.b * w, s.inset};
   return sections;

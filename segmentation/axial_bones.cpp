@@ -14,8 +14,6 @@ using Eigen::Vector3d;
 constexpr std::uint8_t head = part_label("head"), upper = part_label("upper_trunk"),
                        middle = part_label("middle_trunk"), lower = part_label("lower_trunk");
 
-bool is_axial(std::uint8_t label) { return label >= head && label <= lower; }
-
 std::optional<Vector3d> find(const Landmarks& landmarks, const char* name) {
   const auto it = landmarks.find(name);
   if (it == landmarks.end()) return std::nullopt;
@@ -50,8 +48,7 @@ void part_axial_bones(const Anatomy& a, const Trunk& trunk, const Landmarks& lan
         const float off = a.off_bone[o];
         cost.voxels[o] = off > 0 ? 4 + off * off : 1 / (0.4F + a.within_bone[o] / 10);
         if (!is_axial(bones.voxels[o])) continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         if (neck && p[2] > (*neck)[2] + 100 * trunk.scale) seeds.voxels[o] = head;
         if (trunk.spine_holds(p[2]) && (p - trunk.spine_at(p[2])).norm() < column)
           seeds.voxels[o] = of_column(p);

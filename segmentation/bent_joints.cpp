@@ -37,8 +37,7 @@ std::optional<Line> shaft_line(const Anatomy& a, const Limbs& limbs, Limb limb, 
         if (limbs.territory.owner.at(i, j, k) != static_cast<std::uint8_t>(limb)) continue;
         const double length = limbs.territory.length(i, j, k);
         if (length < from || length > to) continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         sum += p - low, second += (p - low) * (p - low).transpose(), ++count;
       }
   if (count < 10) return std::nullopt;

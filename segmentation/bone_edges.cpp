@@ -88,8 +88,7 @@ CloseUp close_up(const GreyVolume& volume, const Vector3d& centre, double half) 
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         double value = 0;
         const bool held = sample(volume, to_index * (p - volume.grid.origin), value);
         view.hu.at(i, j, k) = held ? std::round(hu_of(value, volume.quantity)) : padding_hu;

@@ -67,8 +67,7 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
           auto& label = bones.at(i, j, k);
           if (!a.bone.at(i, j, k)) label = 0;
           if (label == part_label("lower_trunk"))
-            label = static_cast<std::uint8_t>(planes.axial_part(
-                g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)))));
+            label = static_cast<std::uint8_t>(planes.axial_part(g.point(i, j, k)));
         }
   });
   return bones;

@@ -15,10 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::uint8_t head = part_label("head"), lower_trunk = part_label("lower_trunk");
-
-bool is_axial(int label) { return label >= head && label <= lower_trunk; }
-
 struct Joint {
   std::string kind;  // "hip", "knee" ...
   int proximal = 0, distal = 0;
@@ -122,9 +118,7 @@ void part_bones_at_joints(const Anatomy& a, const Landmarks& landmarks, double s
     for (std::int64_t k = 0; k < g.size[2]; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i)
-          if (bones.at(i, j, k))
-            visit(g.offset(i, j, k),
-                  g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
+          if (bones.at(i, j, k)) visit(g.offset(i, j, k), g.point(i, j, k));
   };
   for (Joint& joint : joints)
     if (joint.kind == "knee")

@@ -87,10 +87,7 @@ LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads) {
     for (std::int64_t k = k0; k < k1; ++k)
       for (std::int64_t j = 0; j < grid.size[1]; ++j)
         for (std::int64_t i = 0; i < grid.size[0]; ++i) {
-          const Eigen::Vector3d at =
-              to_index *
-              (grid.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)}) -
-               labels.grid.origin);
+          const Eigen::Vector3d at = to_index * (grid.point(i, j, k) - labels.grid.origin);
           const auto a = std::lround(at[0]), b = std::lround(at[1]), c = std::lround(at[2]);
           if (labels.grid.holds(a, b, c)) out.at(i, j, k) = labels.at(a, b, c);
         }

@@ -15,10 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr bool is_axial(int label) {
-  return label >= part_label("head") && label <= part_label("lower_trunk");
-}
-
 // steps between two parts along the body's tree
 int steps_between(int a, int b) {
   const auto up = [](int label) { return part_label(parts[static_cast<std::size_t>(label)].parent); };
@@ -29,10 +25,6 @@ int steps_between(int a, int b) {
       if (to == from) return steps + more;
   }
   return 100;
-}
-
-Vector3d point_of(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k) {
-  return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
 }
 
 // left of the body's middle above 0, in mm
@@ -70,14 +62,14 @@ Contact contact_of(const Anatomy& a, const Volume<std::uint8_t>& seeds, int dist
         if (is_distal(i - 1, j, k) && is_distal(i + 1, j, k) && is_distal(i, j - 1, k) &&
             is_distal(i, j + 1, k) && is_distal(i, j, k - 1) && is_distal(i, j, k + 1))
           continue;
-        const Vector3d here = point_of(g, i, j, k);
+        const Vector3d here = g.point(i, j, k);
         bool near = false;
         for (std::int64_t c = -n; c <= n; ++c)
           for (std::int64_t b = -n; b <= n; ++b)
             for (std::int64_t d = -n; d <= n; ++d) {
               if (!g.holds(i + d, j + b, k + c) || !a.bone.at(i + d, j + b, k + c)) continue;
               if (!other(seeds.at(i + d, j + b, k + c)) || !counts(g.offset(i + d, j + b, k + c))) continue;
-              const Vector3d there = point_of(g, i + d, j + b, k + c);
+              const Vector3d there = g.point(i + d, j + b, k + c);
               if ((there - here).norm() > reach) continue;
               near = true;
               out.middle += 0.5 * (here + there);
@@ -159,7 +151,7 @@ Volume<std::uint8_t> ClassParts::seeds(const Anatomy& a, const Volume<std::uint8
         if (!r || r->parts == 0 || !a.body.voxels[o]) continue;
         const bool bone = r->tissue == ClassTissue::bone, one = std::has_single_bit(r->parts);
         if (!bone && !one) continue;
-        const Vector3d p = point_of(g, i, j, k);
+        const Vector3d p = g.point(i, j, k);
         const int guess = found.voxels[o] ? found.voxels[o] : planes.axial_part(p);
         out.voxels[o] = static_cast<std::uint8_t>(
             one ? std::countr_zero(r->parts) : nearest_part(r->parts, guess, side_of(landmarks, a, p)));

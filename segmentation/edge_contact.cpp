@@ -16,10 +16,6 @@ using Eigen::Vector3d;
 
 constexpr float least_depth = 10;  // mm
 
-Vector3d point_of(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k) {
-  return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
-}
-
 std::array<float, 256> deepest_of(const Distances& depth, const Volume<std::uint8_t>& owner) {
   std::array<float, 256> deepest{};
   std::mutex mutex;
@@ -76,7 +72,7 @@ std::array<double, 256> edge_contact(const Mask& body, const Mask& seen, const D
             {{i - 1, j, k}, {i + 1, j, k}, {i, j - 1, k}, {i, j + 1, k}, {i, j, k - 1}, {i, j, k + 1}}};
         for (const auto& n : around)
           if (!g.holds(n[0], n[1], n[2]) || !seen.at(n[0], n[1], n[2]))
-            contact[static_cast<std::size_t>(part(own, point_of(g, i, j, k)))] += face;
+            contact[static_cast<std::size_t>(part(own, g.point(i, j, k)))] += face;
       }
   return contact;
 }
@@ -113,7 +109,7 @@ std::array<bool, 256> cut_labels(const LabelMap& labels, const GreyVolume& scan,
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i) {
           double value = 0;
-          seen.at(i, j, k) = sample(scan, scan.grid.index(point_of(g, i, j, k)), value);
+          seen.at(i, j, k) = sample(scan, scan.grid.index(g.point(i, j, k)), value);
           body.at(i, j, k) = seen.at(i, j, k) && owner.at(i, j, k);
           skin.at(i, j, k) = seen.at(i, j, k) && !owner.at(i, j, k);
         }

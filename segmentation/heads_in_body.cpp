@@ -157,8 +157,7 @@ bool HeadsInBody::solid(const FoundSphere& ball) const {
     for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
       for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
         if (!g.holds(i, j, k) || !anatomy_.scan.seen.at(i, j, k)) continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         if ((p - ball.centre).norm() > reach) continue;
         ++seen;
         bone += anatomy_.bone.at(i, j, k);
@@ -193,11 +192,8 @@ bool HeadsInBody::femur_leads_on(const FoundSphere& ball, int side) const {
     for (std::int64_t k = 0; k < box.size[2]; ++k)
       for (std::int64_t j = 0; j < box.size[1]; ++j)
         for (std::int64_t i = 0; i < box.size[0]; ++i)
-          each(box.offset(i, j, k),
-               Vector3d(box.point(Vector3d(static_cast<double>(i), static_cast<double>(j),
-                                           static_cast<double>(k))) -
-                        ball.centre),
-               i + at[0], j + at[1], k + at[2]);
+          each(box.offset(i, j, k), Vector3d(box.point(i, j, k) - ball.centre), i + at[0], j + at[1],
+               k + at[2]);
   };
   visit([&](std::size_t o, const Vector3d& d, std::int64_t i, std::int64_t j, std::int64_t k) {
     if (!a.grid().holds(i, j, k) || !a.bone.at(i, j, k)) return;

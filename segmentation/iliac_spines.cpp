@@ -35,8 +35,7 @@ std::optional<Vector3d> foremost_bone(const Anatomy& a, int side, const Vector3d
       if (lateral < box.x[0] || lateral > box.x[1]) continue;
       for (std::int64_t j = 0; j < g.size[1]; ++j) {
         if (!g.holds(i, j, k) || !is_pelvis(i, j, k)) continue;
-        front.push_back(
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
+        front.push_back(g.point(i, j, k));
         best = std::min(best, front.back()[1]);
         break;
       }

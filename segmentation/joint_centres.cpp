@@ -41,8 +41,7 @@ void near_bone(const Anatomy& a, const Limbs& limbs, Limb limb, const Vector3d& 
       for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
         if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
         if (limbs.territory.owner.at(i, j, k) != static_cast<std::uint8_t>(limb)) continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         if ((p - point).norm() < reach) visit(p);
       }
 }

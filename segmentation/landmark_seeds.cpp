@@ -71,9 +71,7 @@ Volume<std::uint8_t> seeds_by_landmarks(const Anatomy& a, const Landmarks& marks
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         auto& seed = draw.seeds.at(i, j, k);
         if (seed == label("lower_trunk") || seed == label("upper_trunk"))
-          seed = static_cast<std::uint8_t>(planes.part(
-              seed,
-              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)))));
+          seed = static_cast<std::uint8_t>(planes.part(seed, g.point(i, j, k)));
       }
   return std::move(draw.seeds);
 }

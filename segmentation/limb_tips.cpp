@@ -34,8 +34,7 @@ Flesh flesh_of(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::s
         for (std::int64_t i = 0; i < g.size[0]; ++i) {
           const auto own = owner.at(i, j, k);
           if ((own != label && own != nearer) || !a.body.at(i, j, k)) continue;
-          const Vector3d p =
-              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+          const Vector3d p = g.point(i, j, k);
           if (own == nearer && (p - joint).dot(outwards) < 0) continue;
           Flesh& flesh = by_slice[static_cast<std::size_t>(k)];
           flesh.body.push_back(p);

@@ -42,8 +42,7 @@ void mark_axial(const Anatomy& a, const Trunk& trunk, Volume<std::uint8_t>& seed
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         if (!a.bone.at(i, j, k)) continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         // a hand on the belly, on the chest or over the head lies between hips and shoulders, too, but
         // farther forward or higher than the trunk's own bones
         const double size = trunk.scale;
@@ -80,8 +79,7 @@ void mark_ball(const Anatomy& a, const Vector3d& centre, double r, Limb limb, Vo
   for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
     for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
       for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         if (g.holds(i, j, k) && (p - centre).norm() < r) seeds.at(i, j, k) = static_cast<std::uint8_t>(limb);
       }
 }

@@ -38,7 +38,7 @@ struct MetaImage {
   }
 };
 
-Result<MetaImage> parse(const std::string& path) {
+Result<MetaImage> parse_metaimage(const std::string& path) {
   const auto text =
       read_header_text(path, [](std::string_view line) { return line.starts_with("ElementDataFile"); });
   if (!text) return tl::unexpected(text.error());
@@ -146,7 +146,7 @@ Result<void> locate_voxels(const std::string& path, const MetaImage& meta, Image
 }  // namespace
 
 Result<ImageHeader> read_metaimage_header(const std::string& path) {
-  const auto meta = parse(path);
+  const auto meta = parse_metaimage(path);
   if (!meta) return tl::unexpected(meta.error());
   if (const auto fine = check_dimensions(path, *meta); !fine) return tl::unexpected(fine.error());
   ImageHeader header;

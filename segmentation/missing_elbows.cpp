@@ -30,8 +30,7 @@ std::optional<Vector3d> along_shaft(const Anatomy& a, const Limbs& limbs, Limb l
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         if (!a.bone.at(i, j, k) || limbs.territory.owner.at(i, j, k) != static_cast<std::uint8_t>(limb))
           continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         const double r = (p - head).norm();
         if (r < first || r >= last) continue;
         Section& section = sections[static_cast<std::size_t>((r - first) / thick)];
@@ -79,8 +78,7 @@ double flesh_beyond(const Anatomy& a, const Volume<std::uint8_t>& owner, int lab
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         if (owner.at(i, j, k) != label || !a.body.at(i, j, k)) continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         count += (p - point).dot(normal) > 0;
       }
   return static_cast<double>(count) * g.voxel_volume();

@@ -197,9 +197,7 @@ void for_each_voxel(const Grid& g, int threads, const Visit& visit) {
   in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
     for (std::int64_t k = k0; k < k1; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)
-        for (std::int64_t i = 0; i < g.size[0]; ++i)
-          visit(g.offset(i, j, k),
-                g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
+        for (std::int64_t i = 0; i < g.size[0]; ++i) visit(g.offset(i, j, k), g.point(i, j, k));
   });
 }
 
@@ -313,8 +311,7 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassMap* classes, int
     const auto i = static_cast<std::int64_t>(o) % g.size[0],
                j = static_cast<std::int64_t>(o) / g.size[0] % g.size[1],
                k = static_cast<std::int64_t>(o) / (g.size[0] * g.size[1]);
-    const Vector3d p =
-        g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+    const Vector3d p = g.point(i, j, k);
     if (holds(body, p))
       sampled.push_back(static_cast<float>(std::max<int>(0, volume.voxels[o])) / value_at(*field, p));
   }

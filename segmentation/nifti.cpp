@@ -72,7 +72,7 @@ void take(const Fields& f, Nifti& n, std::size_t dim, std::size_t datatype, std:
     for (std::size_t c = 0; c < 4; ++c) n.srow[r][c] = f.get<Real>(srow + (4 * r + c) * sizeof(Real));
 }
 
-Result<Nifti> parse(const std::string& path) {
+Result<Nifti> parse_nifti(const std::string& path) {
   const auto packed = is_gzip(path);
   if (!packed) return tl::unexpected(packed.error());
   auto source = ByteSource::open(path, *packed ? ByteSource::Packing::deflated : ByteSource::Packing::plain);
@@ -290,7 +290,7 @@ Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<
 }  // namespace
 
 Result<ImageHeader> read_nifti_header(const std::string& path) {
-  const auto n = parse(path);
+  const auto n = parse_nifti(path);
   if (!n) return tl::unexpected(n.error());
   if (const auto fine = check_dimensions(path, *n); !fine) return tl::unexpected(fine.error());
   const auto scalar = voxel_type(path, *n);

@@ -30,7 +30,7 @@ struct Nrrd {
   }
 };
 
-Result<Nrrd> parse(const std::string& path) {
+Result<Nrrd> parse_nrrd(const std::string& path) {
   const auto text = read_header_text(path, [](std::string_view line) { return line.empty(); });
   if (!text) return tl::unexpected(text.error());
   if (text->lines.empty() || !text->lines.front().starts_with("NRRD"))
@@ -268,7 +268,7 @@ Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeade
 }  // namespace
 
 Result<ImageHeader> read_nrrd_header(const std::string& path) {
-  const auto nrrd = parse(path);
+  const auto nrrd = parse_nrrd(path);
   if (!nrrd) return tl::unexpected(nrrd.error());
   ImageHeader header;
   header.format = "NRRD";

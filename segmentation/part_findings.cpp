@@ -353,8 +353,7 @@ void doubt_what_holds_arms(const Anatomy& a, const Volume<std::uint8_t>& owner, 
         lowest = std::min(lowest, z);
         const auto own = owner.at(i, j, k);
         if (!own) continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         beside[static_cast<std::size_t>(planes.part(own, p))] += g.voxel_volume();
         all += g.voxel_volume();
       }

@@ -10,8 +10,6 @@ namespace {
 constexpr int head = part_label("head"), upper_trunk = part_label("upper_trunk"),
               middle_trunk = part_label("middle_trunk"), lower_trunk = part_label("lower_trunk");
 
-constexpr bool is_axial(int label) { return label >= head && label <= lower_trunk; }
-
 bool beyond(const Cut& cut, const Eigen::Vector3d& point) { return (point - cut.point).dot(cut.normal) > 0; }
 
 }  // namespace

@@ -44,4 +44,9 @@ constexpr int part_label(std::string_view name) {
   return 0;
 }
 
+/// Whether a part is the head or of the trunk.
+constexpr bool is_axial(int label) {
+  return label >= part_label("head") && label <= part_label("lower_trunk");
+}
+
 }  // namespace borelli

@@ -52,12 +52,9 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
   for (const Part& part : parts) map.names.emplace_back(part.name);
   const auto& g = volume.grid;
   const double step = a.step();
-  const auto point = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-    return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
-  };
   using Place = std::array<std::int64_t, 3>;
   const auto place_at_work = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> Place {
-    const Vector3d index = (point(i, j, k) - a.grid().origin) / step;
+    const Vector3d index = (g.point(i, j, k) - a.grid().origin) / step;
     return {nearest_whole(index[0]), nearest_whole(index[1]), nearest_whole(index[2])};
   };
   // along the patient's own axes each index at work goes with one of the scan's: found once
@@ -80,7 +77,7 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
               told != ClassParts::Place::open) {
             if (told == ClassParts::Place::body)
               map.at(i, j, k) = static_cast<std::uint8_t>(
-                  classes->part(g.offset(i, j, k), held ? owner.voxels[w] : 0, point(i, j, k), planes));
+                  classes->part(g.offset(i, j, k), held ? owner.voxels[w] : 0, g.point(i, j, k), planes));
             continue;
           }
           if (!held) continue;
@@ -95,7 +92,8 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
           const bool hollow = !dense_there && !(classes && classes->at_work(w));
           const bool inside = dense ? in_mask || !dense_there
                                     : in_mask && (hollow || a.depth[w] > 2 * static_cast<float>(step));
-          if (inside) map.voxels[o] = static_cast<std::uint8_t>(planes.part(owner.voxels[w], point(i, j, k)));
+          if (inside)
+            map.voxels[o] = static_cast<std::uint8_t>(planes.part(owner.voxels[w], g.point(i, j, k)));
         }
   });
   return map;
@@ -252,8 +250,7 @@ Eigen::Matrix3d axes_of_form(const Anatomy& a) {
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         if (!a.body.at(i, j, k)) continue;
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         first += p, ++n;
         second += p.head<2>() * p.head<2>().transpose();
       }

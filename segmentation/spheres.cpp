@@ -127,9 +127,7 @@ std::vector<FoundSphere> vote_balls(const Volume<std::int16_t>& hu, const Mask& 
               for (std::int64_t a = -1; a <= 1; ++a)
                 if (votes.at(i + a, j + b, k + c) > v) top = false;
           if (top)
-            by_slice[static_cast<std::size_t>(k)].push_back(
-                {g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))),
-                 0.5 * (least + most), v, 0});
+            by_slice[static_cast<std::size_t>(k)].push_back({g.point(i, j, k), 0.5 * (least + most), v, 0});
         }
   });
   std::vector<FoundSphere> found;

@@ -35,10 +35,6 @@ constexpr int arm_of(int label) {
   return label % 2 == part_label("upper_arm_left") % 2 ? 1 : 2;
 }
 
-Vector3d point_of(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k) {
-  return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
-}
-
 struct Box {
   std::array<std::int64_t, 3> low{1 << 30, 1 << 30, 1 << 30}, high{-1, -1, -1};
   bool empty() const { return high[0] < low[0]; }
@@ -239,8 +235,8 @@ class Contact {
     const auto& g = a_.grid();
     const double step = a_.step();
     const Box box = box_.grown(static_cast<std::int64_t>(farthest / step) + 1, g);
-    const Vector3d low = point_of(g, box.low[0], box.low[1], box.low[2]),
-                   high = point_of(g, box.high[0], box.high[1], box.high[2]);
+    const Vector3d low = g.point(box.low[0], box.low[1], box.low[2]),
+                   high = g.point(box.high[0], box.high[1], box.high[2]);
     surface_.emplace(low, high, 8);
     of_arm_.emplace(low, high, near);
     of_other_.emplace(low, high, near);
@@ -258,7 +254,7 @@ class Contact {
         const double there = a_.scan.hu.voxels[q];
         const auto passes = [&](double limit) {
           const double t = there < limit && limit < here ? (here - limit) / (here - there) : 0.5;
-          return Vector3d(point_of(g, i, j, k) + t * step * Vector3d(n[0] - i, n[1] - j, n[2] - k));
+          return Vector3d(g.point(i, j, k) + t * step * Vector3d(n[0] - i, n[1] - j, n[2] - k));
         };
         const bool free = !a_.body.voxels[q] && there < skin_edge_hu;
         if (free) skin_points.emplace_back(passes(blurred_skin), own(owner_.voxels[o]));
@@ -352,13 +348,13 @@ void part_touching_flesh(const Anatomy& a, const Mask& lean, Volume<std::uint8_t
               const std::size_t o = g.offset(i, j, k);
               if (!contact.is_disputed(o)) return;
               if (!asked) {
-                const Vector3d middle = 0.5 * (point_of(g, part.low[0], part.low[1], part.low[2]) +
-                                               point_of(g, part.high[0], part.high[1], part.high[2]));
+                const Vector3d middle = 0.5 * (g.point(part.low[0], part.low[1], part.low[2]) +
+                                               g.point(part.high[0], part.high[1], part.high[2]));
                 of_arm = contact.fat_at(middle, true);
                 of_other = contact.fat_at(middle, false);
                 asked = true;
               }
-              const auto found = contact.owner_of(point_of(g, i, j, k), of_arm, of_other);
+              const auto found = contact.owner_of(g.point(i, j, k), of_arm, of_other);
               if (found && (arm_of(*found) == arm) != (arm_of(before.voxels[o]) == arm))
                 owner.voxels[o] = *found;
             });

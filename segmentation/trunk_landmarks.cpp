@@ -17,10 +17,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d voxel_point(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k) {
-  return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
-}
-
 bool level_seen(const Anatomy& a, double z) {
   const auto k = std::lround((z - a.grid().origin[2]) / a.step());
   if (k < 1 || k + 1 >= a.grid().size[2]) return false;
@@ -53,7 +49,7 @@ std::optional<Sternum> find_sternum(const Anatomy& a, const Trunk& trunk, const 
           std::int64_t last = i;
           for (auto n = i; n <= std::min(g.size[0] - 1, mid + half); ++n)
             if (a.bone.at(n, j, k) && !limbs.arm_at(n, j, k)) last = n;
-          best = 0.5 * (voxel_point(g, i, j, k) + voxel_point(g, last, j, k));
+          best = 0.5 * (g.point(i, j, k) + g.point(last, j, k));
           break;
         }
     front.push_back(best);
@@ -117,7 +113,7 @@ std::optional<Vector3d> find_notch(const Anatomy& a, const Trunk& trunk, const V
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (auto x = i - reach; x <= i + reach; ++x) {
         if (!g.holds(x, j, k) || !a.bone.at(x, j, k)) continue;
-        const Vector3d p = voxel_point(g, x, j, k);
+        const Vector3d p = g.point(x, j, k);
         const double before = column[1] - p[1];
         if (before > 30 * s && before < 100 * s) sum += p, ++count;
       }
@@ -146,7 +142,7 @@ std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const 
     int count = 0;
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const Vector3d p = voxel_point(g, i, j, k);
+        const Vector3d p = g.point(i, j, k);
         if (a.bone.at(i, j, k) &&
             limbs.territory.owner.at(i, j, k) == static_cast<std::uint8_t>(Limb::axial) &&
             (p - neck).head<2>().norm() < 130 * scale)
@@ -164,7 +160,7 @@ std::optional<Landmark> find_vertex(const Anatomy& a, const Limbs& limbs, const 
     int count = 0;
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const Vector3d p = voxel_point(g, i, j, k);
+        const Vector3d p = g.point(i, j, k);
         if (!a.body.at(i, j, k) || (p - crown).head<2>().norm() > reach * scale) continue;
         const auto owner = static_cast<Limb>(limbs.territory.owner.at(i, j, k));
         if (owner == Limb::arm_left || owner == Limb::arm_right) {

@@ -99,8 +99,7 @@ void doubt_unparted_limbs(Segmentation& out) {
         for (std::int64_t j = 0; j < g.size[1]; ++j)
           for (std::int64_t i = 0; i < g.size[0]; ++i) {
             if (out.labels.at(i, j, k) != label) continue;
-            const Vector3d p =
-                g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+            const Vector3d p = g.point(i, j, k);
             if (by_length ? (p - from->point).norm() > reach : p[2] < far_to->point[2])
               beyond += g.voxel_volume();
           }

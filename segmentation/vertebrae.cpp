@@ -9,10 +9,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-Vector3d voxel_point(const Grid& g, std::int64_t i, std::int64_t j, std::int64_t k) {
-  return g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
-}
-
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -34,7 +30,7 @@ Vector3d near_vertebral_body(const Anatomy& a, const Trunk& trunk, double z) {
       for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
         for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
           if (!g.holds(i, j, k) || a.within_bone.at(i, j, k) <= 0) continue;
-          const Vector3d p = voxel_point(g, i, j, k);
+          const Vector3d p = g.point(i, j, k);
           const double away = (p - centre).head<2>().squaredNorm();
           const double w = std::pow(a.within_bone.at(i, j, k), 3) * std::exp(-away / (2 * width * width));
           sum += w * p;
@@ -113,7 +109,7 @@ double bone_beside(const Anatomy& a, const Trunk& trunk, double z) {
   for (std::int64_t j = 0; j < g.size[1]; ++j)
     for (std::int64_t i = 0; i < g.size[0]; ++i) {
       if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
-      const Vector3d d = voxel_point(g, i, j, k) - column;
+      const Vector3d d = g.point(i, j, k) - column;
       if (std::abs(d[0]) > 28 * s && std::abs(d[0]) < 52 * s && d[1] > -15 * s && d[1] < 40 * s)
         area += a.step() * a.step();
     }

@@ -33,6 +33,10 @@ struct Grid {
   }
   /// Patient point (mm) of a (fractional) index.
   Eigen::Vector3d point(const Eigen::Vector3d& index) const { return origin + axes * index; }
+  /// Where the centre of voxel (i, j, k) lies (mm).
+  Eigen::Vector3d point(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+  }
   /// Fractional index of a patient point (mm).
   Eigen::Vector3d index(const Eigen::Vector3d& point) const { return axes.inverse() * (point - origin); }
   /// Lengths of the three axes, mm.

@@ -118,8 +118,7 @@ Grid work_grid(const GreyVolume& volume, double step, int threads) {
         while (last > first && !dense(last)) --last;
         if (first > last) continue;
         for (const auto i : {first, last}) {
-          const Vector3d p =
-              grid.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+          const Vector3d p = grid.point(i, j, k);
           by_slice[static_cast<std::size_t>(k)].add({p, p});
         }
       }
@@ -165,9 +164,7 @@ WorkVolume resampled(const GreyVolume& volume, double step, int threads) {
         held == 0 ? air : static_cast<std::int16_t>(nearest_whole(hu_of(sum / held, volume.quantity)));
   };
   const auto index_at = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> Vector3d {
-    return to_index *
-           (g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))) -
-            volume.grid.origin);
+    return to_index * (g.point(i, j, k) - volume.grid.origin);
   };
   if (volume.grid.axes.isDiagonal(0)) {
     // along the work grid's own axes places of samples are products: found once per axis

@@ -22,7 +22,7 @@ namespace {
 
 constexpr const char* partial = "chart.partial.json";
 
-struct Options {
+struct ChartOptions {
   std::string scene, folder = "chart", reference;
   std::optional<double> reference_error;
   ModelOptions model;
@@ -101,7 +101,7 @@ nlohmann::json json_of(const WorkPrecision& chart) {
           {"take", take}};
 }
 
-Result<nlohmann::json> work(const Options& o, const Command& command) {
+Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   std::vector<std::string> files = work_precision_files();
   files.emplace_back(partial);
@@ -185,7 +185,7 @@ void add_chart(CLI::App& program, Command& command) {
   methods.emplace_back(automatic);
   auto* verb = program.add_subcommand(
       "chart", "Run a scene by every method; draw what accuracy costs (work-precision)");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ChartOptions>();
   verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--output", o->folder, "Folder for page, drawings and table")->capture_default_str();

@@ -41,7 +41,8 @@ CheckpointFile::~CheckpointFile() {
 }
 
 Result<void> CheckpointFile::watch(const std::string& scene, Observer& observer) {
-  header_ = fmt::format("borelli checkpoint, program {}, scene {:016x}\n", BORELLI_VERSION, digest_of(scene));
+  header_ =
+      fmt::format("borelli checkpoint, program {}, scene {:016x}\n", BORELLI_VERSION, checksum_of(scene));
   if (std::filesystem::exists(path_)) {
     const auto bytes = read_whole(path_);
     if (!bytes) return tl::unexpected(bytes.error());

@@ -23,7 +23,7 @@
 namespace borelli {
 namespace {
 
-struct Options {
+struct EconomyOptions {
   std::string input, folder = "economy", tolerance;
   ModelOptions model;
   std::optional<double> end;
@@ -86,7 +86,7 @@ void print(const Economy& economy) {
   fmt::print("{}\n", in_words(economy));
 }
 
-Result<nlohmann::json> work_on_volume(const Options& o, const Command& command) {
+Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   const std::vector<std::string>& holds = o.settings.quantities;
   if (o.of_scene || o.model.floating || holds.size() > 1)
@@ -141,7 +141,7 @@ Result<nlohmann::json> work_on_volume(const Options& o, const Command& command) 
                         {"trials", trials}};
 }
 
-Result<nlohmann::json> work_on_scene(const Options& o, const Command& command) {
+Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   auto model = read_model(o.input, o.model);
   if (!model) return tl::unexpected(model.error());
@@ -168,7 +168,7 @@ void add_economy(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "economy",
       "Find the least that a scene or a scan needs: its smallest model, its coarsest voxels and grid");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<EconomyOptions>();
   verb->add_option("input", o->input, "A scene (TOML, MJCF, URDF), or a CT or density volume")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--output", o->folder, "Folder for the scene, page, drawings and table")

@@ -13,11 +13,11 @@ namespace {
 
 using nlohmann::json;
 
-struct Options : StateOptions {
+struct EquilibriumOptions : StateOptions {
   std::string output;
 };
 
-Result<json> work(const Options& o, const Command& command) {
+Result<json> work(const EquilibriumOptions& o, const Command& command) {
   if (!o.output.empty())
     if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
   const auto given = read_scene_at_state(o);
@@ -51,7 +51,7 @@ void add_equilibrium(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "equilibrium",
       "Where a scene stays at rest, near a state, as JSON (`modes` tells whether it is stable)");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<EquilibriumOptions>();
   add_state_options(*verb, *o);
   verb->add_option("-o,--output", o->output, "The state, for --state of other verbs (.json)");
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });

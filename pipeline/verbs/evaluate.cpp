@@ -138,13 +138,13 @@ json derivatives_of(const ForwardDerivatives& d, const FileOrder& order) {
   return answer;
 }
 
-struct Options : StateOptions {
+struct EvaluateOptions : StateOptions {
   bool derivatives = false, jacobians = false;
   std::string reactions;
   std::vector<std::string> points;
 };
 
-Result<json> work(const Options& o, const Command& command) {
+Result<json> work(const EvaluateOptions& o, const Command& command) {
   const auto given = read_scene_at_state(o);
   if (!given) return tl::unexpected(given.error());
   const auto evaluation = evaluate(given->system, given->state, given->efforts);
@@ -176,7 +176,7 @@ Result<json> work(const Options& o, const Command& command) {
 void add_evaluate(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "evaluate", "Accelerations, mass matrix, bias, energies, momenta, loads of joints at a state, as JSON");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<EvaluateOptions>();
   add_state_options(*verb, *o);
   verb->add_flag(
       "--derivatives", o->derivatives,

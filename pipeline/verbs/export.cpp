@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct Wanted {
+struct ExportAsked {
   std::string labels, names, folder, landmarks;
   bool stl = false, vtp = false, picture = false;
   double tolerance_mm = 1;
@@ -52,7 +52,7 @@ json account(const std::vector<Mesh>& meshes, const std::vector<fs::path>& files
   return answer;
 }
 
-Result<json> run(const Wanted& wanted, const Command& command) {
+Result<json> run(const ExportAsked& wanted, const Command& command) {
   if (wanted.picture && !display_answers())  // said before the work, not after it
     return bad_use("--picture", "needs an X display; run the program as 'xvfb-run -a borelli ...'");
   const fs::path folder = wanted.folder, picture = folder / "body.png";
@@ -96,7 +96,7 @@ Result<json> run(const Wanted& wanted, const Command& command) {
 
 void add_export(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("export", "Write a mesh per body part, and a picture of them");
-  auto wanted = std::make_shared<Wanted>();
+  auto wanted = std::make_shared<ExportAsked>();
   verb->add_option("labels", wanted->labels, "A label map: .nii.gz, .nrrd, .mha")->required();
   verb->add_option("-o,--out", wanted->folder, "Folder for the files")->required();
   verb->add_option("--names", wanted->names,

@@ -11,7 +11,7 @@ namespace {
 
 using nlohmann::json;
 
-struct Options : StateOptions {
+struct ModesOptions : StateOptions {
   bool equilibrium = false;
 };
 
@@ -24,7 +24,7 @@ json json_of(const Mode& mode, const FileOrder& order) {
           {"shape", shape}};
 }
 
-Result<json> work(const Options& o, const Command& command) {
+Result<json> work(const ModesOptions& o, const Command& command) {
   auto given = read_scene_at_state(o);
   if (!given) return tl::unexpected(given.error());
   if (o.equilibrium) {
@@ -56,7 +56,7 @@ Result<json> work(const Options& o, const Command& command) {
 void add_modes(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "modes", "Stability, frequencies, damping and shapes of small deviations from a steady state, as JSON");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<ModesOptions>();
   add_state_options(*verb, *o);
   verb->add_flag("--equilibrium", o->equilibrium, "Look for an equilibrium first, from the state given");
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Asked {
+struct PhantomAsked {
   std::string output, sex = "male";
   std::vector<std::string> pose;
   std::vector<double> spacing{3}, rotation_deg{0, 0, 0}, offset{0, 0, 0}, crop;
@@ -46,7 +46,7 @@ Result<std::pair<std::string, double>> angle_from(const std::string& text) {
   return bad_use("--pose", fmt::format("'{}' is not of the form knee_left_flexion=30 (degrees)", text));
 }
 
-Result<void> settle(Asked& asked) {
+Result<void> settle(PhantomAsked& asked) {
   if (asked.seed_chosen && asked.scan.noise_hu == 0)
     return bad_use("--seed", "is of the noise, and there is none: add --noise");
   if (asked.sex_chosen && asked.body.child)
@@ -96,7 +96,7 @@ Result<std::pair<fs::path, std::string>> split(const std::string& path) {
   return bad_use(path, "the phantom is written as .nii.gz, .nii, .nrrd or .mha");
 }
 
-InertiaTable exact_table(const Phantom& phantom, const Asked& asked) {
+InertiaTable exact_table(const Phantom& phantom, const PhantomAsked& asked) {
   InertiaSource source;
   source.volume = asked.output;
   source.quantity = "the phantom's solids, integrated exactly (no voxels)";
@@ -150,7 +150,7 @@ void print(const Phantom& phantom, const Grid& grid, const Written& files) {
     fmt::print("{}\n", path);
 }
 
-Result<nlohmann::json> work(Asked asked, const Command& command) {
+Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
   if (const auto settled = settle(asked); !settled) return tl::unexpected(settled.error());
   const auto files = names_of(asked.output);
   if (!files) return tl::unexpected(files.error());
@@ -196,7 +196,7 @@ std::string no_minus(const std::string& text) {
 
 void add_phantom(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("phantom", "The sample body as a scan, with its exact inertia table");
-  auto asked = std::make_shared<Asked>();
+  auto asked = std::make_shared<PhantomAsked>();
   verb->add_option("-o,--output", asked->output, "Volume to write: .nii.gz, .nii, .nrrd or .mha")->required();
   verb->add_option("--sex", asked->sex, "male or female")
       ->check(CLI::IsMember({"male", "female"}))

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-struct Asked {
+struct ReportAsked {
   std::string folder, volume, quantity, subject;
   bool deface = false;
 };
@@ -55,7 +55,7 @@ Result<void> keep(Target& target, Answer&& answer) {
 }
 
 /// The scan that was segmented: the one asked for, else the one that the account names, where it still is.
-Result<void> find_scan(const Asked& asked, Found& found) {
+Result<void> find_scan(const ReportAsked& asked, Found& found) {
   std::string path = asked.volume;
   if (path.empty() && found.inputs.segmentation.is_object())
     path = found.inputs.segmentation.value("input", "");
@@ -80,7 +80,7 @@ Result<void> find_scan(const Asked& asked, Found& found) {
   return keep(found.scan, std::move(scan));
 }
 
-Result<void> read_folder(const Asked& asked, Found& found) {
+Result<void> read_folder(const ReportAsked& asked, Found& found) {
   const fs::path folder = asked.folder;
   const auto there = [&](const char* name) { return fs::exists(folder / name); };
   auto& inputs = found.inputs;
@@ -145,7 +145,7 @@ Result<void> show_no_face(Found& found, const fs::path& folder) {
   return {};
 }
 
-Result<json> run(const Asked& asked, const Command& command) {
+Result<json> run(const ReportAsked& asked, const Command& command) {
   const fs::path folder = asked.folder;
   if (!fs::is_directory(folder)) return bad_use(asked.folder, "no such folder; expected that of a run");
   const auto path = folder / "report.html";
@@ -170,7 +170,7 @@ Result<json> run(const Asked& asked, const Command& command) {
 
 void add_report(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("report", "Draw report.html anew from the files of a run's folder");
-  auto asked = std::make_shared<Asked>();
+  auto asked = std::make_shared<ReportAsked>();
   verb->add_option("folder", asked->folder, "The folder of a run")->required();
   verb->add_option("--volume", asked->volume, "The scan, where it lies elsewhere than the run found it");
   verb->add_option("--quantity", asked->quantity,

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Asked {
+struct RunAsked {
   RunSettings run;
   std::string out, quantity, table_tolerance, tolerance;
   bool work_grid_chosen = false, integrator_tolerance_chosen = false;
@@ -55,7 +55,7 @@ void print_outcome(const nlohmann::json& record, const fs::path& folder) {
   fmt::print("report: {}\n", (folder / "report.html").string());
 }
 
-Result<nlohmann::json> work(Asked asked, const Command& command) {
+Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   RunSettings& settings = asked.run;
   if (!asked.quantity.empty()) {
     const auto quantity = parse_quantity(asked.quantity);
@@ -140,7 +140,7 @@ Result<nlohmann::json> work(Asked asked, const Command& command) {
 
 void add_run(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("run", "From a volume to a moving body and its report");
-  auto asked = std::make_shared<Asked>();
+  auto asked = std::make_shared<RunAsked>();
   RunSettings& s = asked->run;
   verb->add_option("volume", s.volume, "A DICOM folder or a volume file (.nii.gz, .nrrd, .mha)")->required();
   verb->add_option("-o,--out", asked->out, "Folder; the results go to <out>/<subject>")->required();

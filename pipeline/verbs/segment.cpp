@@ -20,7 +20,7 @@
 namespace borelli {
 namespace {
 
-struct Asked {
+struct SegmentAsked {
   std::string volume, folder, quantity, landmarks, labels, names, mapping, segments, tolerance,
       convention = "deleva1996";
   double step = 3;
@@ -84,7 +84,7 @@ Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions
   return found;
 }
 
-Result<nlohmann::json> run(const Asked& asked, const Command& command) {
+Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   auto segments = choose_segments(asked.segments);
   if (!segments) return tl::unexpected(segments.error());
   std::optional<GridPick> pick;
@@ -148,7 +148,7 @@ Result<nlohmann::json> run(const Asked& asked, const Command& command) {
 
 void add_segment(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("segment", "Find a body's parts and joint centres in a scan");
-  auto asked = std::make_shared<Asked>();
+  auto asked = std::make_shared<SegmentAsked>();
   verb->add_option("volume", asked->volume, "A DICOM folder or a volume file")->required();
   verb->add_option("-o,--out", asked->folder, "Folder for labels, landmarks and account")->required();
   verb->add_option("--quantity", asked->quantity,

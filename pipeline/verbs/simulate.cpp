@@ -25,7 +25,7 @@ namespace borelli {
 namespace {
 
 // What the command line says; what is not given there is the scene's.
-struct Options {
+struct SimulateOptions {
   std::string scene, output, checkpoint;
   double checkpoint_every = 60;
   ModelOptions model;
@@ -35,7 +35,7 @@ struct Options {
   bool allow_untrusted = false, reactions = false, verify = false;
 };
 
-SimulationSettings settings_of(SimulationSettings s, const Options& o) {
+SimulationSettings settings_of(SimulationSettings s, const SimulateOptions& o) {
   s.method = o.method.value_or(s.method);
   if (o.equations) s.equations = *o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   if (o.constraints)
@@ -59,7 +59,7 @@ SimulationSettings settings_of(SimulationSettings s, const Options& o) {
 }
 
 // An option that would be taken without effect is refused: whoever gives it believes that it has one.
-Result<void> check_effect(const Options& o, const SimulationSettings& settings) {
+Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& settings) {
   if (o.tolerance && !method_is_adaptive(settings.method))
     return bad_use("--tolerance", "has no effect with " + settings.method +
                                       ", whose steps are all of one length: give --step");
@@ -83,7 +83,8 @@ tl::unexpected<Error> in_file(const std::string& file, Error error) {
   return tl::unexpected(std::move(error));
 }
 
-nlohmann::json answer_of(const Options& o, const ModelFile& model, const Trajectory& t, bool written) {
+nlohmann::json answer_of(const SimulateOptions& o, const ModelFile& model, const Trajectory& t,
+                         bool written) {
   const FileOrder order = file_order(model.scene, t.coordinates);
   nlohmann::json coordinates = nlohmann::json::array();
   for (const CoordinateInfo& c : order.coordinates)
@@ -104,7 +105,7 @@ nlohmann::json answer_of(const Options& o, const ModelFile& model, const Traject
   return answer;
 }
 
-Result<Trajectory> run(const Options& o, const Command& command, const ModelFile& model) {
+Result<Trajectory> run(const SimulateOptions& o, const Command& command, const ModelFile& model) {
   const Scene& scene = model.scene;
   const auto system = compile(scene);
   if (!system) return in_file(o.scene, system.error());
@@ -150,7 +151,7 @@ Result<Trajectory> run(const Options& o, const Command& command, const ModelFile
   return trajectory;
 }
 
-Result<nlohmann::json> work(const Options& o, const Command& command) {
+Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   // a bad name for the output is told before the work, not after it
   const std::string ending = std::filesystem::path(o.output).extension().string();
   const bool shows = shows_motion(o.output);
@@ -197,7 +198,7 @@ Result<nlohmann::json> work(const Options& o, const Command& command) {
 void add_simulate(CLI::App& program, Command& command) {
   auto* verb =
       program.add_subcommand("simulate", "Integrate a scene; print its certificate, write its trajectory");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<SimulateOptions>();
   verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
   add_model_options(*verb, o->model);
   verb->add_option("-o,--output", o->output,

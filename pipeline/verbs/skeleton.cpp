@@ -14,12 +14,12 @@
 namespace borelli {
 namespace {
 
-struct Asked {
+struct SkeletonAsked {
   std::string table, landmarks, out;
   SkeletonOptions options;
 };
 
-Result<nlohmann::json> work(const Asked& asked, const Command& command) {
+Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) {
   if (auto fine = check_writable(asked.out); !fine) return tl::unexpected(fine.error());
   const auto table = read_table(asked.table);
   if (!table) return tl::unexpected(table.error());
@@ -43,7 +43,7 @@ Result<nlohmann::json> work(const Asked& asked, const Command& command) {
 void add_skeleton(CLI::App& program, Command& command) {
   auto* verb =
       program.add_subcommand("skeleton", "From an inertia table and joint centres to a scene that moves");
-  auto asked = std::make_shared<Asked>();
+  auto asked = std::make_shared<SkeletonAsked>();
   verb->add_option("table", asked->table, "Inertia table (.json)")->required();
   verb->add_option("--landmarks", asked->landmarks, "Joint centres and bony points (.json, .mrk.json, .fcsv)")
       ->required();

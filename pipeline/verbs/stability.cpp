@@ -24,7 +24,7 @@ namespace {
 
 constexpr const char* partial = "stability.partial.json";
 
-struct Options {
+struct StabilityOptions {
   std::vector<std::string> scenes, methods;
   std::string folder = "stability", vary, step, tolerance, equations = "recursive";
   ModelOptions model;
@@ -35,7 +35,7 @@ struct Options {
   bool failing = false;
 };
 
-Result<Scene> read(const Options& o, const std::string& file, const Command& command) {
+Result<Scene> read(const StabilityOptions& o, const std::string& file, const Command& command) {
   auto model = read_model(file, o.model);
   if (!model) return tl::unexpected(model.error());
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
@@ -58,7 +58,7 @@ Result<std::pair<std::vector<std::string>, std::string>> parse_vary(const std::s
   return std::pair(paths, text.substr(sign + 1));
 }
 
-Result<Sweep> sweep_of(const Options& o, const Command& command) {
+Result<Sweep> sweep_of(const StabilityOptions& o, const Command& command) {
   if (o.vary.empty()) {
     std::vector<Scene> scenes;
     for (const std::string& file : o.scenes) {
@@ -189,7 +189,7 @@ class KeptColumns {
 };
 
 /// All that a map's runs depend on.
-std::string asked_for(const Options& o, const Sweep& sweep) {
+std::string asked_for(const StabilityOptions& o, const Sweep& sweep) {
   std::string out = BORELLI_VERSION;
   for (const std::string* one : {&o.step, &o.tolerance, &o.equations}) out += ' ' + *one + ';';
   out += fmt::format("{} {} {};", o.constraints.value_or(""), o.lengths.least, o.lengths.most);
@@ -209,7 +209,7 @@ std::vector<std::string> map_drawings() {
 }
 
 /// Whether all that will be written can be.
-Result<void> check_outputs(const Options& o) {
+Result<void> check_outputs(const StabilityOptions& o) {
   std::vector<std::string> files;
   if (o.long_steps) {
     files = plot_files(long_run_plot_names());
@@ -224,7 +224,7 @@ Result<void> check_outputs(const Options& o) {
   return fine && o.failing ? check_folder_writable(folder / "failing") : fine;
 }
 
-Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
+Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   StabilitySettings settings;
   settings.methods = o.methods;
@@ -279,7 +279,7 @@ Result<nlohmann::json> work_on_map(const Options& o, const Command& command) {
   return json_of(*map);
 }
 
-Result<nlohmann::json> work_on_long_runs(const Options& o, const Command& command) {
+Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   if (o.scenes.size() > 1 || !o.vary.empty())
     return bad_use("--long", "runs one scene as it is; name one, and leave --vary out");
@@ -343,7 +343,7 @@ Result<nlohmann::json> work_on_long_runs(const Options& o, const Command& comman
 void add_stability(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "stability", "Map where methods fail on a scene, over steps and a number of the scene");
-  auto o = std::make_shared<Options>();
+  auto o = std::make_shared<StabilityOptions>();
   verb->add_option("scenes", o->scenes, "The scene: TOML, MJCF or URDF; several: a column of the map each")
       ->required();
   add_model_options(*verb, o->model);

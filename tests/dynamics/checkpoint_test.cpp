@@ -163,7 +163,7 @@ TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {
   EXPECT_FALSE(simulate(system, system.initial, how, observer));
   // whole, but with more in it than this program puts away
   std::string other = kept.substr(0, kept.size() - sizeof(std::uint64_t)) + "more";
-  const std::uint64_t digest = digest_of(other);
+  const std::uint64_t digest = checksum_of(other);
   other.append(reinterpret_cast<const char*>(&digest), sizeof digest);
   observer.checkpoint = other;
   EXPECT_EQ(simulate(system, system.initial, how, observer).error().what,

@@ -66,8 +66,7 @@ inline CapsuleScan capsule_scan(const Grid& grid) {
     for (std::int64_t j = 0; j < grid.size[1]; ++j)
       for (std::int64_t i = 0; i < grid.size[0]; ++i)
         for (const auto& [name, capsule] : body) {
-          const Eigen::Vector3d point =
-              grid.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+          const Eigen::Vector3d point = grid.point(i, j, k);
           const double depth = distance_to_axis(capsule, point);
           if (depth > capsule.radius) continue;
           scan.labels.at(i, j, k) = static_cast<std::uint8_t>(part_label(name));

@@ -62,8 +62,7 @@ LabelMap drawn(const Head& head) {
   for (std::int64_t k = 0; k < labels.grid.size[2]; ++k)
     for (std::int64_t j = 0; j < labels.grid.size[1]; ++j)
       for (std::int64_t i = 0; i < labels.grid.size[0]; ++i)
-        labels.voxels.push_back(head.part(lps(
-            labels.grid.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)}))));
+        labels.voxels.push_back(head.part(lps(labels.grid.point(i, j, k))));
   return labels;
 }
 

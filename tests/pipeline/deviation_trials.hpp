@@ -80,8 +80,7 @@ inline void try_deviations(const Phantom& exact, std::uint32_t seed, double fine
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i)
         if (auto& label = scan.labels.at(i, j, k))
-          label = static_cast<std::uint8_t>(planes.part(
-              label, g.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)})));
+          label = static_cast<std::uint8_t>(planes.part(label, g.point(i, j, k)));
 
   const auto table = measure(scan.grey, scan.labels, drawn);
   if (!table) throw std::runtime_error(table.error().message());

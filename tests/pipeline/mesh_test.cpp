@@ -23,9 +23,7 @@ LabelMap voxelised(const Grid& grid, const std::function<bool(const Vector3d&)>&
   map.voxels.reserve(grid.count());
   for (std::int64_t k = 0; k < grid.size[2]; ++k)
     for (std::int64_t j = 0; j < grid.size[1]; ++j)
-      for (std::int64_t i = 0; i < grid.size[0]; ++i)
-        map.voxels.push_back(inside(
-            grid.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)))));
+      for (std::int64_t i = 0; i < grid.size[0]; ++i) map.voxels.push_back(inside(grid.point(i, j, k)));
   return map;
 }
 

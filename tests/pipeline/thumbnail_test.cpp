@@ -51,8 +51,7 @@ TEST(Thumbnail, ShowsEveryPointAtItsPlaceOnACrookedGrid) {
   for (std::int64_t k = 0; k < grey.grid.size[2]; ++k)
     for (std::int64_t j = 0; j < grey.grid.size[1]; ++j)
       for (std::int64_t i = 0; i < grey.grid.size[0]; ++i) {
-        const Eigen::Vector3d point =
-            grey.grid.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+        const Eigen::Vector3d point = grey.grid.point(i, j, k);
         grey.voxels.push_back(static_cast<std::int16_t>(std::lround(ramp(point))));
         labels.voxels.push_back(point[0] > 5 ? 2 : 1);
       }

@@ -164,8 +164,7 @@ TEST(PhantomVoxels, VoxelsAreWhatHoldsTheirCentre) {
       const std::int64_t i = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(grid.size[0]));
       const std::int64_t j = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(grid.size[1]));
       const std::int64_t k = static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(grid.size[2]));
-      const int solid = solid_at(phantom, grid.point(Vector3d(static_cast<double>(i), static_cast<double>(j),
-                                                              static_cast<double>(k))));
+      const int solid = solid_at(phantom, grid.point(i, j, k));
       const int label = solid < 0 ? 0 : phantom.solids[static_cast<std::size_t>(solid)].part;
       const int hu = solid < 0 ? -1000 : phantom.solids[static_cast<std::size_t>(solid)].tissue.hu;
       ASSERT_EQ(scan.labels.at(i, j, k), label);
@@ -306,8 +305,7 @@ TEST(PhantomVoxels, TableLiesUnderTheBodyAndTouchesItNowhere) {
         for (std::int64_t i = 0; i < grid.size[0]; ++i) {
           if (bare.labels.at(i, j, k) != 0) {
             ASSERT_EQ(bare.grey.at(i, j, k), laid.grey.at(i, j, k));
-            const Vector3d p =
-                grid.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+            const Vector3d p = grid.point(i, j, k);
             const Ellipse hollow = table[0].shape.hole()->section(p.z());
             if (std::abs(p.x()) < 230)
               gap = std::min(gap, hollow.a - std::hypot(p.x() - hollow.x, p.y() - hollow.y));

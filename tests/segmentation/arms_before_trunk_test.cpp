@@ -113,9 +113,7 @@ TEST(ArmsBeforeTrunk, SpinesThatDifferAreDoubted) {
   for (std::int64_t k = 0; k < volume.grid.size[2]; ++k)
     for (std::int64_t j = 0; j < volume.grid.size[1]; ++j)
       for (std::int64_t i = 0; i < volume.grid.size[0]; ++i) {
-        const Vector3d d = volume.grid.point(Vector3d(static_cast<double>(i), static_cast<double>(j),
-                                                      static_cast<double>(k))) -
-                           spine;
+        const Vector3d d = volume.grid.point(i, j, k) - spine;
         if (std::hypot(d[0], d[2]) < radius && d[1] > -length && d[1] < 5)
           volume.voxels[volume.grid.offset(i, j, k)] = 700;
       }

@@ -31,8 +31,7 @@ class BodyMask : public ::testing::Test {
           if (holds(point(i, j, k))) scan_.hu.at(i, j, k) = static_cast<std::int16_t>(hu);
   }
   Vector3d point(std::int64_t i, std::int64_t j, std::int64_t k) const {
-    return scan_.hu.grid.point(
-        Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+    return scan_.hu.grid.point(i, j, k);
   }
   // share of the places that `holds` names that are in the mask
   template <class Holds>

@@ -33,11 +33,7 @@ class ClassFile : public ::testing::Test {
     for (std::int64_t k = 0; k < g.size[2]; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i)
-          solids.push_back(
-              scan_.labels.at(i, j, k)
-                  ? solid_at(body_, g.point(Vector3d(static_cast<double>(i), static_cast<double>(j),
-                                                     static_cast<double>(k))))
-                  : -1);
+          solids.push_back(scan_.labels.at(i, j, k) ? solid_at(body_, g.point(i, j, k)) : -1);
     std::ofstream(folder_ / "solids.raw", std::ios::binary)
         .write(reinterpret_cast<const char*>(solids.data()), static_cast<std::streamsize>(4 * solids.size()));
     std::ofstream names(folder_ / "solids.txt"), grid(folder_ / "grid.txt");

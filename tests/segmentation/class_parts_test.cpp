@@ -72,8 +72,7 @@ ClassMap bones_of(const Seen& s) {
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         if (!s.scan.labels.at(i, j, k)) continue;
-        const int n = solid_at(
-            s.body, g.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)}));
+        const int n = solid_at(s.body, g.point(i, j, k));
         if (n >= 0) map.labels.at(i, j, k) = class_of[static_cast<std::size_t>(n)];
       }
   return map;

@@ -163,8 +163,7 @@ TEST(FramePoints, OfTheIcrpMale) {
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         const int organ = organs.at(i, j, k);
-        const Vector3d p =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+        const Vector3d p = g.point(i, j, k);
         if (organ == 41 || organ == 42) {
           Vector3d& last = p[0] > middle ? left : right;
           if (p[1] > last[1] && p[2] > found.landmarks.at("hip_left").point[2]) last = p;

@@ -70,8 +70,7 @@ Drawn drawn(double spacing, double noise) {
   for (std::int64_t k = 0; k < grid.size[2]; ++k)
     for (std::int64_t j = 0; j < grid.size[1]; ++j)
       for (std::int64_t i = 0; i < grid.size[0]; ++i) {
-        const Vector3d p =
-            grid.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+        const Vector3d p = grid.point(i, j, k);
         const std::size_t o = grid.offset(i, j, k);
         if (const auto it = by_hu.find(d.scan.grey.voxels[o]); it != by_hu.end() && d.scan.labels.voxels[o])
           d.tissue[o] = it->second;
@@ -136,9 +135,7 @@ TEST(MrTissues, BiasFieldIsTheOneDrawn) {
     const auto i = static_cast<std::int64_t>(o) % g.size[0],
                j = static_cast<std::int64_t>(o) / g.size[0] % g.size[1],
                k = static_cast<std::int64_t>(o) / (g.size[0] * g.size[1]);
-    const double exact =
-        std::log(bias_at(g.point({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)}),
-                         d.middle, d.length));
+    const double exact = std::log(bias_at(g.point(i, j, k), d.middle, d.length));
     const double off = std::log(static_cast<double>(field->voxels[o])) - exact;
     sum += off, square += off * off, mean += exact, spread += exact * exact, ++count;
   }

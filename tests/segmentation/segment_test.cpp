@@ -472,8 +472,7 @@ TEST(Segment, RealTrunkHasItsHipsAndNoInventedLimb) {
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i)
         if (found.labels.at(i, j, k)) {
-          const Vector3d p =
-              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+          const Vector3d p = g.point(i, j, k);
           ASSERT_LT(p[1], 162);
         }
 }

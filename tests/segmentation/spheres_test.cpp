@@ -25,9 +25,7 @@ Scene ball_on_shaft(const Vector3d& centre, double radius, double step) {
   for (std::int64_t k = 0; k < g.size[2]; ++k)
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
-        const Vector3d d =
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))) -
-            centre;
+        const Vector3d d = g.point(i, j, k) - centre;
         const double to_ball = d.norm() - radius;
         const double to_shaft = d[2] < 0 ? std::hypot(d[0], d[1]) - 0.5 * radius : 1e9;
         const double t = std::clamp(0.5 - std::min(to_ball, to_shaft) / step, 0.0, 1.0);

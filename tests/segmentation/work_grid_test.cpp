@@ -23,8 +23,7 @@ TEST(WorkGrid, LinearFieldIsKeptFromObliqueMirroredAndShearedGrids) {
       for (std::int64_t k = 0; k < 12; ++k)
         for (std::int64_t j = 0; j < 40; ++j)
           for (std::int64_t i = 0; i < 60; ++i) {
-            const Vector3d p = volume.grid.point(
-                Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+            const Vector3d p = volume.grid.point(i, j, k);
             volume.voxels.push_back(static_cast<std::int16_t>(std::lround(slope.dot(p - middle))));
           }
       const WorkVolume work = resampled(volume, 3);
@@ -32,8 +31,7 @@ TEST(WorkGrid, LinearFieldIsKeptFromObliqueMirroredAndShearedGrids) {
       for (std::int64_t k = 0; k < work.hu.grid.size[2]; ++k)
         for (std::int64_t j = 0; j < work.hu.grid.size[1]; ++j)
           for (std::int64_t i = 0; i < work.hu.grid.size[0]; ++i) {
-            const Vector3d p = work.hu.grid.point(
-                Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+            const Vector3d p = work.hu.grid.point(i, j, k);
             const Vector3d index = volume.grid.index(p);
             // a work voxel's corner reaches 2.6 mm: four voxels of the finest axis
             if ((index.array() < 4).any() || index[0] > 55 || index[1] > 35 || index[2] > 7) continue;
@@ -65,8 +63,7 @@ TEST(WorkGrid, LeftIsLeftWhateverTheFilesOrder) {
     const auto n = work.hu.grid.size;
     const auto i = static_cast<std::int64_t>(best) % n[0], j = static_cast<std::int64_t>(best) / n[0] % n[1],
                k = static_cast<std::int64_t>(best) / n[0] / n[1];
-    const Vector3d found =
-        work.hu.grid.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)));
+    const Vector3d found = work.hu.grid.point(i, j, k);
     EXPECT_LT((found - bright).norm(), 4) << "flips " << flips;
   }
 }

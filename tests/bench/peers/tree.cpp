@@ -14,9 +14,9 @@ namespace {
 
 using Eigen::Matrix3d, Eigen::Vector3d;
 
-class Maker {
+class TreeMaker {
  public:
-  Maker(const Scene& scene, const System& system, const State& start, const Eigen::VectorXd& acceleration)
+  TreeMaker(const Scene& scene, const System& system, const State& start, const Eigen::VectorXd& acceleration)
       : scene_(scene), system_(system), start_(start), acceleration_(acceleration) {
     tree_.gravity = scene.gravity;
     tree_.seats.resize(scene.solids.size());
@@ -224,7 +224,7 @@ Result<Tree> tree_of(const Scene& scene, const System& system) {
   if (auto fine = assemble(system, start); !fine) return tl::unexpected(fine.error());
   const auto equations = evaluate(system, start);
   if (!equations) return tl::unexpected(equations.error());
-  return Maker(scene, system, start, equations->acceleration).make();
+  return TreeMaker(scene, system, start, equations->acceleration).make();
 }
 
 Result<Tree> with_held_points(const Tree& tree) {
