@@ -6,29 +6,19 @@
 
 #include "segmentation/slabs.hpp"
 
-// One portable build that still uses the machine's widest vectors: the loader picks the clone that it can
-// run, and what is marked INLINE is compiled anew within each.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__)
-#define BORELLI_VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#else
-#define BORELLI_VECTOR_CLONES
-#endif
 #define BORELLI_INLINE inline __attribute__((always_inline))
 
 namespace borelli {
 namespace {
 
-// Neighbouring lines side by side, one lane each.
+// Neighbouring lines side by side, as many as there is room for in a line of the cache, one lane each.
 template <class Word>
-struct Strip {
+struct alignas(64) Row {
   static constexpr std::int64_t lanes = 64 / sizeof(Word);
-  typedef Word Lanes __attribute__((vector_size(64), aligned(64)));
-  struct Row {
-    Lanes at;
-  };
+  Word at[lanes];
 };
 
-// lines of `n` voxels, `stride` apart in memory, `count` of them beside each other (at most Strip::lanes)
+// lines of `n` voxels, `stride` apart in memory, `count` of them beside each other (at most Row::lanes)
 template <class Word>
 struct Lines {
   Word* data;
@@ -40,58 +30,99 @@ struct Lines {
 
 template <class Vector>
 BORELLI_INLINE bool any(const Vector& mask) {
-  std::uint64_t words[8], joined = 0;
-  std::memcpy(words, &mask, 64);
+  std::uint64_t words[sizeof(Vector) / 8], joined = 0;
+  std::memcpy(words, &mask, sizeof mask);
   for (const std::uint64_t word : words) joined |= word;
   return joined != 0;
 }
 
-// replaces f(q) by the least of f(q + p) + p^2; `f` is room for n rows
-template <class Word>
-BORELLI_INLINE void least_along(const Lines<Word>& lines, typename Strip<Word>::Row* f) {
-  using Lanes = typename Strip<Word>::Lanes;
-  const auto copy = [&](void* to, const void* from) __attribute__((always_inline)) {
-    if (lines.count == Strip<Word>::lanes)
-      std::memcpy(to, from, 64);
-    else
-      std::memcpy(to, from, sizeof(Word) * static_cast<std::size_t>(lines.count));
+// Replaces f(q) by the least of f(q + p) + p^2; `f` is room for n rows. In vectors of `bytes`, which no
+// register should be narrower than: GCC puts what is wider together in memory, operation by operation.
+template <int bytes, class Word>
+BORELLI_INLINE void least_along(const Lines<Word>& lines, Row<Word>* f) {
+  typedef Word Lanes __attribute__((vector_size(bytes)));
+  constexpr std::int64_t width = bytes / sizeof(Word);
+  const auto read = [&](std::int64_t first, std::int64_t q, Lanes & out) __attribute__((always_inline)) {
+    std::memcpy(&out, f[q].at + first, bytes);
   };
   const Lanes zero{}, cap = zero + lines.cap;
-  bool far = true;
   for (std::int64_t q = 0; q < lines.n; ++q) {
-    f[q].at = zero;
-    copy(&f[q].at, lines.data + q * lines.stride);
-    far = far && !any(f[q].at < cap);
+    const Word* const from = lines.data + q * lines.stride;
+    if (lines.count == Row<Word>::lanes) {
+      std::memcpy(f[q].at, from, sizeof f[q].at);
+    } else {
+      f[q] = {};
+      std::memcpy(f[q].at, from, sizeof(Word) * static_cast<std::size_t>(lines.count));
+    }
   }
-  if (far && !lines.outside_is_near) return;
-  for (std::int64_t q = 0; q < lines.n; ++q) {
-    Lanes best = f[q].at;
-    if (lines.outside_is_near) {
-      const std::int64_t edge = std::min(q + 1, lines.n - q);
-      const Lanes square = zero + static_cast<Word>(std::min<std::int64_t>(edge * edge, lines.cap));
-      best = square < best ? square : best;
+  for (std::int64_t first = 0; first < lines.count; first += width) {
+    bool far = true;
+    for (std::int64_t q = 0; q < lines.n && far; ++q) {
+      Lanes own;
+      read(first, q, own);
+      far = !any(own < cap);
     }
-    const std::int64_t last = std::min(std::max(q, lines.n - 1 - q), lines.longest);
-    for (std::int64_t p = 1; p <= last; ++p) {
-      const auto square = static_cast<Word>(p * p);
-      if (p % 4 == 1 && !any(best > square)) break;
-      if (q >= p) {
-        const Lanes below = f[q - p].at + square;
-        best = below < best ? below : best;
+    if (far && !lines.outside_is_near) continue;
+    const std::int64_t kept = std::min(width, lines.count - first);
+    for (std::int64_t q = 0; q < lines.n; ++q) {
+      Lanes best, other;
+      read(first, q, best);
+      if (lines.outside_is_near) {
+        const std::int64_t edge = std::min(q + 1, lines.n - q);
+        other = zero + static_cast<Word>(std::min<std::int64_t>(edge * edge, lines.cap));
+        best = other < best ? other : best;
       }
-      if (q + p < lines.n) {
-        const Lanes above = f[q + p].at + square;
-        best = above < best ? above : best;
+      const std::int64_t last = std::min(std::max(q, lines.n - 1 - q), lines.longest);
+      for (std::int64_t p = 1; p <= last; ++p) {
+        const auto square = static_cast<Word>(p * p);
+        if (p % 4 == 1 && !any(best > square)) break;
+        if (q >= p) {
+          read(first, q - p, other);
+          other += square;
+          best = other < best ? other : best;
+        }
+        if (q + p < lines.n) {
+          read(first, q + p, other);
+          other += square;
+          best = other < best ? other : best;
+        }
       }
+      Word* const to = lines.data + q * lines.stride + first;
+      if (kept == width)
+        std::memcpy(to, &best, bytes);
+      else
+        std::memcpy(to, &best, sizeof(Word) * static_cast<std::size_t>(kept));
     }
-    copy(lines.data + q * lines.stride, &best);
   }
 }
 
-BORELLI_VECTOR_CLONES
-void least_of(const Lines<std::uint16_t>& lines, Strip<std::uint16_t>::Row* f) { least_along(lines, f); }
-BORELLI_VECTOR_CLONES
-void least_of(const Lines<std::uint32_t>& lines, Strip<std::uint32_t>::Row* f) { least_along(lines, f); }
+// One portable build that still uses the machine's widest vectors.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+template <class Word>
+[[gnu::target("arch=x86-64-v4")]] void least_by_64(const Lines<Word>& lines, Row<Word>* f) {
+  least_along<64>(lines, f);
+}
+template <class Word>
+[[gnu::target("arch=x86-64-v3")]] void least_by_32(const Lines<Word>& lines, Row<Word>* f) {
+  least_along<32>(lines, f);
+}
+#endif
+
+template <class Word>
+void least_by_16(const Lines<Word>& lines, Row<Word>* f) {
+  least_along<16>(lines, f);
+}
+
+template <class Word>
+auto least_of(int vector_bytes) {
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+  if (vector_bytes >= 64 && __builtin_cpu_supports("x86-64-v4")) return least_by_64<Word>;
+  if (vector_bytes >= 32 && __builtin_cpu_supports("x86-64-v3")) return least_by_32<Word>;
+#else
+  static_cast<void>(vector_bytes);
+#endif
+  return least_by_16<Word>;
+}
 
 // Squared distances within one row: 0 in runs of `near`, and between them from the nearer of their two ends.
 // `longest`: the least run whose square is not below the cap.
@@ -122,8 +153,9 @@ void along_row(const std::uint8_t* row, std::int64_t n, std::uint8_t near, Word 
 
 template <class Word>
 Volume<Word> squared_distances(const Volume<std::uint8_t>& mask, Word cap, const DistanceOptions& options) {
-  using Room = std::vector<typename Strip<Word>::Row>;
-  constexpr std::int64_t lanes = Strip<Word>::lanes;
+  using Room = std::vector<Row<Word>>;
+  constexpr std::int64_t lanes = Row<Word>::lanes;
+  const auto least = least_of<Word>(options.vector_bytes);
   const auto& g = mask.grid;
   const std::int64_t nx = g.size[0], ny = g.size[1], nz = g.size[2];
   Volume<Word> out{g, std::vector<Word>(g.count())};
@@ -138,15 +170,15 @@ Volume<Word> squared_distances(const Volume<std::uint8_t>& mask, Word cap, const
         along_row(&mask.voxels[row], nx, options.to_unset ? 0 : 1, cap, longest, outside, &out.voxels[row]);
       }
       for (std::int64_t i = 0; i < nx; i += lanes)
-        least_of({&out.voxels[g.offset(i, 0, k)], ny, nx, std::min(lanes, nx - i), cap, longest - 1, outside},
-                 room.data());
+        least({&out.voxels[g.offset(i, 0, k)], ny, nx, std::min(lanes, nx - i), cap, longest - 1, outside},
+              room.data());
     }
   });
   in_slabs(ny, options.threads, [&](std::int64_t j0, std::int64_t j1) {
     Room room(static_cast<std::size_t>(nz));
     for (std::int64_t j = j0; j < j1; ++j)
       for (std::int64_t i = 0; i < nx; i += lanes)
-        least_of(
+        least(
             {&out.voxels[g.offset(i, j, 0)], nz, nx * ny, std::min(lanes, nx - i), cap, longest - 1, outside},
             room.data());
   });

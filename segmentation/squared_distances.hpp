@@ -11,6 +11,7 @@ struct DistanceOptions {
   bool to_unset = false;         ///< to the nearest voxel that is not set, in place of the nearest set one
   bool outside_is_near = false;  ///< what lies outside the grid counts as such a voxel
   int threads = 0;               ///< 0: as many as the machine has
+  int vector_bytes = 64;         ///< in vectors of no more than these: 16, 32 or 64
 };
 
 /// Squared distance of each voxel to the nearest voxel of the kind asked for, and `cap` where it is more.
