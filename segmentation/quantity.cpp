@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 #include <mutex>
+#include <type_traits>
 
 #include "segmentation/slabs.hpp"
 
@@ -34,17 +35,35 @@ std::string span_of(const ValueRange& r) {
   return "values from " + number(r.least) + " to " + number(r.greatest);
 }
 
-// calls f(value) for each voxel, in memory order
+// Whole numbers of int32 that a volume's values all are, if so: voxels of at most 16 bits, scaled by whole
+// numbers. The loops over them are vectors, in contrast to those over doubles.
+bool are_whole(const StoredVoxels& voxels, double slope, double intercept) {
+  const auto small = [](double x) { return x == std::floor(x) && std::abs(x) <= 16384; };
+  return scalar_bytes(voxels.scalar) <= 2 && small(slope) && small(intercept);
+}
+
+// calls f(read, first, last), read(n) being the n-th voxel's value, for some voxels at a time, in memory
+// order
 template <class F>
-void each_value(const StoredVoxels& voxels, std::size_t first, std::size_t last, double slope,
+void each_block(const StoredVoxels& voxels, std::size_t first, std::size_t last, double slope,
                 double intercept, F&& f) {
+  constexpr std::size_t together = 1 << 15;  // what fits into a fast cache; and counts of them into 32 bits
   with_scalar(voxels.scalar, [&]<class T>(T) {
-    const std::byte* p = voxels.bytes() + first * sizeof(T);
-    for (std::size_t n = first; n < last; ++n, p += sizeof(T)) {
-      T stored;
-      std::memcpy(&stored, p, sizeof stored);
-      f(slope * static_cast<double>(stored) + intercept);
-    }
+    const auto go = [&]<class Number>(Number times, Number plus) {
+      const std::byte* const bytes = voxels.bytes();
+      const auto read = [=](std::size_t n) {
+        T stored;
+        std::memcpy(&stored, bytes + n * sizeof(T), sizeof stored);
+        return times * static_cast<Number>(stored) + plus;
+      };
+      for (std::size_t n = first; n < last; n += together) f(read, n, std::min(n + together, last));
+    };
+    if constexpr (std::is_integral_v<T> && sizeof(T) <= 2)
+      if (are_whole(voxels, slope, intercept)) {
+        go(static_cast<std::int32_t>(slope), static_cast<std::int32_t>(intercept));
+        return;
+      }
+    go(slope, intercept);
   });
 }
 
@@ -60,16 +79,41 @@ struct Signs {
 Signs signs_of(const StoredVoxels& voxels, double slope, double intercept, double least) {
   Signs s;
   s.count = voxels.count;
-  double before = 0;
-  each_value(voxels, 0, voxels.count, slope, intercept, [&](double v) {
-    s.ct_air += v >= -1100 && v <= -900;
-    s.ct_soft += v >= -200 && v <= 200;
-    s.stray += v < -1100 && v > least;
-    s.vacuum += v <= 0.02;
-    s.dense += v > 0.1;
-    s.tissue += v >= 0.85 && v <= 1.15 && v != 1;
-    if (v != 0 && before != 0) ++s.inside_pairs, s.equal_pairs += v == before;
-    before = v;
+  std::mutex mutex;
+  in_slabs(static_cast<std::int64_t>(voxels.count), 0, [&](std::int64_t from, std::int64_t to) {
+    Signs own;
+    const auto look = [&](const auto& read, std::size_t first, std::size_t last) {
+      using Number = decltype(read(first));
+      const auto bottom = static_cast<Number>(least);
+      std::uint32_t air = 0, soft = 0, stray = 0, vacuum = 0, dense = 0, tissue = 0, inside = 0, equal = 0;
+      for (std::size_t n = first; n < last; ++n) {
+        const Number v = read(n);
+        air += (v >= -1100) & (v <= -900);
+        soft += (v >= -200) & (v <= 200);
+        stray += (v < -1100) & (v > bottom);
+        if constexpr (std::is_same_v<Number, double>) {
+          vacuum += v <= 0.02;
+          dense += v > 0.1;
+          tissue += (v >= 0.85) & (v <= 1.15) & (v != 1);
+        } else {
+          vacuum += v <= 0;
+          dense += v > 0;
+        }
+      }
+      for (std::size_t n = std::max<std::size_t>(first, 1); n < last; ++n) {
+        const Number before = read(n - 1), v = read(n);
+        inside += (v != 0) & (before != 0);
+        equal += (v != 0) & (v == before);
+      }
+      own.ct_air += air, own.ct_soft += soft, own.stray += stray;
+      own.vacuum += vacuum, own.dense += dense, own.tissue += tissue;
+      own.inside_pairs += inside, own.equal_pairs += equal;
+    };
+    each_block(voxels, static_cast<std::size_t>(from), static_cast<std::size_t>(to), slope, intercept, look);
+    const std::lock_guard lock(mutex);
+    s.ct_air += own.ct_air, s.ct_soft += own.ct_soft, s.stray += own.stray;
+    s.vacuum += own.vacuum, s.dense += own.dense, s.tissue += own.tissue;
+    s.inside_pairs += own.inside_pairs, s.equal_pairs += own.equal_pairs;
   });
   return s;
 }
@@ -168,6 +212,42 @@ double padding_of(const ValueRange& r) {
   return r.least < below_noise && at_least(r.at_least, share, r.count)
              ? r.least
              : std::numeric_limits<double>::quiet_NaN();
+}
+
+// As convert, of what are_whole: `low` and what is no NaN of `padding` are whole, too.
+template <class T>
+Changes convert_whole(std::vector<std::int16_t>& storage, std::size_t count, double slope, double intercept,
+                      double low, double padding) {
+  const auto times = static_cast<std::int32_t>(slope), plus = static_cast<std::int32_t>(intercept);
+  const auto least = static_cast<std::int32_t>(low), greatest = 32767;
+  // (no value is as large)
+  const std::int32_t unseen =
+      std::isnan(padding) ? std::numeric_limits<std::int32_t>::max() : static_cast<std::int32_t>(padding);
+  Changes changes;
+  std::mutex mutex;
+  in_slabs(static_cast<std::int64_t>(count), 0, [&](std::int64_t first, std::int64_t last) {
+    Changes own;
+    constexpr std::int64_t together = 1 << 15;
+    for (std::int64_t from = first; from < last; from += together) {
+      const std::int64_t to = std::min(from + together, last);
+      std::uint32_t below = 0, above = 0, padded = 0;
+      std::int16_t* const at = storage.data();
+      for (std::int64_t n = from; n < to; ++n) {
+        const std::int32_t value = times * static_cast<T>(at[n]) + plus;
+        const bool seen = value != unseen;
+        padded += !seen;
+        below += seen & (value < least);
+        above += value > greatest;
+        const std::int32_t held = std::max(least, std::min(value, greatest));
+        at[n] = static_cast<std::int16_t>(seen ? held : padding_hu);
+      }
+      own.below += below, own.above += above, own.padding += padded;
+    }
+    const std::lock_guard lock(mutex);
+    changes += own;
+  });
+  storage.resize(count);
+  return changes;
 }
 
 // int16 of each value, written over the bytes that it came from
@@ -269,16 +349,32 @@ ValueRange value_range(const StoredVoxels& voxels, double slope, double intercep
   in_slabs(static_cast<std::int64_t>(voxels.count), 0, [&](std::int64_t first, std::int64_t last) {
     ValueRange own;
     own.least = std::numeric_limits<double>::infinity(), own.greatest = -own.least;
-    each_value(voxels, static_cast<std::size_t>(first), static_cast<std::size_t>(last), slope, intercept,
-               [&](double v) {
-                 if (!std::isfinite(v)) {
-                   ++own.not_finite;
-                   return;
-                 }
-                 own.at_least = v < own.least ? 1 : own.at_least + (v == own.least);
-                 own.least = std::min(own.least, v), own.greatest = std::max(own.greatest, v);
-                 own.fractional += v != std::floor(v);
-               });
+    const auto look = [&](const auto& read, std::size_t from, std::size_t to) {
+      using Number = decltype(read(from));
+      if constexpr (std::is_same_v<Number, double>) {
+        for (std::size_t n = from; n < to; ++n) {
+          const double v = read(n);
+          if (!std::isfinite(v)) {
+            ++own.not_finite;
+            continue;
+          }
+          own.at_least = v < own.least ? 1 : own.at_least + (v == own.least);
+          own.least = std::min(own.least, v), own.greatest = std::max(own.greatest, v);
+          own.fractional += v != std::floor(v);
+        }
+      } else {
+        Number low = read(from), high = low;
+        for (std::size_t n = from; n < to; ++n) low = std::min(low, read(n)), high = std::max(high, read(n));
+        own.greatest = std::max<double>(own.greatest, high);
+        if (low > own.least) return;
+        std::uint32_t at_low = 0;
+        for (std::size_t n = from; n < to; ++n) at_low += read(n) == low;
+        own.at_least = low < own.least ? at_low : own.at_least + at_low;
+        own.least = low;
+      }
+    };
+    each_block(voxels, static_cast<std::size_t>(first), static_cast<std::size_t>(last), slope, intercept,
+               look);
     const std::lock_guard lock(mutex);
     if (own.least < least) r.at_least = 0;
     if (own.least <= least) r.at_least += own.at_least;
@@ -327,6 +423,9 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
     }
   }
   const Changes changes = with_scalar(voxels.scalar, [&]<class T>(T) {
+    if constexpr (std::is_integral_v<T> && sizeof(T) == 2)
+      if (are_whole(voxels, slope, intercept))
+        return convert_whole<T>(voxels.storage, voxels.count, slope, intercept, low, padding);
     return convert<T>(voxels.storage, voxels.count, slope, intercept, low, fill, padding);
   });
   const auto tell = [&](std::size_t count, const std::string& what) {

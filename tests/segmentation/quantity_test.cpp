@@ -163,6 +163,80 @@ TEST(Quantity, MrKeepsItsSteps) {
   EXPECT_TRUE(warnings.empty());
 }
 
+template <class T>
+StoredVoxels stored_as(Scalar scalar, const std::vector<T>& values) {
+  StoredVoxels voxels{scalar, values.size(), {}};
+  voxels.storage.resize((values.size() * sizeof(T) + 1) / 2);
+  std::memcpy(voxels.storage.data(), values.data(), values.size() * sizeof(T));
+  return voxels;
+}
+
+// what whole numbers of few bits say and become, against the same values as doubles
+template <class T>
+void expect_as_doubles(Scalar scalar, const std::vector<T>& raw, double slope, double intercept) {
+  SCOPED_TRACE(testing::Message() << scalar_name(scalar) << ' ' << slope << ' ' << intercept);
+  std::vector<double> values;
+  for (const T value : raw) values.push_back(slope * double(value) + intercept);
+  const StoredVoxels whole = stored_as(scalar, raw), doubles = stored_as(Scalar::f64, values);
+  const ValueRange range = value_range(whole, slope, intercept), of_doubles = value_range(doubles, 1, 0);
+  EXPECT_EQ(range.least, of_doubles.least);
+  EXPECT_EQ(range.greatest, of_doubles.greatest);
+  EXPECT_EQ(range.count, of_doubles.count);
+  EXPECT_EQ(range.not_finite, 0u);
+  EXPECT_EQ(range.fractional, of_doubles.fractional);
+  EXPECT_EQ(range.at_least, of_doubles.at_least);
+  const auto decided = decide_quantity("file", whole, slope, intercept, range, {}, "");
+  const auto by_doubles = decide_quantity("file", doubles, 1, 0, of_doubles, {}, "");
+  ASSERT_EQ(decided.has_value(), by_doubles.has_value());
+  if (decided)
+    EXPECT_EQ(decided->statement, by_doubles->statement);
+  else
+    EXPECT_EQ(decided.error().message(), by_doubles.error().message());
+  for (const FileQuantity quantity : {FileQuantity::hu, FileQuantity::density_kgm3,
+                                      FileQuantity::density_gcm3, FileQuantity::labels, FileQuantity::mr}) {
+    std::vector<std::string> warnings, other;
+    EXPECT_EQ(to_int16(whole, slope, intercept, range, quantity, warnings),
+              to_int16(doubles, 1, 0, of_doubles, quantity, other))
+        << quantity_name(quantity);
+    EXPECT_EQ(warnings, other);
+  }
+}
+
+TEST(Quantity, WholeNumbersOfFewBitsAreReadAsDoublesAre) {
+  std::mt19937 random(11);
+  const auto numbers = [&]<class T>(T, int low, int high, std::size_t n) {
+    std::uniform_int_distribution<int> value(low, high);
+    std::vector<T> out(n);
+    for (T& x : out) x = static_cast<T>(value(random));
+    return out;
+  };
+  std::vector<std::int16_t> scan = numbers(std::int16_t{}, -1060, 1500, 100001);
+  for (std::size_t n = 0; n < scan.size(); ++n)
+    if (n % 3 == 0) scan[n] = -1000;
+  std::vector<std::int16_t> padded = scan;
+  for (std::size_t n = 0; n < padded.size(); n += 7) padded[n] = -3024;
+  std::vector<std::uint16_t> shifted;
+  for (const std::int16_t value : scan) shifted.push_back(static_cast<std::uint16_t>(value + 1100));
+  std::vector<std::uint8_t> labels;
+  for (int n = 0; n < 70000; ++n) labels.push_back(static_cast<std::uint8_t>(n / 1000 % 3 ? n / 7000 : 0));
+  for (const auto& [slope, intercept] : {std::pair{1.0, 0.0},
+                                         {1.0, -1100.0},
+                                         {-1.0, 5.0},
+                                         {2.0, -3.0},
+                                         {0.5, 0.25},
+                                         {0.0, 7.0},
+                                         {100.0, 16384.0},
+                                         {20000.0, 0.0}}) {
+    expect_as_doubles(Scalar::i16, scan, slope, intercept);
+    expect_as_doubles(Scalar::i16, padded, slope, intercept);
+    expect_as_doubles(Scalar::u16, shifted, slope, intercept);
+    expect_as_doubles(Scalar::u8, labels, slope, intercept);
+    expect_as_doubles(Scalar::i8, numbers(std::int8_t{}, -128, 127, 1000), slope, intercept);
+    expect_as_doubles(Scalar::i16, numbers(std::int16_t{}, -32768, 32767, 3), slope, intercept);
+    expect_as_doubles(Scalar::u16, numbers(std::uint16_t{}, 0, 65535, 1), slope, intercept);
+  }
+}
+
 TEST(Quantity, NamesRoundTrip) {
   for (const char* name : {"hu", "density_kgm3", "density_gcm3", "labels", "mr"})
     EXPECT_EQ(quantity_name(*parse_quantity(name)), name);
