@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <limits>
+
 #include "dynamics/inverse_dynamics.hpp"
 #include "dynamics/processor.hpp"
 
@@ -112,7 +114,9 @@ Fault accelerate_alone(const System& system, const Parameters& parameters, const
   const State one = state.state(lane);
   const Fault fault = accelerate(system, numbers, one.t, one.q.data(), one.v.data(), {}, single,
                                  applied ? given.data() : nullptr, Wanted::accelerations);
-  for (int i = 0; i < system.nv; ++i) w.a[i].set(lane, single.a[i]);
+  // (what was not solved has no numbers, least of all another lane's)
+  const double whole = fault ? std::numeric_limits<double>::quiet_NaN() : 0;
+  for (int i = 0; i < system.nv; ++i) w.a[i].set(lane, single.a[i] + whole);
   for (int d = 0; d < system.driven_nv; ++d) w.drive_efforts[d].set(lane, single.drive_efforts[d]);
   for (int g = 0; g < system.groups; ++g) w.group_power[g].set(lane, single.group_power[g]);
   return fault;

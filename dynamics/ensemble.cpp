@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <span>
+#include <system_error>
 #include <thread>
 
 #include "dynamics/batch.hpp"
@@ -450,6 +452,19 @@ Result<void> check(const System& system, const std::vector<Member>& members,
   return members.empty() ? Result<void>() : check_settings(settings, members[0].start.t);
 }
 
+/// Whether its inertial elements, where they are its own, can be.
+Result<void> check_inertials(const System& system, const Member& member, std::size_t number) {
+  for (std::size_t b = 0; b < member.inertials.size(); ++b) {
+    const Inertial &own = member.inertials[b], &given = system.parameters.inertials[b];
+    if (own.mass == given.mass && own.centre == given.centre && own.tensor == given.tensor) continue;
+    if (auto ok =
+            check_physical(own, fmt::format("member {}, body {}", number, b), Extent::may_be_bar_or_point);
+        !ok)
+      return tl::unexpected(Error{ok.error().where, ok.error().what, Error::Kind::use});
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::vector<Member>& members,
@@ -460,10 +475,23 @@ Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::v
   const auto change = fastest_change(system, system.parameters, settings.end_time - members[0].start.t, true);
   const std::size_t batches = (members.size() + count - 1) / count;
   std::atomic<std::size_t> next = 0;
+  std::mutex mutex;
+  std::atomic<std::size_t> refused = members.size();  // the first member that is
+  Result<void> fine;
+  const auto may_run = [&](std::size_t first, std::size_t size) {
+    for (std::size_t m = first; m < first + size; ++m)
+      if (auto ok = check_inertials(system, members[m], m); !ok) {
+        const std::lock_guard lock(mutex);
+        if (m < refused) refused = m, fine = ok;
+        return false;
+      }
+    return refused == members.size();
+  };
   const auto work = [&] {
     BatchRun run(system, settings, *make_integrator(settings.method, settings.tolerance), change);
     for (std::size_t i; (i = next++) < batches;) {
       const std::size_t first = i * count, size = std::min<std::size_t>(count, members.size() - first);
+      if (!may_run(first, size)) continue;
       run.run(std::span(members).subspan(first, size), std::span(endings).subspan(first, size));
       for (std::size_t m = first; m < first + size; ++m)
         if (endings[m].alone) endings[m] = run_alone(system, members[m], settings);
@@ -473,9 +501,13 @@ Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::v
       threads > 0 ? std::size_t(threads) : std::max(1u, std::thread::hardware_concurrency());
   {
     std::vector<std::jthread> others;
-    for (std::size_t i = 1; i < std::min(wanted, batches); ++i) others.emplace_back(work);
+    try {
+      for (std::size_t i = 1; i < std::min(wanted, batches); ++i) others.emplace_back(work);
+    } catch (const std::system_error&) {  // as many as can be had
+    }
     work();
   }
+  if (!fine) return tl::unexpected(fine.error());
   return endings;
 }
 

@@ -46,22 +46,29 @@ SpringEvents::SpringEvents(const System& system, Parameters& parameters)
   }
 }
 
-std::pair<double, double> SpringEvents::at(const Bound& bound, const Kinematics& kinematics) const {
+void SpringEvents::look(const Kinematics& kinematics) {
   enum { on_coordinate };
   SiteReader<double> reader(system_, parameters_, kinematics);
-  reader.turn_to(system_.efforts[bound.effort]);
-  if (spring_of(parameters_, bound.effort).range.size() == 1)
-    return {reader.position(on_coordinate), reader.rate(on_coordinate)};
-  const Eigen::Vector3d turn = logarithm(reader.turn(on_coordinate));
-  return {turn[bound.component],
-          rotation_vector_rate(turn, reader.turn_rate(on_coordinate))[bound.component]};
+  at_.clear();
+  while (at_.size() < bounds_.size()) {  // a spring's bounds follow each other
+    const std::size_t effort = bounds_[at_.size()].effort;
+    reader.turn_to(system_.efforts[effort]);
+    if (spring_of(parameters_, effort).range.size() == 1) {
+      at_.emplace_back(reader.position(on_coordinate), reader.rate(on_coordinate));
+      continue;
+    }
+    const Eigen::Vector3d turn = logarithm(reader.turn(on_coordinate));
+    const Eigen::Vector3d rate = rotation_vector_rate(turn, reader.turn_rate(on_coordinate));
+    for (std::size_t c = 0; c < spring_of(parameters_, effort).range.size(); ++c)
+      at_.emplace_back(turn[Eigen::Index(c)], rate[Eigen::Index(c)]);
+  }
 }
 
-EventValue SpringEvents::bound_value(int i, const Kinematics& kinematics) const {
+EventValue SpringEvents::bound_value(int i) const {
   const Bound& bound = bounds_[i / 4];
   const LimitSpring& spring = spring_of(parameters_, bound.effort);
   const Range& range = spring.range[bound.component];
-  const auto [x, rate] = at(bound, kinematics);
+  const auto [x, rate] = at_[i / 4];
   const bool upper = i % 2 == 0;
   const EventValue left =
       upper ? EventValue{range.upper + room - x, -rate} : EventValue{x - range.lower + room, rate};
@@ -86,7 +93,8 @@ Eigen::Vector3d SpringEvents::turn_rate(const Turn& turn, const Kinematics& kine
 }
 
 void SpringEvents::evaluate(const State&, const Kinematics& kinematics, std::span<EventValue> values) {
-  for (int i = 0; i < first_turn(); ++i) values[i] = bound_value(i, kinematics);
+  look(kinematics);
+  for (int i = 0; i < first_turn(); ++i) values[i] = bound_value(i);
   for (std::size_t i = 0; i < turns_.size(); ++i) {
     const Quaternion theta = turned(turns_[i], kinematics);
     values[first_turn() + i] = {theta[0], -0.5 * theta.tail<3>().dot(turn_rate(turns_[i], kinematics))};
@@ -94,14 +102,15 @@ void SpringEvents::evaluate(const State&, const Kinematics& kinematics, std::spa
 }
 
 void SpringEvents::follow(const Kinematics& kinematics) {
+  look(kinematics);
   for (std::size_t b = 0; b < bounds_.size(); ++b) {
     Bound& bound = bounds_[b];
     auto& held = std::get<LimitSpring>(parameters_.efforts[bound.effort].kind).held[bound.component];
     for (int side = 0; side < 2; ++side) {
-      const EventValue left = bound_value(int(4 * b) + side, kinematics);
+      const EventValue left = bound_value(int(4 * b) + side);
       // (of a bound just met its rate tells for sure where it goes)
       held[side] = std::abs(left.value) > rounding ? left.value < 0 : left.rate < 0;
-      const double pushes = bound_value(int(4 * b) + 2 + side, kinematics).value;
+      const double pushes = bound_value(int(4 * b) + 2 + side).value;
       if (std::abs(pushes) > 1e-6) bound.slack[side] = pushes < 0;  // (else as the event has left it)
     }
   }
@@ -119,6 +128,7 @@ bool SpringEvents::turned_too_far(const Kinematics& after, double h) const {
 
 Result<AfterEvent> SpringEvents::handle(std::span<const int> which, State& state, Workspace& workspace,
                                         std::vector<LoggedEvent>& log) {
+  look(workspace.kinematics);
   for (const int i : which) {
     if (const int turn = i - first_turn(); turn >= 0) {
       log.push_back({state.t, "half_turn",
@@ -128,7 +138,7 @@ Result<AfterEvent> SpringEvents::handle(std::span<const int> which, State& state
     Bound& bound = bounds_[i / 4];
     const auto& spring = spring_of(parameters_, bound.effort);
     const bool upper = i % 2 == 0, of_bound = i % 4 < 2;
-    const EventValue left = bound_value(upper ? i / 4 * 4 : i / 4 * 4 + 1, workspace.kinematics);
+    const EventValue left = bound_value(upper ? i / 4 * 4 : i / 4 * 4 + 1);
     if (!of_bound && left.value >= 0) continue;  // at the bound itself: that is an event of its own
     bool& slack = bound.slack[i % 2];
     slack = !of_bound && !slack;

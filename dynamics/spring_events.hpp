@@ -6,6 +6,8 @@
 #pragma once
 
 #include <array>
+#include <utility>
+#include <vector>
 
 #include "dynamics/event.hpp"
 #include "dynamics/pose.hpp"
@@ -52,10 +54,11 @@ class SpringEvents : public EventSource {
     Quaternion from = identity_quaternion();  ///< of two that are one turn, the next ones are near this one
     double speed = 0;                         ///< then, rad/s
   };
-  /// Of the coordinate, or of the component: where it is, and its rate.
-  std::pair<double, double> at(const Bound& bound, const Kinematics& kinematics) const;
+  /// Fills `at_`.
+  void look(const Kinematics& kinematics);
   int first_turn() const { return int(4 * bounds_.size()); }
-  EventValue bound_value(int i, const Kinematics& kinematics) const;
+  /// After look().
+  EventValue bound_value(int i) const;
   Quaternion turned(const Turn& turn, const Kinematics& kinematics) const;
   /// Of a in b, in a's axes.
   Eigen::Vector3d turn_rate(const Turn& turn, const Kinematics& kinematics) const;
@@ -63,7 +66,8 @@ class SpringEvents : public EventSource {
   const System& system_;
   Parameters& parameters_;
   std::vector<Bound> bounds_;  ///< four functions each: of the upper and the lower one; whether they push
-  std::vector<Turn> turns_;    ///< one function each
+  std::vector<std::pair<double, double>> at_;  ///< per bound: where its coordinate or component is, its rate
+  std::vector<Turn> turns_;                    ///< one function each
 };
 
 }  // namespace borelli

@@ -250,8 +250,9 @@ def main():
                          f"| {pair['lagrange'] / pair['recursive']:.2f} |")
     nearer = {name: fitted_exponent([p for p in points if p[0] <= 1000], FITTED_FROM["bodies"])
               for name, points in shown.items()}
-    lines += ["", "![Cost against the number of bodies](bodies.svg)", "", "Fitted exponents of bodies from 100 to 1000: "
-              + ", ".join(f"{name} {e:.2f}" for name, e in sorted(nearer.items()) if e is not None) + ".",
+    fitted = ", ".join(f"{name} {e:.2f}" for name, e in sorted(nearer.items()) if e is not None)
+    lines += ["", "![Cost against the number of bodies](bodies.svg)", "",
+              f"Fitted exponents of bodies from 100 to 1000: {fitted or 'too few were run'}.",
               "Of all from "
               f"{FITTED_FROM['bodies']} on, which no longer lie in the processor's cache: "
               + ", ".join(f"{name} {e:.2f}" for name, e in sorted(exponents.items())) + ".", ""]

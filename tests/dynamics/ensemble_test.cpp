@@ -169,6 +169,22 @@ TEST(Ensemble, RefusesWhatItCannotDo) {
   starts[1].start.t = 0;
   starts[2].inertials.resize(1);
   EXPECT_EQ(simulate_ensemble(system, starts, settings("rk4", 2, 0.01)).error().where, "member 2");
+  // bodies that cannot exist: the first member that has one is told, whoever comes upon it first
+  starts.assign(40, Member{system.initial, system.parameters.inertials});
+  const auto refused = [&](std::size_t member, auto&& change) {
+    auto wrong = starts;
+    change(wrong[member].inertials[1]);
+    change(wrong[39].inertials[2]);
+    const auto endings = simulate_ensemble(system, wrong, settings("rk4", 2, 0.01), 2);
+    ASSERT_FALSE(endings);
+    EXPECT_EQ(endings.error().where, "member " + std::to_string(member) + ", body 1");
+    EXPECT_EQ(endings.error().kind, Error::Kind::use);
+  };
+  refused(17, [](Inertial& body) { body.tensor = -body.tensor.eval(); });
+  refused(3, [](Inertial& body) { body.mass = -1; });
+  refused(38, [](Inertial& body) { body.mass = std::numeric_limits<double>::infinity(); });
+  refused(0, [](Inertial& body) { body.centre[2] = std::nan(""); });
+  EXPECT_EQ(need(simulate_ensemble(system, starts, settings("rk4", 2, 0.01))).size(), 40u);
   EXPECT_TRUE(need(simulate_ensemble(system, {}, settings("rk4", 2, 0.01))).empty());
 }
 
