@@ -9,6 +9,8 @@
 #include <cstring>
 #include <thread>
 
+#include "segmentation/slabs.hpp"
+
 // One portable build that still uses registers of four doubles where there are some (wider ones gain nothing:
 // what takes the time is to look up weights): the loader picks the clone that the machine can run, and what
 // is marked INLINE is compiled anew within each.
@@ -207,12 +209,9 @@ LabelMoments sum_volume(const LabelMap& labels, const std::int16_t* grey, const 
                slab_moments[static_cast<std::size_t>(slab)]);
     }
   };
-  const int wanted = threads > 0 ? threads : static_cast<int>(std::thread::hardware_concurrency());
-  {
-    std::vector<std::jthread> others;
-    for (std::int64_t t = 1; t < std::min<std::int64_t>(wanted, slabs); ++t) others.emplace_back(work);
-    work();
-  }
+  const std::int64_t machine = std::max(1U, std::thread::hardware_concurrency());
+  const std::int64_t team = std::min<std::int64_t>(threads > 0 ? threads : machine, slabs);
+  in_slabs(team, static_cast<int>(team), [&](std::int64_t, std::int64_t) { work(); });
   LabelMoments total;
   for (const auto& slab : slab_moments)
     for (std::size_t label = 1; label < 256; ++label)

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <mutex>
 #include <numeric>
-#include <thread>
+
+#include "segmentation/slabs.hpp"
 
 namespace borelli {
 
@@ -35,21 +37,17 @@ int round_width(int span, int most) {
 Histogram histogram(const GreyVolume& grey, const LabelMap* labels, int most_bins, int threads) {
   if (labels && !(labels->grid == grey.grid)) labels = nullptr;
   const std::size_t n = grey.voxels.size();
-  const std::size_t lanes = threads > 0 ? static_cast<std::size_t>(threads)
-                                        : std::max<std::size_t>(1, std::thread::hardware_concurrency());
-  std::vector<Counts> found(lanes);
-  {
-    std::vector<std::jthread> workers;
-    for (std::size_t lane = 0; lane < lanes; ++lane)
-      workers.emplace_back(
-          [&, lane] { found[lane] = count(grey, labels, n * lane / lanes, n * (lane + 1) / lanes); });
-  }
   std::vector<std::uint64_t> all(values), body(values);
-  for (const Counts& counts : found)
+  std::mutex mutex;
+  in_slabs(static_cast<std::int64_t>(n), threads, [&](std::int64_t first, std::int64_t last) {
+    const Counts counts =
+        count(grey, labels, static_cast<std::size_t>(first), static_cast<std::size_t>(last));
+    const std::lock_guard lock(mutex);
     for (std::size_t v = 0; v < values; ++v) {
       all[v] += counts[0][v] + counts[1][v];
       body[v] += counts[1][v];
     }
+  });
 
   Histogram made;
   if (n == 0) return made;

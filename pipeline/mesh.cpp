@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "pipeline/decimate.hpp"
+#include "segmentation/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -225,7 +226,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   std::ranges::stable_sort(order, std::greater(), [&](std::size_t n) { return boxes[present[n]].voxels; });
   std::atomic<std::size_t> next = 0, done = 0;
   std::mutex telling;
-  std::atomic<bool> out_of_memory = false, stopped = false;
+  std::atomic<bool> stopped = false;
   const auto make = [&] {
     for (std::size_t m = next++; m < present.size() && !stopped; m = next++) {
       const std::size_t n = order[m];
@@ -237,21 +238,14 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
         stopped = true;
     }
   };
-  const auto work = [&] {
-    try {
-      make();
-    } catch (const std::bad_alloc&) {  // must not leave a thread
-      out_of_memory = true;
-    }
-  };
-  const unsigned machine = std::max(1u, std::thread::hardware_concurrency());
-  const std::size_t threads = std::min<std::size_t>(
-      options.threads > 0 ? static_cast<unsigned>(options.threads) : machine, present.size());
-  std::vector<std::jthread> helpers;
-  for (std::size_t n = 1; n < threads; ++n) helpers.emplace_back(work);
-  work();
-  helpers.clear();
-  if (out_of_memory) return failure("meshes", "do not fit into memory; a coarser grid makes fewer triangles");
+  const std::int64_t machine = std::max(1u, std::thread::hardware_concurrency());
+  const auto threads =
+      std::min<std::int64_t>(options.threads > 0 ? options.threads : machine, std::ssize(present));
+  try {
+    in_slabs(threads, static_cast<int>(threads), [&](std::int64_t, std::int64_t) { make(); });
+  } catch (const std::bad_alloc&) {
+    return failure("meshes", "do not fit into memory; a coarser grid makes fewer triangles");
+  }
   if (stopped) return failure("meshes", "were stopped");
   return meshes;
 }

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "segmentation/nearest_whole.hpp"
+#include "segmentation/slabs.hpp"
 
 namespace borelli {
 
@@ -207,16 +207,10 @@ Thumbnail thumbnail(const GreyVolume* grey, const LabelMap* labels, std::size_t 
   }
   if (labels) copy.labels.assign(count, 0);
 
-  const auto lanes = static_cast<std::int64_t>(
-      threads > 0 ? threads : static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
-  std::vector<std::jthread> workers;
-  for (std::int64_t lane = 0; lane < lanes; ++lane)
-    workers.emplace_back([&, lane] {
-      const auto first = copy.size[2] * lane / lanes, last = copy.size[2] * (lane + 1) / lanes;
-      if (grey) fill_grey(copy, *grey, first, last);
-      if (labels) fill_labels(copy, *labels, first, last);
-    });
-  workers.clear();  // joins
+  in_slabs(copy.size[2], threads, [&](std::int64_t first, std::int64_t last) {
+    if (grey) fill_grey(copy, *grey, first, last);
+    if (labels) fill_labels(copy, *labels, first, last);
+  });
   return copy;
 }
 
