@@ -7,7 +7,6 @@
 #include <atomic>
 #include <bit>
 #include <cstring>
-#include <thread>
 
 #include "segmentation/slabs.hpp"
 
@@ -209,9 +208,7 @@ LabelMoments sum_volume(const LabelMap& labels, const std::int16_t* grey, const 
                slab_moments[static_cast<std::size_t>(slab)]);
     }
   };
-  const std::int64_t machine = std::max(1U, std::thread::hardware_concurrency());
-  const std::int64_t team = std::min<std::int64_t>(threads > 0 ? threads : machine, slabs);
-  in_slabs(team, static_cast<int>(team), [&](std::int64_t, std::int64_t) { work(); });
+  in_slabs(slabs, threads, [&](std::int64_t, std::int64_t) { work(); });
   LabelMoments total;
   for (const auto& slab : slab_moments)
     for (std::size_t label = 1; label < 256; ++label)

@@ -15,7 +15,6 @@
 #include <mutex>
 #include <new>
 #include <numeric>
-#include <thread>
 
 #include "pipeline/decimate.hpp"
 #include "segmentation/slabs.hpp"
@@ -238,11 +237,8 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
         stopped = true;
     }
   };
-  const std::int64_t machine = std::max(1u, std::thread::hardware_concurrency());
-  const auto threads =
-      std::min<std::int64_t>(options.threads > 0 ? options.threads : machine, std::ssize(present));
   try {
-    in_slabs(threads, static_cast<int>(threads), [&](std::int64_t, std::int64_t) { make(); });
+    in_slabs(std::ssize(present), options.threads, [&](std::int64_t, std::int64_t) { make(); });
   } catch (const std::bad_alloc&) {
     return failure("meshes", "do not fit into memory; a coarser grid makes fewer triangles");
   }

@@ -53,7 +53,7 @@ TEST(SquaredDistances, AreThoseToTheNearestVoxelInVectorsOfEachWidth) {
     }
 }
 
-// 3 voxels of one corner alone see anything
+// one voxel set, in a corner: its three neighbours are nearer than the cap
 TEST(SquaredDistances, AreCappedWhereNothingIsNear) {
   for (const int bytes : {16, 32, 64}) {
     Volume<std::uint8_t> mask;
