@@ -7,7 +7,6 @@
 #include <atomic>
 #include <mutex>
 #include <span>
-#include <system_error>
 #include <thread>
 
 #include "dynamics/batch.hpp"
@@ -18,6 +17,7 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/settings_check.hpp"
 #include "dynamics/simulate.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 
@@ -499,14 +499,8 @@ Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::v
   };
   const std::size_t wanted =
       threads > 0 ? std::size_t(threads) : std::max(1u, std::thread::hardware_concurrency());
-  {
-    std::vector<std::jthread> others;
-    try {
-      for (std::size_t i = 1; i < std::min(wanted, batches); ++i) others.emplace_back(work);
-    } catch (const std::system_error&) {  // as many as can be had
-    }
-    work();
-  }
+  const std::size_t team = std::min(wanted, batches);
+  in_slabs(std::int64_t(team), int(team), [&](std::int64_t, std::int64_t) { work(); });
   if (!fine) return tl::unexpected(fine.error());
   return endings;
 }

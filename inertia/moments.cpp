@@ -8,7 +8,7 @@
 #include <bit>
 #include <cstring>
 
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 // One portable build that still uses registers of four doubles where there are some (wider ones gain nothing:
 // what takes the time is to look up weights): the loader picks the clone that the machine can run, and what

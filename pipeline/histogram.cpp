@@ -6,7 +6,7 @@
 #include <mutex>
 #include <numeric>
 
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 

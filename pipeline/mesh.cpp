@@ -17,7 +17,7 @@
 #include <numeric>
 
 #include "pipeline/decimate.hpp"
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

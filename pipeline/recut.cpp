@@ -6,7 +6,7 @@
 
 #include "segmentation/cuts.hpp"
 #include "segmentation/parts.hpp"
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "segmentation/nearest_whole.hpp"
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 

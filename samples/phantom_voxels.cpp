@@ -4,13 +4,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <span>
-#include <thread>
 
 #include "samples/phantom_builder.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -158,17 +157,9 @@ class Painter {
 // Runs work(k) for every k below `count`, on some threads.
 template <class F>
 void each_slice(std::int64_t count, int threads, const F& work) {
-  const unsigned asked = threads > 0 ? static_cast<unsigned>(threads) : std::thread::hardware_concurrency();
-  const unsigned used =
-      std::max(1u, std::min<unsigned>(asked, static_cast<unsigned>(std::max<std::int64_t>(count, 1))));
-  std::atomic<std::int64_t> next{0};
-  const auto run = [&] {
-    for (std::int64_t k = next++; k < count; k = next++) work(k);
-  };
-  std::vector<std::thread> pool;
-  for (unsigned t = 1; t < used; ++t) pool.emplace_back(run);
-  run();
-  for (std::thread& thread : pool) thread.join();
+  in_turns(count, threads, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t k = first; k < last; ++k) work(k);
+  });
 }
 
 std::int16_t to_hu(double value) {

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <map>
 
-#include "segmentation/slabs.hpp"
 #include "segmentation/slice_stack.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

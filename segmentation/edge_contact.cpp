@@ -6,8 +6,8 @@
 #include <mutex>
 
 #include "segmentation/class_map.hpp"
-#include "segmentation/slabs.hpp"
 #include "segmentation/work_grid.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "segmentation/slabs.hpp"
 #include "segmentation/volume.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

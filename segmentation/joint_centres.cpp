@@ -14,7 +14,7 @@
 #include "segmentation/hinges.hpp"
 #include "segmentation/joints_along_way.hpp"
 #include "segmentation/limb_lengths.hpp"
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

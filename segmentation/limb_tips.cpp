@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "segmentation/parts.hpp"
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "segmentation/slabs.hpp"
 #include "segmentation/squared_distances.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

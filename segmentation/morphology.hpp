@@ -12,8 +12,8 @@
 #include <functional>
 #include <vector>
 
-#include "segmentation/slabs.hpp"
 #include "segmentation/volume.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 

@@ -10,7 +10,7 @@
 #include "segmentation/morphology.hpp"
 #include "segmentation/noise.hpp"
 #include "segmentation/parts.hpp"
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

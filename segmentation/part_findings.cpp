@@ -17,8 +17,8 @@
 #include "segmentation/contact.hpp"
 #include "segmentation/edge_contact.hpp"
 #include "segmentation/part_words.hpp"
-#include "segmentation/slabs.hpp"
 #include "segmentation/unparted_limbs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

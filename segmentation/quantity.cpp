@@ -9,7 +9,7 @@
 #include <mutex>
 #include <type_traits>
 
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

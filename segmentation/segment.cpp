@@ -31,10 +31,10 @@
 #include "segmentation/one_side.hpp"
 #include "segmentation/part_findings.hpp"
 #include "segmentation/part_planes.hpp"
-#include "segmentation/slabs.hpp"
 #include "segmentation/soft_tissue.hpp"
 #include "segmentation/trunk_landmarks.hpp"
 #include "segmentation/unparted_limbs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

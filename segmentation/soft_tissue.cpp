@@ -4,9 +4,9 @@
 
 #include "segmentation/geodesic.hpp"
 #include "segmentation/parts.hpp"
-#include "segmentation/slabs.hpp"
 #include "segmentation/tissues.hpp"
 #include "segmentation/touching_flesh.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

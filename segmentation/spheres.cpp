@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "segmentation/nearest_whole.hpp"
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

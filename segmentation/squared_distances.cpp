@@ -4,7 +4,7 @@
 #include <cstring>
 #include <vector>
 
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 #define BORELLI_INLINE inline __attribute__((always_inline))
 

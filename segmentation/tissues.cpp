@@ -5,7 +5,7 @@
 #include <cstring>
 #include <vector>
 
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

@@ -10,8 +10,8 @@
 #include "segmentation/body_mask.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/seen_border.hpp"
-#include "segmentation/slabs.hpp"
 #include "segmentation/tissues.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

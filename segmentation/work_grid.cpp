@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "segmentation/nearest_whole.hpp"
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {

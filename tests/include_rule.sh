@@ -8,11 +8,12 @@ cd "$root" || exit 1
 # what a folder may include of the others, as an extended regular expression
 declare -A allowed=(
   [error]='error/'
-  [segmentation]='(error|segmentation)/'
-  [inertia]='(error|inertia)/|segmentation/volume\.hpp'
-  [dynamics]='(error|dynamics)/|inertia/inertial\.hpp'
-  [samples]='(error|samples|segmentation|inertia)/'
-  [pipeline]='(error|segmentation|inertia|dynamics|samples|pipeline)/'
+  [threads]='threads/'
+  [segmentation]='(error|threads|segmentation)/'
+  [inertia]='(error|threads|inertia)/|segmentation/volume\.hpp'
+  [dynamics]='(error|threads|dynamics)/|inertia/inertial\.hpp'
+  [samples]='(error|threads|samples|segmentation|inertia)/'
+  [pipeline]='(error|threads|segmentation|inertia|dynamics|samples|pipeline)/'
 )
 bad=0
 for folder in "${!allowed[@]}"; do
@@ -24,9 +25,9 @@ for folder in "${!allowed[@]}"; do
     bad=1
   fi
 done
-itk=$(grep -rnE '^#include [<"](itk|gdcm)' --include='*.hpp' --include='*.cpp' error segmentation inertia dynamics samples pipeline |
+itk=$(grep -rnE '^#include [<"](itk|gdcm)' --include='*.hpp' --include='*.cpp' error threads segmentation inertia dynamics samples pipeline |
   grep -vE '^segmentation/[^:]*\.cpp:')
-vtk=$(grep -rnE '^#include [<"]vtk' --include='*.hpp' --include='*.cpp' error segmentation inertia dynamics samples pipeline |
+vtk=$(grep -rnE '^#include [<"]vtk' --include='*.hpp' --include='*.cpp' error threads segmentation inertia dynamics samples pipeline |
   grep -vE '^pipeline/[^:]*\.cpp:')
 if [ -n "$itk$vtk" ]; then
   echo "ITK belongs in segmentation's .cpp files, VTK in pipeline's:"

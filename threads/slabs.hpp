@@ -1,4 +1,4 @@
-// Work shared among threads by slices of a volume.
+// Work shared among threads: slices of a volume, members of an ensemble.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "segmentation/slabs.hpp"
+#include "threads/slabs.hpp"
 
 #include <gtest/gtest.h>
 
