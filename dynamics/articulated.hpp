@@ -47,7 +47,7 @@ struct alignas(line_alignment<T>) ArticulatedBody {
   Symmetric3<T> I, M;
   Eigen::Matrix3<T> H = Eigen::Matrix3<T>::Zero();
   Wrench<T> bias;
-  InertiaBound bound;     ///< what an entry of the mass matrix is compared with
+  InertiaBound<T> bound;  ///< what an entry of the mass matrix is compared with
   bool extended = false;  ///< else I, H and the moment of bias are zero
 };
 

@@ -44,7 +44,7 @@ inline ArticulatedBody<double> lane_of(const ArticulatedBody<Quad>& from, int la
   ArticulatedBody<double> to;
   lane_of(from.M, lane, to.M);
   lane_of(from.bias.f, lane, to.bias.f);
-  to.bound = from.bound;
+  to.bound = {from.bound.mass[lane], from.bound.polar[lane], from.bound.reach[lane]};
   to.extended = from.extended;
   if (!from.extended) {
     to.bias.n.setZero();

@@ -165,7 +165,7 @@ void put_own(const Inertia& inertial, const Eigen::Vector3d& gravity, const Link
     for (int i = 0; i < 3; ++i) H(i, i) = T(0);
     to.M.xy = to.M.xz = to.M.yz = T(0);
   }
-  const InertiaBound bound = bound_of(inertial);
+  const InertiaBound<T> bound = bound_of(inertial);
   if constexpr (added)
     to.bound.add(bound);
   else
@@ -303,9 +303,9 @@ void release(const PivotOf<T>& pivot, ArticulatedBody<T>& body) {
 
 /// The coordinates of a step, one after the other; `acceleration` of a drive, else null. False where one
 /// meets no inertia to speak of.
-template <class Kind, class T>
-bool release_step(const T& armature, const T* effort, const T* given, const T* acceleration, bool at_root,
-                  PivotOf<T>* pivots, ArticulatedBody<T>& body) {
+template <class Kind, class T, class Armature>
+bool release_step(const Armature& armature, const T* effort, const T* given, const T* acceleration,
+                  bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body) {
   for (int i = Kind::nv - 1; i >= 0; --i) {
     PivotOf<T>& pivot = pivots[i];
     if (!Kind::rotates && !body.extended)
@@ -320,9 +320,12 @@ bool release_step(const T& armature, const T* effort, const T* given, const T* a
     if (acceleration) continue;
     const T meets = power<Kind>(pivot, pivot.U) + armature;
     // no less than its entry of the mass matrix: what elimination leaves below 1e-14 of that is rounding
-    T entry = armature;
-    if (Kind::rotates) entry += body.bound.polar_inertia() * pivot.angular.squaredNorm();
-    if (Kind::slides) entry += body.bound.mass * pivot.linear.squaredNorm();
+    const T entry = [&]() -> T {
+      if constexpr (!Kind::rotates) return body.bound.mass * pivot.linear.squaredNorm() + armature;
+      const T turning = body.bound.polar_inertia() * pivot.angular.squaredNorm() + armature;
+      if constexpr (!Kind::slides) return turning;
+      return turning + body.bound.mass * pivot.linear.squaredNorm();
+    }();
     if (!everywhere(meets > 2e-14 * entry)) return false;
     pivot.inverse = 1 / meets;
     if (!at_root || i > 0) release(pivot, body);
@@ -372,8 +375,8 @@ void follow(bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* p
 }
 
 /// Lets all coordinates of a step follow. False where one meets no inertia to speak of.
-template <class Kind, class T>
-bool free_step(const T& armature, bool loose, const T* effort, const T* given, const T* acceleration,
+template <class Kind, class T, class Armature>
+bool free_step(const Armature& armature, bool loose, const T* effort, const T* given, const T* acceleration,
                bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body, LinkOf<T>& link) {
   if constexpr (turns_freely<Kind>) {
     link.collapsed = false;

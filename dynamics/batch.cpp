@@ -57,8 +57,14 @@ BatchWorkspaceOf<T>::BatchWorkspaceOf(const System& system, bool mass_matrix)
       drive_efforts(Eigen::VectorX<T>::Zero(system.driven_nv)),
       group_power(Eigen::VectorX<T>::Zero(system.groups)) {
   if (mass_matrix) recursion.emplace(system);
-  for (std::size_t b = 0; b < inertials.size(); ++b)
-    for (int lane = 0; lane < T::count; ++lane) set_inertial(lane, int(b), system.parameters.inertials[b]);
+  for (std::size_t b = 0; b < inertials.size(); ++b) {
+    const Inertial& from = system.parameters.inertials[b];
+    VariedInertial<T>& to = inertials[b];
+    to.mass = from.mass;
+    to.centre = from.centre.cast<T>();
+    to.tensor = from.tensor.cast<T>();
+    to.settle();
+  }
 }
 
 template <class T>

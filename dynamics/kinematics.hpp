@@ -14,26 +14,30 @@
 
 namespace borelli {
 
-/// What bodies can at most resist, were they rigidly tied, as they turn about a point or move with it: in any
-/// pose of theirs, and of states side by side in any of them.
-struct InertiaBound {
-  double mass = 0;   ///< kg
-  double polar = 0;  ///< half the traces of the tensors about their own centres, kg m^2
-  double reach = 0;  ///< m, from the point to the farthest gravity centre
+/// What bodies can at most resist, were they rigidly tied, as they turn about a point or move with it, in any
+/// pose of theirs; over numbers without derivatives.
+template <class T>
+struct InertiaBoundOf {
+  T mass = 0;   ///< kg
+  T polar = 0;  ///< half the traces of the tensors about their own centres, kg m^2
+  T reach = 0;  ///< m, from the point to the farthest gravity centre
 
-  double polar_inertia() const { return polar + mass * reach * reach; }
-  void add(const InertiaBound& other) {
+  T polar_inertia() const { return polar + mass * reach * reach; }
+  void add(const InertiaBoundOf& other) {
     mass += other.mass;
     polar += other.polar;
-    reach = std::max(reach, other.reach);
+    reach = larger(reach, other.reach);
   }
 };
+/// Of bodies whose numbers are T.
+template <class T>
+using InertiaBound = InertiaBoundOf<std::remove_cvref_t<decltype(value_of(std::declval<T>()))>>;
 
 /// No less than how far a point is from the origin, in any axes.
 template <class T>
-double distance_bound(const Eigen::Vector3<T>& point) {
+auto distance_bound(const Eigen::Vector3<T>& point) {
   using std::abs;
-  return largest(T(abs(point[0]) + abs(point[1]) + abs(point[2])));
+  return value_of(T(abs(point[0]) + abs(point[1]) + abs(point[2])));
 }
 
 /// A body's inertial elements over a scalar that may carry derivatives (see Inertial).
@@ -44,26 +48,26 @@ struct alignas(line_alignment<T>) VariedInertial {
   Eigen::Matrix3<T> tensor = Eigen::Matrix3<T>::Zero();  ///< about the gravity centre, kg m^2
   // Of numbers side by side, found by `settle`: it would take long to find them each time.
   bool principal = false;  ///< the body's axes are the tensor's: less is computed
-  InertiaBound bound;
+  InertiaBound<T> bound;
 
   void settle();
 };
 
 /// Of one body, about the origin of its frame.
-template <class Inertia>
-InertiaBound find_bound(const Inertia& inertial) {
-  return {largest(inertial.mass), 0.5 * largest(inertial.tensor.trace()), distance_bound(inertial.centre)};
+template <class T, class Inertia>
+InertiaBound<T> find_bound(const Inertia& inertial) {
+  return {value_of(inertial.mass), 0.5 * value_of(inertial.tensor.trace()), distance_bound(inertial.centre)};
 }
-inline InertiaBound bound_of(const Inertial& inertial) { return find_bound(inertial); }
+inline InertiaBound<double> bound_of(const Inertial& inertial) { return find_bound<double>(inertial); }
 template <class T>
-InertiaBound bound_of(const VariedInertial<T>& inertial) {
-  return is_lanes<T> ? inertial.bound : find_bound(inertial);
+InertiaBound<T> bound_of(const VariedInertial<T>& inertial) {
+  return is_lanes<T> ? inertial.bound : find_bound<T>(inertial);
 }
 
 template <class T>
 void VariedInertial<T>::settle() {
   principal = has_principal_axes(tensor);
-  bound = find_bound(*this);
+  bound = find_bound<T>(*this);
 }
 
 inline bool has_principal_axes(const Inertial& inertial) { return has_principal_axes(inertial.tensor); }

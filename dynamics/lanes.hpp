@@ -64,33 +64,30 @@ class LaneMask<N, N> {
 
   const Vector& vector() const { return holds_; }
   bool operator[](int lane) const { return holds_[lane] != 0; }
-  bool all() const { return halved<true>(); }
-  bool any() const { return halved<false>(); }
+  bool all() const { return reduced<true>(); }
+  bool any() const { return reduced<false>(); }
   friend LaneMask operator&(const LaneMask& a, const LaneMask& b) { return LaneMask(a.holds_ & b.holds_); }
   friend LaneMask operator|(const LaneMask& a, const LaneMask& b) { return LaneMask(a.holds_ | b.holds_); }
 
  private:
-  /// Whether every (else any) lane holds: the lower half by the upper until one is left, in the fewest
-  /// instructions.
+  /// Whether every (else any) lane holds, in the fewest instructions: eight as bytes of one word, of four the
+  /// lower half by the upper.
   template <bool every>
-  bool halved() const {
-    using Four = typename Register<4>::Words;
+  bool reduced() const {
     using Two = typename Register<2>::Words;
-    if constexpr (N == 2) {
-      return (every ? holds_[0] & holds_[1] : holds_[0] | holds_[1]) != 0;
-    } else {
-      Four four = {};
-      if constexpr (N == 8) {
-        const Four low = __builtin_shufflevector(holds_, holds_, 0, 1, 2, 3),
-                   high = __builtin_shufflevector(holds_, holds_, 4, 5, 6, 7);
-        four = every ? low & high : low | high;
-      } else {
-        four = holds_;
-      }
-      const Two low = __builtin_shufflevector(four, four, 0, 1),
-                high = __builtin_shufflevector(four, four, 2, 3);
+    typedef signed char Bytes __attribute__((vector_size(8)));
+    if constexpr (N == 8) {
+      const Bytes bytes = __builtin_convertvector(holds_, Bytes);
+      long long word;
+      __builtin_memcpy(&word, &bytes, sizeof word);
+      return every ? word == -1 : word != 0;
+    } else if constexpr (N == 4) {
+      const Two low = __builtin_shufflevector(holds_, holds_, 0, 1),
+                high = __builtin_shufflevector(holds_, holds_, 2, 3);
       const Two two = every ? low & high : low | high;
       return (every ? two[0] & two[1] : two[0] | two[1]) != 0;
+    } else {
+      return (every ? holds_[0] & holds_[1] : holds_[0] | holds_[1]) != 0;
     }
   }
 
@@ -177,12 +174,14 @@ class LanesOf<N, N> {
 
   LanesOf() {}
   LanesOf(double each) {  // NOLINT: a constant is the same in all lanes, in one instruction if it is so said
-    if constexpr (N == 8)
-      x_ = Vector{each, each, each, each, each, each, each, each};
-    else if constexpr (N == 4)
+    if constexpr (N == 8) {
+      const Vector first{each};
+      x_ = __builtin_shufflevector(first, first, 0, 0, 0, 0, 0, 0, 0, 0);
+    } else if constexpr (N == 4) {
       x_ = Vector{each, each, each, each};
-    else
+    } else {
       x_ = Vector{each, each};
+    }
   }
   explicit LanesOf(const Vector& x) : x_(x) {}
   // not trivial, so that it is passed in memory whatever processor the caller is compiled for
@@ -240,10 +239,8 @@ template <int N, int width>
 constexpr bool is_lanes<LanesOf<N, width>> = true;
 
 template <int N, int width>
-double largest(const LanesOf<N, width>& x) {
-  double out = x[0];
-  for (int lane = 1; lane < N; ++lane) out = std::max(out, x[lane]);
-  return out;
+const LanesOf<N, width>& value_of(const LanesOf<N, width>& x) {
+  return x;
 }
 
 template <int N>
@@ -254,6 +251,10 @@ template <int N, int width>
 LanesOf<N, width> choose(const LaneMask<N, width>& condition, const LanesOf<N, width>& yes,
                          const LanesOf<N, width>& no) {
   return {choose(condition.low(), yes.low(), no.low()), choose(condition.high(), yes.high(), no.high())};
+}
+template <int N, int width>
+LanesOf<N, width> larger(const LanesOf<N, width>& a, const LanesOf<N, width>& b) {
+  return choose(a < b, b, a);
 }
 template <int N, int width, class M>
 M choose(const LaneMask<N, width>& condition, const M& yes, const M& no) {  // of Eigen's matrices of lanes

@@ -29,14 +29,11 @@ inline bool everywhere(bool condition) { return condition; }
 /// The number itself, without its derivatives.
 inline double value_of(double x) { return x; }
 
+/// The larger of two numbers; of a type of several, of each.
+inline double larger(double a, double b) { return a < b ? b : a; }
+
 /// Whether a type is of several numbers (lanes.hpp).
 template <class T>
 constexpr bool is_lanes = false;
-
-/// The number itself; of a type of several, the largest.
-template <class T>
-double largest(const T& x) {
-  return value_of(x);
-}
 
 }  // namespace borelli

@@ -397,23 +397,28 @@ TEST(Recursive, ABodysBoundIsNoLessThanItsInertia) {
     const Matrix3d about =
         inertial.tensor + mass * (centre.squaredNorm() * Matrix3d::Identity() - centre * centre.transpose());
     const double largest = Eigen::SelfAdjointEigenSolver<Matrix3d>(about).eigenvalues()[2];
-    const InertiaBound bound = bound_of(inertial);
+    const InertiaBound<double> bound = bound_of(inertial);
     EXPECT_EQ(bound.mass, mass);
     EXPECT_GE(bound.polar_inertia(), largest);
     EXPECT_LE(bound.polar_inertia(), 2 * inertial.tensor.trace() + 3 * mass * centre.squaredNorm());
-    // of several side by side, the largest
+    // of several side by side, of each
     VariedInertial<Lanes> eight;
+    std::vector<Inertial> each;
     for (int lane = 0; lane < Lanes::count; ++lane) {
-      const double part = lane == i % Lanes::count ? 1 : 0.5;
-      eight.mass.set(lane, part * mass);
+      const double part = 1. / (1 + lane);
+      each.push_back({part * mass, part * centre, part * inertial.tensor});
+      eight.mass.set(lane, each[lane].mass);
       for (int a = 0; a < 3; ++a) {
-        eight.centre[a].set(lane, part * centre[a]);
-        for (int b = 0; b < 3; ++b) eight.tensor(a, b).set(lane, part * inertial.tensor(a, b));
+        eight.centre[a].set(lane, each[lane].centre[a]);
+        for (int b = 0; b < 3; ++b) eight.tensor(a, b).set(lane, each[lane].tensor(a, b));
       }
     }
     eight.settle();
-    EXPECT_EQ(bound_of(eight).polar_inertia(), bound.polar_inertia());
-    EXPECT_EQ(bound_of(eight).mass, mass);
+    const InertiaBound<Lanes> bounds = bound_of(eight);
+    for (int lane = 0; lane < Lanes::count; ++lane) {
+      EXPECT_EQ(bounds.polar_inertia()[lane], bound_of(each[lane]).polar_inertia());
+      EXPECT_EQ(bounds.mass[lane], each[lane].mass);
+    }
   }
 }
 
