@@ -320,13 +320,10 @@ bool release_step(const Armature& armature, const T* effort, const T* given, con
     if (acceleration) continue;
     const T meets = power<Kind>(pivot, pivot.U) + armature;
     // no less than its entry of the mass matrix: what elimination leaves below 1e-14 of that is rounding
-    const T entry = [&]() -> T {
-      if constexpr (!Kind::rotates) return body.bound.mass * pivot.linear.squaredNorm() + armature;
-      const T turning = body.bound.polar_inertia() * pivot.angular.squaredNorm() + armature;
-      if constexpr (!Kind::slides) return turning;
-      return turning + body.bound.mass * pivot.linear.squaredNorm();
-    }();
-    if (!everywhere(meets > 2e-14 * entry)) return false;
+    T entry(0);
+    if (Kind::rotates) entry += body.bound.polar_inertia() * pivot.angular.squaredNorm();
+    if (Kind::slides) entry += body.bound.mass * pivot.linear.squaredNorm();
+    if (!everywhere(meets > 2e-14 * (entry + armature))) return false;
     pivot.inverse = 1 / meets;
     if (!at_root || i > 0) release(pivot, body);
   }

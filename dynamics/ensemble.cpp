@@ -7,7 +7,6 @@
 #include <atomic>
 #include <mutex>
 #include <span>
-#include <thread>
 
 #include "dynamics/batch.hpp"
 #include "dynamics/certifier.hpp"
@@ -497,10 +496,7 @@ Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::v
         if (endings[m].alone) endings[m] = run_alone(system, members[m], settings);
     }
   };
-  const std::size_t wanted =
-      threads > 0 ? std::size_t(threads) : std::max(1u, std::thread::hardware_concurrency());
-  const std::size_t team = std::min(wanted, batches);
-  in_slabs(std::int64_t(team), int(team), [&](std::int64_t, std::int64_t) { work(); });
+  in_slabs(std::int64_t(batches), threads, [&](std::int64_t, std::int64_t) { work(); });
   if (!fine) return tl::unexpected(fine.error());
   return endings;
 }

@@ -5,8 +5,8 @@
 // The paper's q_0 = t: a driven coordinate is carried like a free one, with its rate and acceleration known.
 #pragma once
 
-#include <algorithm>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "dynamics/symmetric.hpp"

@@ -3,8 +3,6 @@
 // put together in memory. So whoever computes on them for speed is compiled for each width (processor.hpp).
 #pragma once
 
-#include <algorithm>
-
 #include "dynamics/scalar.hpp"
 
 namespace borelli {
@@ -66,6 +64,8 @@ class LaneMask<N, N> {
   bool operator[](int lane) const { return holds_[lane] != 0; }
   bool all() const { return reduced<true>(); }
   bool any() const { return reduced<false>(); }
+  // (Where speed counts, ask for all() of two comparisons one after the other: what & joins GCC 12 compares
+  // number by number in registers of eight.)
   friend LaneMask operator&(const LaneMask& a, const LaneMask& b) { return LaneMask(a.holds_ & b.holds_); }
   friend LaneMask operator|(const LaneMask& a, const LaneMask& b) { return LaneMask(a.holds_ | b.holds_); }
 
@@ -174,7 +174,7 @@ class LanesOf<N, N> {
 
   LanesOf() {}
   LanesOf(double each) {  // NOLINT: a constant is the same in all lanes, in one instruction if it is so said
-    if constexpr (N == 8) {
+    if constexpr (N == 8) {  // (from braces GCC 12 would put eight together one by one)
       const Vector first{each};
       x_ = __builtin_shufflevector(first, first, 0, 0, 0, 0, 0, 0, 0, 0);
     } else if constexpr (N == 4) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <new>
+#include <vector>
 
 namespace borelli {
 namespace {
@@ -19,6 +20,24 @@ TEST(Slabs, WhatOneThrowsReachesTheCallerOnceAllHaveEnded) {
                  std::bad_alloc);
     EXPECT_EQ(ended, threads);
   }
+}
+
+TEST(Slabs, EachIsDoneOnce) {
+  for (const int threads : {0, 1, 3})
+    for (const std::int64_t count : {0, 1, 2, 63, 64, 65, 1000}) {
+      std::vector<std::atomic<int>> in_slab(count), in_turn(count);
+      const auto into = [](auto& done) {
+        return [&](std::int64_t first, std::int64_t last) {
+          for (std::int64_t i = first; i < last; ++i) ++done[i];
+        };
+      };
+      in_slabs(count, threads, into(in_slab));
+      in_turns(count, threads, into(in_turn));
+      for (std::int64_t i = 0; i < count; ++i) {
+        EXPECT_EQ(in_slab[i], 1) << i << " of " << count << " by " << threads;
+        EXPECT_EQ(in_turn[i], 1) << i << " of " << count << " by " << threads;
+      }
+    }
 }
 
 }  // namespace
