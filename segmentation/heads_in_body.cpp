@@ -221,18 +221,22 @@ bool HeadsInBody::below_flank(const Vector3d& hip) const {
 }
 
 bool HeadsInBody::cut_beside(double middle, int side) const {
-  const Anatomy& a = anatomy_;
+  const Grid& g = anatomy_.grid();
   constexpr double much = 200e2, beside = 110;  // mm^2; mm
-  const double inwards = -side_sign(side);
+  std::vector<double>& edge = edge_[static_cast<std::size_t>(side)];
+  if (edge.empty()) {
+    edge.resize(static_cast<std::size_t>(g.size[0]), 0);
+    const std::ptrdiff_t inwards = side_sign(side) > 0 ? -1 : 1;
+    for (std::int64_t row = 0; row < g.size[1] * g.size[2]; ++row) {
+      const std::uint8_t* const body = anatomy_.body.voxels.data() + row * g.size[0];
+      const std::uint8_t* const next = anatomy_.scan.seen.voxels.data() + row * g.size[0] + inwards;
+      for (std::size_t i = 1; i + 1 < edge.size(); ++i)
+        if (body[i] && !next[i]) edge[i] += anatomy_.step() * anatomy_.step();
+    }
+  }
   double area = 0;
-  for (std::int64_t k = 0; k < a.grid().size[2]; ++k)
-    for (std::int64_t j = 0; j < a.grid().size[1]; ++j)
-      for (std::int64_t i = 1; i + 1 < a.grid().size[0]; ++i) {
-        if (!a.body.at(i, j, k)) continue;
-        const double x = a.grid().point(Vector3d(static_cast<double>(i), 0, 0))[0];
-        if (std::abs(x - middle) > beside) continue;
-        if (!a.scan.seen.at(i + (inwards > 0 ? 1 : -1), j, k)) area += a.step() * a.step();
-      }
+  for (std::size_t i = 0; i < edge.size(); ++i)
+    if (std::abs(g.point(Vector3d(static_cast<double>(i), 0, 0))[0] - middle) <= beside) area += edge[i];
   return area > much;
 }
 

@@ -68,6 +68,9 @@ class HeadsInBody {
     bool leads;
   };
   mutable std::vector<Asked> asked_;
+  /// Of either side, once it was asked about: mm^2 of body in each sagittal plane of the work grid whose next
+  /// one inwards the scan does not show.
+  mutable std::array<std::vector<double>, 2> edge_;
 
   bool femur_leads_on(const FoundSphere& ball, int side) const;
   bool vertebra_between(const FoundSphere& left, const FoundSphere& right) const;
