@@ -78,11 +78,13 @@ BORELLI_INLINE void sum_run(const std::int16_t* grey, std::int64_t count, const 
   Lanes once{}, twice{}, thrice{};
   const auto add = [&](const std::int16_t* block, const HalfMask& low, const HalfMask& high)
       __attribute__((always_inline)) {
-    std::uint64_t four[2];  // by four they take fewer loads, of which a processor does so many at a time
-    std::memcpy(four, block, sizeof four);
+    // four of them by one load: a processor does so many loads at a time, and so much arithmetic
+    std::uint64_t four;
+    std::memcpy(&four, block, sizeof four);
     const auto g = [&](int n) __attribute__((always_inline)) {
-      const int place = std::endian::native == std::endian::little ? n % 4 : 3 - n % 4;
-      return static_cast<std::int16_t>(four[n / 4] >> 16 * place);
+      if (n >= 4) return block[n];
+      const int place = std::endian::native == std::endian::little ? n : 3 - n;
+      return static_cast<std::int16_t>(std::rotr(four, 16 * place));
     };
     const Half a = {weights[g(0)], weights[g(1)], weights[g(2)], weights[g(3)]};
     const Half b = {weights[g(4)], weights[g(5)], weights[g(6)], weights[g(7)]};
