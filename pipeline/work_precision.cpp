@@ -304,15 +304,16 @@ class Chart {
       return;
     }
     const bool adaptive = chart_.variants[variant].adaptive;
-    const int rungs = !adaptive ? 26 : chart_.variants[variant].method == automatic ? 11 : 14;
-    const double factor = adaptive ? 0.1 : 0.5;
+    const int finer = adaptive ? settings_.per_decade : 1;
+    const int rungs = !adaptive ? 26 : (chart_.variants[variant].method == automatic ? 10 : 13) * finer + 1;
     // the longest step goes over two or four outputs, where so many times that makes the whole
     const int longest = last_row_ % 4 == 0 ? 4 : last_row_ % 2 == 0 ? 2 : 1;
-    double setting = adaptive ? 1e-1 : longest * how_.output_interval,
-           best = std::numeric_limits<double>::infinity();
+    double best = std::numeric_limits<double>::infinity();
     long evaluations = 0;
-    for (int rung = 0, without_gain = 0; rung < rungs && without_gain < 2; ++rung, setting *= factor) {
-      const WorkPrecisionPoint point = measure(variant, setting);
+    for (int rung = 0, without_gain = 0; rung < rungs && without_gain < 2 * finer; ++rung) {
+      const WorkPrecisionPoint point =
+          measure(variant, adaptive ? std::pow(10, -1 - double(rung) / finer)
+                                    : longest * how_.output_interval * std::pow(0.5, rung));
       chart_.points.push_back(point);
       // what the method refuses it refuses at every step
       if (!point.finished && point.seconds < 1e-4 && rung == 0 && point.reason.starts_with("method '"))
@@ -325,7 +326,7 @@ class Chart {
       if (error == best && point.evaluations == evaluations) continue;
       evaluations = point.evaluations;
       // (a run that is all wrong may be so by any amount)
-      without_gain = error < 0.9 * best || best > 0.1 || rung < 3 ? 0 : without_gain + 1;
+      without_gain = error < 0.9 * best || best > 0.1 || rung < 3 * finer ? 0 : without_gain + 1;
       best = std::min(best, error);
     }
   }
@@ -377,9 +378,10 @@ Result<WorkPrecision> work_precision(const Scene& scene, const WorkPrecisionSett
   if (!system) return tl::unexpected(system.error());
   if (!(scene.simulation.end_time > system->initial.t))
     return bad_use(scene.name, "ends when it begins: there is no motion to chart");
-  if (settings.outputs < 1 || settings.repeats < 1 || !(settings.budget > 0) || settings.equations.empty() ||
-      settings.constraints.empty())
-    return bad_use("work-precision", "needs at least one output time, one repeat, and time for a run");
+  if (settings.outputs < 1 || settings.repeats < 1 || settings.per_decade < 1 || !(settings.budget > 0) ||
+      settings.equations.empty() || settings.constraints.empty())
+    return bad_use("work-precision",
+                   "needs at least one output time, one repeat, one tolerance a decade, and time for a run");
   if (const auto& given = settings.reference) {
     const double start = system->initial.t, length = scene.simulation.end_time - start;
     for (int i = 0; i <= settings.outputs; ++i)

@@ -80,6 +80,7 @@ struct WorkPrecisionSettings {
                                                   ConstraintTreatment::baumgarte};
   int outputs = 20;     ///< times that runs are compared at, evenly spread over the scene's
   int repeats = 3;      ///< of each run; the median of their times counts
+  int per_decade = 1;   ///< tolerances in one, of methods that have a tolerance
   double budget = 0.5;  ///< s of processor time; a ladder ends with the first run that takes longer
   /// A reference that holds the output times; where there is none it is made.
   std::optional<GivenReference> reference = {};

@@ -126,7 +126,8 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   std::string asked = *text + BORELLI_VERSION;
   for (const auto* names : {&methods, &o.equations, &o.constraints})
     for (const std::string& name : *names) asked += ' ' + name;
-  asked += fmt::format(" {} {} {}", settings.outputs, settings.repeats, settings.budget);
+  asked +=
+      fmt::format(" {} {} {} {}", settings.outputs, settings.repeats, settings.per_decade, settings.budget);
   if (!o.reference.empty()) {
     std::vector<std::string> solids;
     for (const Solid& solid : scene.solids) solids.push_back(solid.name);
@@ -207,6 +208,9 @@ void add_chart(CLI::App& program, Command& command) {
       ->capture_default_str();
   verb->add_option("--repeats", o->settings.repeats, "Runs that a time is the median of")
       ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  verb->add_option("--per-decade", o->settings.per_decade, "Tolerances in a decade, of methods that have one")
+      ->check(CLI::Range(1, 10))
       ->capture_default_str();
   verb->add_option("--budget", o->settings.budget,
                    "Processor time of a run, s; a method's ladder ends with the first that takes longer")

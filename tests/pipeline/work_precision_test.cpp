@@ -280,6 +280,38 @@ TEST(WorkPrecision, ErrorsAndEvaluationsAreTheSameEachTime) {
   }
 }
 
+TEST(WorkPrecision, FinerLaddersHoldTheCoarseOnesTolerances) {
+  const Scene scene = read_scene(test::source_folder() + "/samples/double_pendulum.toml").value();
+  WorkPrecisionSettings settings;
+  settings.methods = {"gauss16", "rk4"};
+  settings.equations = {Equations::recursive};
+  settings.repeats = 1;
+  const WorkPrecision coarse = work_precision(scene, settings).value();
+  settings.per_decade = 2;
+  const WorkPrecision fine = work_precision(scene, settings).value();
+  std::vector<double> settings_of[2][2];  // by method, of the coarse and the fine
+  for (const WorkPrecision* chart : {&coarse, &fine})
+    for (const auto& point : chart->points) {
+      settings_of[point.variant][chart == &fine].push_back(point.setting);
+      if (chart == &fine) continue;
+      const auto same = std::find_if(fine.points.begin(), fine.points.end(), [&](const auto& other) {
+        return other.variant == point.variant && other.setting == point.setting;
+      });
+      if (same == fine.points.end()) continue;  // (a ladder may end for want of time or gain)
+      EXPECT_EQ(same->evaluations, point.evaluations);
+      EXPECT_EQ(same->errors.position, point.errors.position);
+    }
+  const auto& [gauss, rk4] = settings_of;
+  ASSERT_GE(gauss[0].size(), 10u);
+  ASSERT_GE(gauss[1].size(), 19u);
+  for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(gauss[0][i], gauss[1][2 * i]);
+  EXPECT_NEAR(gauss[1][11] * gauss[1][11], gauss[1][10] * gauss[1][12], 1e-12 * gauss[1][10] * gauss[1][12]);
+  ASSERT_GE(std::min(rk4[0].size(), rk4[1].size()), 5u);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(rk4[0][i], rk4[1][i]);
+  settings.per_decade = 0;
+  EXPECT_FALSE(work_precision(scene, settings));
+}
+
 WorkPrecisionPoint made(double seconds, double error, bool trusted = true) {
   WorkPrecisionPoint p{.variant = 0, .setting = 1e-3, .finished = true, .trusted = trusted};
   p.seconds = seconds;
