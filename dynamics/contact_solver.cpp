@@ -176,13 +176,13 @@ bool eliminate(double* a, int symmetric, int n, int stride, double* parts, doubl
 }
 
 /// u += by * row, n numbers.
-BORELLI_LOOPS_FOR_PROCESSOR
+BORELLI_INLINED_FOR_PROCESSOR
 void add_row(const double* row, double by, int n, double* u) {
   for (int i = 0; i < n; ++i) u[i] += by * row[i];
 }
 
 /// u += G p: n rows of `stride` numbers, which are n columns too; four at once.
-BORELLI_LOOPS_FOR_PROCESSOR
+BORELLI_INLINED_FOR_PROCESSOR
 void add_product(const double* G, Eigen::Index stride, const double* p, int n, double* __restrict u) {
   int r = 0;
   for (; r + 4 <= n; r += 4) {

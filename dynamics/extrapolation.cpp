@@ -21,7 +21,7 @@ constexpr double rattle = 1.5;
 constexpr double cost_of_lanes = 1.5;
 
 /// Readies the midpoint rule in every lane, by its own substep.
-BORELLI_LOOPS_FOR_PROCESSOR
+BORELLI_INLINED_FOR_PROCESSOR
 void begin_rows(const Eigen::VectorXd& y, const Eigen::VectorXd& dy, const Quad& substep, Quad* before,
                 Quad* now) {
   for (Eigen::Index i = 0; i < y.size(); ++i) {
@@ -31,7 +31,7 @@ void begin_rows(const Eigen::VectorXd& y, const Eigen::VectorXd& dy, const Quad&
 }
 
 /// A substep of the midpoint rule in every lane, from before the state with that slope to after it.
-BORELLI_LOOPS_FOR_PROCESSOR
+BORELLI_INLINED_FOR_PROCESSOR
 void make_substep(Eigen::Index size, const Quad& substep, const Quad* slope, Quad* before) {
   for (Eigen::Index i = 0; i < size; ++i) before[i] += 2 * substep * slope[i];
 }
