@@ -35,7 +35,7 @@ constexpr double projection_steps[] = {1, 10, 0.1, 100};
 constexpr double first_damping = 1e-2, damping_falls = 0.1, least_damping = 1e-8;
 
 // The same, of proximal points.
-constexpr double first_proximal = 1e-3, least_proximal = 1e-6, most_proximal = 10;
+constexpr double first_proximal = 1e-2, least_proximal = 1e-6, most_proximal = 10;
 constexpr double proximal_falls = 0.3, proximal_grows = 10;
 constexpr int most_points = 60;
 
@@ -394,9 +394,9 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
     }
     point_.head(n) = p.head(n);
     if (point == 0) sweep(soft_, first_sweeps, p);
-    // (no nearer to the point than a tenth of how near that is)
-    const double enough = std::clamp(0.1 * best, settled * scale, near_enough * scale);
-    const bool solved = newton(soft_, scale, enough, 0, p) <= near_enough * scale;
+    // (no nearer to the point than two thirds of how near that is)
+    const double enough = std::max(2. / 3 * std::min(best, scale), settled * scale);
+    const bool solved = newton(soft_, scale, enough, 0, p) <= std::max(enough, near_enough * scale);
     update_velocity(c, p);
     const double left = residual(c, p, u_);
     if (left < best) {
