@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "segmentation/nearest_whole.hpp"
 #include "threads/slabs.hpp"
@@ -30,18 +31,50 @@ inline bool between(const std::int16_t* p, std::int64_t sy, std::int64_t sz, int
   return true;
 }
 
-// Where samples lie along one axis of the scan.
-struct Along {
-  double index;
-  std::int64_t cell;  // of the voxel before it; -1 where there is none or none after it
-  double rest;        // from there, voxels
+// What makes the means over the work voxels along one axis: of each `weights` of voxels of the scan from its
+// `first` on, all of one length. Not `inside`: a sample lies beyond the scan, or not between two voxels of
+// it.
+struct Windows {
+  std::vector<std::size_t> first;
+  std::vector<char> inside;
+  std::vector<std::vector<double>> weights;  // [voxel after the first][work voxel]
+
+  explicit Windows(std::size_t count) : first(count), inside(count, 1) {}
+  // Of work voxel m: the mean of samples at these indices.
+  void add(std::size_t m, std::span<const double> samples, std::int64_t size) {
+    const auto [low, high] = std::minmax(samples.front(), samples.back());
+    inside[m] = low >= 0 && static_cast<std::int64_t>(high) + 1 < size;
+    if (!inside[m]) return;
+    first[m] = static_cast<std::size_t>(low);
+    for (const double at : samples) {
+      const double cell = std::floor(at), part = 1 / static_cast<double>(samples.size());
+      const auto n = static_cast<std::size_t>(cell) - first[m];
+      while (weights.size() < n + 2) weights.emplace_back(first.size(), 0.0);
+      weights[n][m] += part * (1 - (at - cell));
+      weights[n + 1][m] += part * (at - cell);
+    }
+  }
 };
 
-Along along(double index, std::int64_t size) {
-  const auto cell = static_cast<std::int64_t>(index);
-  if (!(index >= 0) || cell + 1 >= size) return {index, -1, 0};
-  return {index, cell, index - static_cast<double>(cell)};
-}
+// Weighted sums of rows of the scan, with the least and the greatest voxel that went into each.
+struct Sums {
+  std::vector<double> sums;
+  std::vector<std::int16_t> least, most;
+
+  explicit Sums(std::size_t n) : sums(n), least(n), most(n) {}
+  // `values` with their least and greatest voxels; they begin the sums, or are added.
+  template <class T>
+  void add(bool begin, double weight, std::size_t count, const T* values, const std::int16_t* low,
+           const std::int16_t* high) {
+    double* const sum = sums.data();
+    std::int16_t *const l = least.data(), *const m = most.data();
+    for (std::size_t i = 0; i < count; ++i) {
+      sum[i] = (begin ? 0 : sum[i]) + weight * values[i];
+      l[i] = begin ? low[i] : std::min(l[i], low[i]);
+      m[i] = begin ? high[i] : std::max(m[i], high[i]);
+    }
+  }
+};
 
 }  // namespace
 
@@ -145,7 +178,7 @@ Grid work_grid(const GreyVolume& volume, double step, int threads) {
 WorkVolume resampled(const GreyVolume& volume, double step, int threads) {
   const Grid g = work_grid(volume, step, threads);
   WorkVolume out{{g, std::vector<std::int16_t>(g.count())}, {g, std::vector<std::uint8_t>(g.count(), 0)}};
-  const auto air = static_cast<std::int16_t>(-1000);
+  constexpr std::int16_t air = -1000;
 
   // over a box along the scan's own axes, as wide as a work voxel: as many samples as the scan has voxels in
   // it
@@ -157,79 +190,99 @@ WorkVolume resampled(const GreyVolume& volume, double step, int threads) {
   const auto shift = [&](int c, int m) {
     return width[c] * ((m + 0.5) / n[static_cast<std::size_t>(c)] - 0.5);
   };
-  const int samples = n[0] * n[1] * n[2];
-  const auto put = [&](std::size_t o, double sum, int held) {
-    out.seen.voxels[o] = 2 * held > samples;
-    out.hu.voxels[o] =
-        held == 0 ? air : static_cast<std::int16_t>(nearest_whole(hu_of(sum / held, volume.quantity)));
-  };
-  const auto index_at = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> Vector3d {
-    return to_index * (g.point(i, j, k) - volume.grid.origin);
-  };
-  if (volume.grid.axes.isDiagonal(0)) {
-    // along the work grid's own axes places of samples are products: found once per axis
-    std::array<std::vector<Along>, 3> places;
-    for (int c = 0; c < 3; ++c) {
-      const auto axis = static_cast<std::size_t>(c);
-      for (std::int64_t m = 0; m < g.size[axis]; ++m) {
-        const double at = index_at(c == 0 ? m : 0, c == 1 ? m : 0, c == 2 ? m : 0)[c];
-        for (int s = 0; s < n[axis]; ++s)
-          places[axis].push_back(along(at + shift(c, s), volume.grid.size[axis]));
-      }
-    }
-    const std::int64_t sy = volume.grid.size[0], sz = volume.grid.size[0] * volume.grid.size[1];
-    const int padding = padding_of(volume);
-    in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
-      const auto row = static_cast<std::size_t>(g.size[0]);
-      std::vector<double> sums(row);
-      std::vector<int> held(row);
-      for (std::int64_t k = k0; k < k1; ++k)
-        for (std::int64_t j = 0; j < g.size[1]; ++j) {
-          std::ranges::fill(sums, 0.0);
-          std::ranges::fill(held, 0);
-          for (int c = 0; c < n[2]; ++c)
-            for (int b = 0; b < n[1]; ++b) {
-              const Along &y = places[1][static_cast<std::size_t>(j * n[1] + b)],
-                          &z = places[2][static_cast<std::size_t>(k * n[2] + c)];
-              const bool among = y.cell >= 0 && z.cell >= 0;
-              const std::int16_t* const from = volume.voxels.data() + (among ? z.cell * sz + y.cell * sy : 0);
-              const Along* x = places[0].data();
-              for (std::size_t i = 0; i < row; ++i)
-                for (int a = 0; a < n[0]; ++a, ++x) {
-                  double value = 0;
-                  if ((!among || x->cell < 0 ||
-                       !between(from + x->cell, sy, sz, padding, x->rest, y.rest, z.rest, value)) &&
-                      !sample(volume, {x->index, y.index, z.index}, value))
-                    continue;
-                  sums[i] += value;
-                  ++held[i];
-                }
-            }
-          const std::size_t first = g.offset(0, j, k);
-          for (std::size_t i = 0; i < row; ++i) put(first + i, sums[i], held[i]);
-        }
-    });
-    return out;
-  }
   std::vector<Vector3d> shifts;
   for (int c = 0; c < n[2]; ++c)
     for (int b = 0; b < n[1]; ++b)
       for (int a = 0; a < n[0]; ++a) shifts.emplace_back(shift(0, a), shift(1, b), shift(2, c));
+  const auto index_at = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> Vector3d {
+    return to_index * (g.point(i, j, k) - volume.grid.origin);
+  };
+  const auto put = [&](std::size_t o, double mean) {
+    out.hu.voxels[o] = static_cast<std::int16_t>(nearest_whole(hu_of(mean, volume.quantity)));
+  };
+  const auto put_samples = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+    const Vector3d index = index_at(i, j, k);
+    double sum = 0;
+    std::size_t held = 0;
+    for (const auto& aside : shifts) {
+      double value = 0;
+      if (!sample(volume, index + aside, value)) continue;
+      sum += value;
+      ++held;
+    }
+    const std::size_t o = g.offset(i, j, k);
+    out.seen.voxels[o] = 2 * held > shifts.size();
+    if (held == 0)
+      out.hu.voxels[o] = air;
+    else
+      put(o, sum / static_cast<double>(held));
+  };
+  if (!volume.grid.axes.isDiagonal(0)) {
+    in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+      for (std::int64_t k = k0; k < k1; ++k)
+        for (std::int64_t j = 0; j < g.size[1]; ++j)
+          for (std::int64_t i = 0; i < g.size[0]; ++i) put_samples(i, j, k);
+    });
+    return out;
+  }
+  // along the work grid's own axes the mean is one of slices, of rows in it, and of voxels in these; but for
+  // work voxels at the scan's borders and where it is padded in parts
+  const auto windows_along = [&](int c) {
+    const auto axis = static_cast<std::size_t>(c);
+    Windows windows(static_cast<std::size_t>(g.size[axis]));
+    std::vector<double> samples(static_cast<std::size_t>(n[axis]));
+    for (std::int64_t m = 0; m < g.size[axis]; ++m) {
+      for (int s = 0; s < n[axis]; ++s)
+        samples[static_cast<std::size_t>(s)] =
+            index_at(c == 0 ? m : 0, c == 1 ? m : 0, c == 2 ? m : 0)[c] + shift(c, s);
+      windows.add(static_cast<std::size_t>(m), samples, volume.grid.size[axis]);
+    }
+    return windows;
+  };
+  const Windows x = windows_along(0), y = windows_along(1), z = windows_along(2);
+  const int padding = padding_of(volume);
+  const auto width_of_row = static_cast<std::size_t>(g.size[0]);
+  const auto nx = static_cast<std::size_t>(volume.grid.size[0]),
+             slice = nx * static_cast<std::size_t>(volume.grid.size[1]);
   in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
-    for (std::int64_t k = k0; k < k1; ++k)
-      for (std::int64_t j = 0; j < g.size[1]; ++j)
-        for (std::int64_t i = 0; i < g.size[0]; ++i) {
-          const Vector3d index = index_at(i, j, k);
-          double sum = 0;
-          int held = 0;
-          for (const auto& aside : shifts) {
-            double value = 0;
-            if (!sample(volume, index + aside, value)) continue;
-            sum += value;
-            ++held;
-          }
-          put(g.offset(i, j, k), sum, held);
+    Sums of_slices(slice), of_rows(nx + x.weights.size()), means(width_of_row);
+    for (std::int64_t k = k0; k < k1; ++k) {
+      const auto kz = static_cast<std::size_t>(k);
+      for (std::size_t c = 0; z.inside[kz] && c < z.weights.size(); ++c) {
+        if (c > 0 && z.weights[c][kz] == 0) continue;
+        const std::int16_t* const from = volume.voxels.data() + (z.first[kz] + c) * slice;
+        of_slices.add(c == 0, z.weights[c][kz], slice, from, from, from);
+      }
+      for (std::int64_t j = 0; j < g.size[1]; ++j) {
+        const auto jy = static_cast<std::size_t>(j);
+        const bool among = z.inside[kz] && y.inside[jy];
+        for (std::size_t b = 0; among && b < y.weights.size(); ++b) {
+          if (b > 0 && y.weights[b][jy] == 0) continue;
+          const std::size_t row = (y.first[jy] + b) * nx;
+          of_rows.add(b == 0, y.weights[b][jy], nx, &of_slices.sums[row], &of_slices.least[row],
+                      &of_slices.most[row]);
         }
+        for (std::size_t a = 0; among && a < x.weights.size(); ++a)
+          for (std::size_t i = 0; i < width_of_row; ++i) {
+            const std::size_t from = x.first[i] + a;
+            means.sums[i] = (a == 0 ? 0 : means.sums[i]) + x.weights[a][i] * of_rows.sums[from];
+            means.least[i] = a == 0 ? of_rows.least[from] : std::min(means.least[i], of_rows.least[from]);
+            means.most[i] = a == 0 ? of_rows.most[from] : std::max(means.most[i], of_rows.most[from]);
+          }
+        const std::size_t first = g.offset(0, j, k);
+        for (std::size_t i = 0; i < width_of_row; ++i) {
+          const bool inside = among && x.inside[i];
+          if (inside && means.least[i] >= padding) {
+            out.seen.voxels[first + i] = 1;
+            put(first + i, means.sums[i]);
+          } else if (inside && means.most[i] < padding) {
+            out.hu.voxels[first + i] = air;
+          } else {
+            put_samples(static_cast<std::int64_t>(i), j, k);
+          }
+        }
+      }
+    }
   });
   return out;
 }

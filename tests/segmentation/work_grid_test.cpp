@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "tests/segmentation/grids.hpp"
 
@@ -84,6 +86,54 @@ TEST(WorkGrid, PaddingAndWhatLiesBeyondTheGridIsUnseen) {
   EXPECT_EQ(at(6, 30, 30), 0);
   EXPECT_EQ(at(30, 30, 30), 1);
   EXPECT_EQ(at(30, 30, 59.9), 0);
+}
+
+// along the patient's axes means are not taken sample by sample
+TEST(WorkGrid, GridsAlongThePatientsAxesGiveTheMeanOfTheirSamples) {
+  std::mt19937 random(3);
+  for (const Vector3d& spacing : {Vector3d(1.3, -0.9, 2.1), Vector3d(-3.1, 2.9, -0.5), Vector3d(6, 6, 6)}) {
+    GreyVolume volume;
+    volume.grid.size = {31, 27, 22};
+    volume.grid.axes = spacing.asDiagonal();
+    volume.grid.origin = Vector3d(7, -3, 11);
+    volume.voxels.resize(volume.grid.count());
+    for (auto& voxel : volume.voxels)
+      voxel = static_cast<std::int16_t>(static_cast<int>(random() % 2000) - 1000);
+    for (std::int64_t k = 0; k < 22; ++k)  // a padded corner, and a padded voxel by itself
+      for (std::int64_t j = 0; j < 27; ++j)
+        for (std::int64_t i = 0; i < 31; ++i)
+          if (i + j < 14 || (i == 20 && j == 20 && k == 10)) volume.at(i, j, k) = -2048;
+    const double step = 3;
+    const WorkVolume work = resampled(volume, step);
+    std::array<int, 3> each{};
+    for (int c = 0; c < 3; ++c)
+      each[static_cast<std::size_t>(c)] =
+          std::clamp(static_cast<int>(std::lround(step / std::abs(spacing[c]))), 1, 4);
+    int whole = 0, partly = 0, unseen = 0;
+    for (std::int64_t k = 0; k < work.hu.grid.size[2]; ++k)
+      for (std::int64_t j = 0; j < work.hu.grid.size[1]; ++j)
+        for (std::int64_t i = 0; i < work.hu.grid.size[0]; ++i) {
+          double sum = 0;
+          int held = 0;
+          for (int c = 0; c < each[2]; ++c)
+            for (int b = 0; b < each[1]; ++b)
+              for (int a = 0; a < each[0]; ++a) {
+                const Vector3d aside((a + 0.5) / each[0] - 0.5, (b + 0.5) / each[1] - 0.5,
+                                     (c + 0.5) / each[2] - 0.5);
+                double value = 0;
+                if (!sample(volume, volume.grid.index(work.hu.grid.point(i, j, k) + step * aside), value))
+                  continue;
+                sum += value;
+                ++held;
+              }
+          const int all = each[0] * each[1] * each[2];
+          ++(held == all ? whole : held > 0 ? partly : unseen);
+          EXPECT_NEAR(work.hu.at(i, j, k), held > 0 ? sum / held : -1000, 0.5 + 1e-9);
+          EXPECT_EQ(work.seen.at(i, j, k), 2 * held > all);
+        }
+    EXPECT_GT(whole, 1000) << spacing.transpose();
+    EXPECT_GT(partly + unseen, 500) << spacing.transpose();
+  }
 }
 
 TEST(WorkGrid, DensitiesStandForTheirCtNumbers) {
