@@ -40,8 +40,8 @@ struct alignas(line_alignment<T>) LinkPlace {
   Eigen::Vector3<T> p, v;
 };
 
-/// Zero. (GCC makes of Eigen's loop one that clears memory: of lanes, by an instruction that takes a hundred
-/// cycles to begin.)
+/// Zero. (GCC makes of Eigen's loop one that clears memory: of lanes, by an instruction that takes two
+/// hundred cycles.)
 template <class T>
 Eigen::Matrix3<T> zero_by_entries() {
   Eigen::Matrix3<T> out;
