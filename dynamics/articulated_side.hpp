@@ -36,24 +36,32 @@ inline void lane_of(const Vector3<Quad>& from, int lane, Vector3<double>& to) {
 inline void lane_of(const Matrix3<Quad>& from, int lane, Matrix3<double>& to) {
   for (int i = 0; i < 9; ++i) to.data()[i] = from.data()[i][lane];
 }
-inline void lane_of(const Symmetric3<Quad>& from, int lane, Symmetric3<double>& to) {
-  to = {from.xx[lane], from.xy[lane], from.xz[lane], from.yy[lane], from.yz[lane], from.zz[lane]};
-}
 
-inline ArticulatedBody<double> lane_of(const ArticulatedBody<Quad>& from, int lane) {
-  ArticulatedBody<double> to;
-  lane_of(from.M, lane, to.M);
-  lane_of(from.bias.f, lane, to.bias.f);
-  to.bound = {from.bound.mass[lane], from.bound.polar[lane], from.bound.reach[lane]};
-  to.extended = from.extended;
-  if (!from.extended) {
-    to.bias.n.setZero();
-    return to;
+/// Of a lane: what its tree's first joint hands on, put to what carries the tree, or `added` to it.
+template <bool added>
+void put_lane(const ArticulatedBody<Quad>& from, int lane, ArticulatedBody<double>& to) {
+  const auto put_symmetric = [&](const Symmetric3<Quad>& a, Symmetric3<double>& b) {
+    put<added>(a.xx[lane], b.xx), put<added>(a.xy[lane], b.xy), put<added>(a.xz[lane], b.xz);
+    put<added>(a.yy[lane], b.yy), put<added>(a.yz[lane], b.yz), put<added>(a.zz[lane], b.zz);
+  };
+  const auto put_entries = [&](const auto& a, auto& b) {
+    for (int i = 0; i < a.size(); ++i) put<added>(a.data()[i][lane], b.data()[i]);
+  };
+  put_symmetric(from.M, to.M);
+  put_entries(from.bias.f, to.bias.f);
+  const InertiaBound<double> bound{from.bound.mass[lane], from.bound.polar[lane], from.bound.reach[lane]};
+  if constexpr (added)
+    to.bound.add(bound);
+  else
+    to.bound = bound, to.extended = from.extended;
+  if (from.extended) {
+    to.extended = true;
+    put_symmetric(from.I, to.I);
+    put_entries(from.H, to.H);
+    put_entries(from.bias.n, to.bias.n);
+  } else if constexpr (!added) {
+    flatten(to);
   }
-  lane_of(from.I, lane, to.I);
-  lane_of(from.H, lane, to.H);
-  lane_of(from.bias.n, lane, to.bias.n);
-  return to;
 }
 
 /// Switches of one kind, each with its own numbers.
@@ -298,17 +306,19 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
     if (given) rest += gather([&](int lane) { return given[side.steps[0].u[lane]]; });
     return swings.sound;
   }
+  ArticulatedBody<Quad> carried;  // by the step at work
   for (int b = int(side.trees.bodies.size()) - 1; b >= 0; --b) {
     const SideBySide::BodyOf& body = side.bodies[b];
     const Each& each = side.trees.bodies[b];
     const int last = side.bodies[b + 1].first_step - 1;
     const LinkOf<Quad>& link = side.steps[last].link;
-    ArticulatedBody<Quad> carried;
     if (system.bodies[each[0]].massive) {
       put_own<false>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose, carried);
       if (link.carries) add(link.body, carried);
     } else if (link.carries) {
       carried = link.body;
+    } else {
+      carried = {};
     }
     if (efforts && system.bodies[each[0]].touched) {
       Vector3<Quad> force, moment;
@@ -348,9 +358,9 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
         for (int lane = 0; lane < side.trees.count; ++lane) {
           LinkOf<double>& carrier = carrying_link(system, side, lane, articulation);
           if (carrier.carries)
-            add(lane_of(carried, lane), carrier.body);
+            put_lane<true>(carried, lane, carrier.body);
           else
-            carrier.body = lane_of(carried, lane);
+            put_lane<false>(carried, lane, carrier.body);
           carrier.carries = true;
         }
       } else {

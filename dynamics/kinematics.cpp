@@ -171,8 +171,9 @@ void set_all(const System& system, const Parameters& parameters, double t, const
   if (v) std::copy(v, v + system.nv, k.u.data());
   if (a)
     std::copy(a, a + system.nv, k.acceleration.data());
-  else
+  else if (k.accelerated)
     k.acceleration.head(system.nv).setZero();
+  k.accelerated = a != nullptr;
   if (system.driven_nv > 0) update_drives(system, parameters, k);
 }
 

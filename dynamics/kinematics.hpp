@@ -106,6 +106,7 @@ struct KinematicsOf {
   Eigen::VectorX<T> q;             ///< extended positions: free, then driven
   Eigen::VectorX<T> u;             ///< extended velocities: v, then driven rates
   Eigen::VectorX<T> acceleration;  ///< extended: the given free ones (zeros), then driven accelerations
+  bool accelerated = false;        ///< the free ones were given
 
   /// Per extended coordinate a row: the unit twist that it gives to all that it carries, angular and linear,
   /// and where it acts. With room at the end, so that several rows may be read at once.

@@ -125,9 +125,11 @@ def short(seconds):
 
 
 def processor():
+    """With its family and model: one name and clock may stand for processors that differ by a third."""
     with open("/proc/cpuinfo", encoding="utf-8") as file:
         known = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in file)}
-    return f"{known.get('model name', 'an unknown processor')} at {float(known.get('cpu MHz', 'nan')):.0f} MHz"
+    return (f"{known.get('model name', 'an unknown processor')} (family {known.get('cpu family', '?')}, "
+            f"model {known.get('model', '?')}) at {float(known.get('cpu MHz', 'nan')):.0f} MHz")
 
 
 def scene_order(name):
