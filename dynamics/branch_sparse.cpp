@@ -40,9 +40,9 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
     double* row = F.row(k).data();
     // what elimination leaves of the entry; below this it is its rounding error
     if (!(row[k] > 1e-14 * A(k, k))) return k;
-    const double pivot = std::sqrt(row[k]);
+    const double pivot = std::sqrt(row[k]), inverse = 1 / pivot;
     row[k] = pivot;
-    for (int a = 0; a < branch.count; ++a) row[branch.ancestors[a]] /= pivot;
+    for (int a = 0; a < branch.count; ++a) row[branch.ancestors[a]] *= inverse;
     const bool dense =
         branch.count > 0 && branch.ancestors[branch.count - 1] - branch.ancestors[0] + 1 == branch.count;
     for (int a = 0; a < branch.count; ++a) {

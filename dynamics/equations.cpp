@@ -195,8 +195,9 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
     w.group_power[system.constraints[system.contacts[i].constraint].group] += power;
   }
   for (int r = 0; r < system.rows; ++r)
-    w.group_power[system.constraints[system.row_constraint[r]].group] +=
-        w.multipliers[r] * (w.rows.rate[r] - w.rows.partial_rate[r]);
+    if (w.multipliers[r] != 0)  // (of contacts most are open)
+      w.group_power[system.constraints[system.row_constraint[r]].group] +=
+          w.multipliers[r] * (w.rows.rate[r] - w.rows.partial_rate[r]);
   return {};
 }
 

@@ -44,7 +44,10 @@ class SiteReader {
   /// The velocity of the point of the solid at a site that is at p_W now.
   Eigen::Vector3<T> velocity(int site, const Eigen::Vector3<T>& p_W) const {
     const BodyMotionOf<T>& body = kinematics_.bodies[at_site(site).body];
-    return body.v + body.w.cross(p_W - body.g);
+    const Eigen::Vector3<T> r = p_W - body.g, &w = body.w;
+    // (number by number: a product written so and read by pairs has to wait for memory)
+    return {body.v[0] + (w[1] * r[2] - w[2] * r[1]), body.v[1] + (w[2] * r[0] - w[0] * r[2]),
+            body.v[2] + (w[0] * r[1] - w[1] * r[0])};
   }
   Eigen::Vector3<T> angular_velocity(int site) const { return kinematics_.bodies[at_site(site).body].w; }
   /// Of a scalar coordinate. (One that is locked stays where it is.)
