@@ -153,15 +153,16 @@ TEST(Recursive, EqualsLagrangeOnLongChains) {
 }
 
 // What is computed side by side: limbs of one form with other numbers, on solids of a random scene and on the
-// world, from two to nine of each; with springs and forces on some, with rotors, and with parameters that are
-// changed afterwards.
+// world, from two to nine of each; with springs and forces on some, with rotors, some carried by solids
+// without mass, and with parameters that are changed afterwards.
 TEST(Recursive, AlikeLimbsEqualLagrange) {
-  int compared = 0, lanes_used[Quad::count + 1] = {};
+  int compared = 0, massless_trees = 0, lanes_used[Quad::count + 1] = {};
   for (unsigned seed = 0; seed < 60; ++seed) {
     Scene scene = RandomScene(seed, 5, false).scene;
-    Random random(seed + 900);
+    Random random(seed + 900), light(seed + 1700);
     const int forms = random.integer(1, 3);
     for (int form = 0; form < forms; ++form) {
+      const bool begins_massless = light.integer(0, 2) == 0;
       std::array<int, 3> kinds, before, armed;
       for (int i = 0; i < 3; ++i) {
         kinds[i] = random.integer(0, 3);
@@ -185,11 +186,13 @@ TEST(Recursive, AlikeLimbsEqualLagrange) {
           if (armed[i]) switches.back().armature = random.number(0.1, 1);
           Inertial inertial = random.inertia().inertial();
           if (principal) inertial.tensor = Eigen::Matrix3d(inertial.tensor.diagonal().asDiagonal());
+          std::vector<Inertial> elements{inertial};
+          if (i == 0 && begins_massless) elements.clear();
           scene.solids.push_back(solid(named(i),
                                        i > 0      ? named(before[i])
                                        : at_world ? "world"
                                                   : fmt::format("s{}", random.integer(0, 4)),
-                                       switches, {inertial}));
+                                       switches, elements));
         }
       scene.efforts.push_back({fmt::format("pull{}", form),
                                Force{{fmt::format("limb{}_1_2", form), random.vector(1)}, random.vector(3)}});
@@ -197,7 +200,10 @@ TEST(Recursive, AlikeLimbsEqualLagrange) {
     if (seed % 3 == 0) scene.efforts.clear();
     const auto system = compile(scene);
     if (!system) continue;
-    for (const SideBySide& side : Articulation(*system).trees) ++lanes_used[side.trees.count];
+    for (const SideBySide& side : Articulation(*system).trees) {
+      ++lanes_used[side.trees.count];
+      massless_trees += !system->bodies[side.trees.bodies[0][0]].massive;
+    }
     State state = Random(seed + 500).state(*system);
     state.t = 0.3;
     compare(*system, state, fmt::format("seed {}", seed));
@@ -214,7 +220,30 @@ TEST(Recursive, AlikeLimbsEqualLagrange) {
     ++compared;
   }
   EXPECT_GT(compared, 30);
+  EXPECT_GT(massless_trees, 10);
   for (int lanes = 2; lanes <= Quad::count; ++lanes) EXPECT_GT(lanes_used[lanes], 10) << lanes;
+}
+
+// Accelerations that were given are forgotten where none are.
+TEST(Recursive, MotionWithoutAccelerationsIsThatOfOneNeverGivenAny) {
+  for (const Equations equations : {Equations::lagrange, Equations::recursive}) {
+    const System system = compiled(RandomScene(1, 6, false).scene);
+    const State state = Random(501).state(system);
+    const Eigen::VectorXd a = Eigen::VectorXd::Constant(system.nv, 7);
+    const auto move = [&](const double* given, Kinematics& k) {
+      update_kinematics<double>(system, system.parameters, system.parameters.inertials, state.t,
+                                state.q.data(), state.v.data(), given, k);
+    };
+    Kinematics once(system, equations), again(system, equations);
+    move(nullptr, once);
+    move(a.data(), again);
+    EXPECT_NE(again.bodies.back().vdot, once.bodies.back().vdot);
+    move(nullptr, again);
+    EXPECT_EQ(again.acceleration, once.acceleration);
+    for (std::size_t b = 1; b < system.bodies.size(); ++b)
+      EXPECT_TRUE(again.bodies[b].vdot == once.bodies[b].vdot && again.bodies[b].wdot == once.bodies[b].wdot)
+          << b;
+  }
 }
 
 // A rack of pendulums, each alone on the world: what they need of their parameters is found once, and again
