@@ -61,12 +61,6 @@ std::optional<Form> form_of(const XmlElement& geom, const Sized& s) {
   return std::nullopt;
 }
 
-double not_negative(const XmlElement& e, const char* key, double standard) {
-  const double value = e.number(key, standard);
-  if (value < 0) e.refuse(key, fmt::format("{} is {:g}, expected no negative number", key, value));
-  return value;
-}
-
 struct Facet {
   Vector3d a, b, c;
   Vector3d normal_area() const { return (b - a).cross(c - a) / 2; }
@@ -149,8 +143,8 @@ MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
     geom.refuse("shellinertia", "inertia of a shell is not supported; give the body an <inertial>");
 
   std::optional<double> mass;
-  if (geom.has("mass")) mass = not_negative(geom, "mass", 0);
-  const double density = not_negative(geom, "density", 1000);
+  if (geom.has("mass")) mass = geom.not_negative("mass", 0);
+  const double density = geom.not_negative("density", 1000);
   weighs = weighs && mass.value_or(density) > 0;
   if (s.type == "mesh") {
     if (weighs) out.inertial = mesh_inertial(geom, s.X, mass, density);

@@ -12,7 +12,7 @@ Inertial stated(const XmlElement& e, const MjcfCompiler& compiler) {
   for (const char* key : {"pos", "mass"}) e.require(key);
   Pose X = compiler.pose_of(e);
   Inertial own;
-  own.mass = e.number("mass", 0);
+  own.mass = e.not_negative("mass", 0);
   if (const auto f = e.numbers("fullinertia", 6, 6); !f.empty()) {  // xx yy zz xy xz yz
     if (e.has("diaginertia")) e.refuse("has diaginertia and fullinertia; expected one of the two");
     if (!X.R.isIdentity(0)) e.refuse("has fullinertia and an orientation; expected one of the two");

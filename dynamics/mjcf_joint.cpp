@@ -28,13 +28,6 @@ bool has_type(const XmlElement& joint, std::string_view type) {
   return joint.name == "freejoint" ? type == "free" : joint.text("type", "hinge") == type;
 }
 
-double armature_of(const XmlElement& joint) {
-  const double armature = joint.number("armature", 0);
-  if (armature < 0)
-    joint.refuse("armature", fmt::format("armature is {:g}, expected no negative number", armature));
-  return armature;
-}
-
 // Whether a solid turns against its parent by what it has so far.
 bool turns(const Solid& solid) {
   return std::any_of(solid.switches.begin(), solid.switches.end(), [](const Switch& s) {
@@ -68,9 +61,7 @@ std::string MjcfJoints::name_of(const XmlElement& joint, const Solid& solid) {
 }
 
 MjcfJoints::Passive MjcfJoints::passive_of(const XmlElement& joint) const {
-  Passive out{joint.number("stiffness", 0), joint.number("damping", 0)};
-  for (const auto& [key, value] : {std::pair("stiffness", out.stiffness), std::pair("damping", out.damping)})
-    if (value < 0) joint.refuse(key, fmt::format("{} is {:g}, expected no negative number", key, value));
+  const Passive out{joint.not_negative("stiffness", 0), joint.not_negative("damping", 0)};
   return passive_ ? out : Passive{};
 }
 
@@ -116,7 +107,7 @@ void MjcfJoints::read_free(const XmlElement& joint, const Pose& X_WS, Solid& sol
   solid.switches = free_joint(name, X_WS);
   for (Switch& s : solid.switches) s.coordinate = names_.make(s.coordinate);
   if (joint.name == "freejoint") return;  // (takes no defaults)
-  for (Switch& s : solid.switches) s.armature = armature_of(joint);
+  for (Switch& s : solid.switches) s.armature = joint.not_negative("armature", 0);
   const Passive passive = passive_of(joint);
   if (!passive.any()) return;
   for (int i = 0; i < 3; ++i) {
@@ -149,7 +140,7 @@ void MjcfJoints::read_scalar(const XmlElement& joint, const std::string& type, S
   one.kind = hinge ? SwitchKind(Rotation{axis}) : SwitchKind(Translation{axis});
   one.coordinate = name_of(joint, solid);
   if (ref != 0) one.q = {ref};
-  one.armature = armature_of(joint);
+  one.armature = joint.not_negative("armature", 0);
   add_range(joint, hinge, one);
   if (const std::string given = joint.text("name"); !given.empty()) named_[given] = {one.coordinate, ref};
   if (const Passive p = passive_of(joint); p.any())
@@ -183,7 +174,7 @@ void MjcfJoints::read_ball(const XmlElement& joint, Solid& solid, std::vector<So
   Switch& ball = solid.switches.emplace_back();
   ball.kind = Ball{};
   ball.coordinate = name;
-  ball.armature = armature_of(joint);
+  ball.armature = joint.not_negative("armature", 0);
 }
 
 // Limits of a scalar joint. A start outside of them is moved to the nearest one, which compile() would

@@ -280,9 +280,7 @@ class UrdfReader {
 
   void add_damping(const XmlElement& joint, const std::string& name) {
     const XmlElement* dynamics = joint.child("dynamics");
-    const double damping = dynamics ? dynamics->number("damping", 0) : 0;
-    if (damping < 0)
-      dynamics->refuse("damping", fmt::format("damping is {:g}, expected no negative number", damping));
+    const double damping = dynamics ? dynamics->not_negative("damping", 0) : 0;
     if (damping > 0)
       model_.scene.efforts.push_back(
           {"damping of " + name, CoordinateSpring{.on = {name}, .damping = damping}});

@@ -95,6 +95,12 @@ double XmlElement::number(std::string_view key, double standard) const {
   return given.empty() ? standard : given[0];
 }
 
+double XmlElement::not_negative(std::string_view key, double standard) const {
+  const double value = number(key, standard);
+  if (value < 0) refuse(key, fmt::format("{} is {:g}, expected no negative number", key, value));
+  return value;
+}
+
 Eigen::Vector3d XmlElement::vector(std::string_view key, const Eigen::Vector3d& standard) const {
   const auto given = numbers(key, 3, 3);
   return given.empty() ? standard : Eigen::Vector3d(given[0], given[1], given[2]);

@@ -44,6 +44,8 @@ struct XmlElement {
   /// there.
   std::vector<double> numbers(std::string_view key, std::size_t least, std::size_t most) const;
   double number(std::string_view key, double standard) const;
+  /// One of zero or more.
+  double not_negative(std::string_view key, double standard) const;
   Eigen::Vector3d vector(std::string_view key, const Eigen::Vector3d& standard) const;
   /// Which one of these words it is.
   std::string word(std::string_view key, const std::vector<std::string_view>& words,

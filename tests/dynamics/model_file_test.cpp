@@ -144,6 +144,7 @@ TEST(ModelFile, BadFilesEndInOneSentence) {
       {body(in + "<body name='b'/>"), "there are two bodies of this name"},
       {body(in + in), "model.xml:4: inertial: body 'b' has a second one"},
       {body("<inertial mass='1'/>"), "pos is missing"},
+      {body("<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/>"), "model.xml:4: inertial: mass is -1"},
       {body("<inertial pos='0 0 0' mass='1' diaginertia='1 1 3'/>"), "balanceinertia"},
       {"<mujoco><compiler coordinate='global'/></mujoco>", "global coordinates are not supported"},
       {"<mujoco><compiler eulerseq='xyw'/></mujoco>", "eulerseq is 'xyw'"},
