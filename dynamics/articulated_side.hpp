@@ -53,9 +53,9 @@ void put_lane(const ArticulatedBody<Quad>& from, int lane, ArticulatedBody<doubl
   if constexpr (added)
     to.bound.add(bound);
   else
-    to.bound = bound, to.extended = from.extended;
+    to.bound = bound;
+  to.extended = from.extended || (added && to.extended);
   if (from.extended) {
-    to.extended = true;
     put_symmetric(from.I, to.I);
     put_entries(from.H, to.H);
     put_entries(from.bias.n, to.bias.n);

@@ -224,6 +224,32 @@ TEST(Recursive, AlikeLimbsEqualLagrange) {
   for (int lanes = 2; lanes <= Quad::count; ++lanes) EXPECT_GT(lanes_used[lanes], 10) << lanes;
 }
 
+// Balls at the very origin of what carries them leave it a mass to push and nothing else; hinges beside them
+// more, and that must not last until the next evaluation.
+TEST(Recursive, AlikeBallsAtTheirCarriersOriginEqualLagrange) {
+  int balls_first = 0;
+  for (const bool listed_first : {true, false}) {
+    Random random(7);
+    Scene scene;
+    scene.gravity = random.vector(10);
+    scene.solids.push_back(solid("trunk", "world", free_switches("trunk"), {random.inertia().inertial()}));
+    for (const bool balls : {listed_first, !listed_first})
+      for (int i = 0; i < 2; ++i) {
+        const std::string name = fmt::format("{}{}", balls ? "ball" : "hinge", i);
+        std::vector<Switch> switches{ball("q" + name)};
+        if (!balls) switches = {fixed(random.vector(0.5)), hinge("q" + name, random.direction())};
+        scene.solids.push_back(solid(name, "trunk", switches, {random.inertia().inertial()}));
+      }
+    const System system = compiled(scene);
+    const Articulation articulation(system);
+    ASSERT_EQ(articulation.trees.size(), 2);
+    const int step = articulation.trees[0].steps[0].steps[0];
+    balls_first += std::holds_alternative<Ball>(system.parameters.kinds[step]);
+    compare(system, random.state(system), listed_first ? "balls first" : "hinges first");
+  }
+  EXPECT_EQ(balls_first, 1);
+}
+
 // Accelerations that were given are forgotten where none are.
 TEST(Recursive, MotionWithoutAccelerationsIsThatOfOneNeverGivenAny) {
   for (const Equations equations : {Equations::lagrange, Equations::recursive}) {
