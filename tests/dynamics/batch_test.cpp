@@ -129,12 +129,12 @@ TEST_P(BatchInRegisters, LanesAreSingleStatesOfRegularScenes) {
   compare(compiled(bars(9)), 2, 1e-12, "bars");
   compare(compiled(roundabout()), 3, 1e-12, "roundabout");
   for (unsigned seed = 0; seed < 8; ++seed)
-    compare(compiled(random_tree(seed, {.balls = true, .drives = true})), seed, 1e-11,
+    compare(compiled(random_tree(seed, {.balls = true, .drives = true})), seed, 1e-12,
             fmt::format("tree {}", seed));
   for (unsigned seed = 0; seed < 4; ++seed) {  // without drives coordinates are read where they lie
     Scene scene = random_tree(seed, {.balls = true});
     for (Solid& solid : scene.solids) solid.switches.back().armature = 0.1;
-    compare(compiled(scene), seed, 1e-11, fmt::format("free tree {}", seed));
+    compare(compiled(scene), seed, 1e-12, fmt::format("free tree {}", seed));
   }
 }
 
@@ -177,7 +177,7 @@ TEST_P(BatchInRegisters, LanesMayHaveTheirOwnInertials) {
   for (int lane = 0; lane < count; ++lane) {
     State state = batch.state(lane);
     const Eigen::VectorXd a = need(evaluate(varied[lane], state)).acceleration;
-    EXPECT_LT(relative(lane_of(w.a, lane), a), 1e-11);
+    EXPECT_LT(relative(lane_of(w.a, lane), a), 1e-12);
   }
 }
 
