@@ -1,27 +1,34 @@
 #!/usr/bin/env python3
-"""The benchmark tables and the plots of cost against size, from the Google Benchmark programs.
+"""The benchmark tables and the plots of cost against size.
 
     tests/bench/table.py [BUILD] [-o FOLDER] [--repetitions N] [--quick]
 
-Runs equations_bench, moments_bench, volumes_bench and, where they were built, mujoco_bench, constraints_bench and
-ensemble_bench of BUILD (build/release), each benchmark N times in random order, and takes medians: of processor time, and
-of wall time where both cores may work. Leaves in FOLDER (bench):
+Runs the Google Benchmark programs of BUILD (build/release), each benchmark N times in random order, and takes medians: of
+processor time, and of wall time where both cores may work. Then `borelli chart`, floor_bench, and the program's whole way
+from a volume to the report. What was not built (MuJoCo's) or has not its data is left out. Leaves in FOLDER (bench):
 
     README.md     the tables, between the two lines that name this script where the file has them (tests/bench has)
     bodies.svg    nanoseconds per evaluation against the number of bodies, up to 10000, with fitted exponents
     voxels.svg    milliseconds of one thread's moments against voxels, up to 512 x 512 x 2000
 
 The exponent of a curve is the slope of the least squares line through the logarithms of its sizes from 100 bodies or 1e7
-voxels on: below that what does not grow with the size still shows. --quick leaves out the largest sizes.
+voxels on: below that what does not grow with the size still shows. --quick leaves out the largest sizes and whole runs.
 """
 import argparse
+import csv
 import json
 import math
 import os
+import pathlib
+import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
+import time
+from dataclasses import dataclass, field
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 # Okabe & Ito (2008), as in pipeline/plot.hpp
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
@@ -29,32 +36,76 @@ FITTED_FROM = {"bodies": 100, "voxels": 1e7}
 BEGIN, END = "<!-- tests/bench/table.py: from here -->", "<!-- tests/bench/table.py: to here -->"
 
 
-def run(program, repetitions, only=None):
-    """Of one program, per benchmark: median seconds; its label and median rate (items per second)."""
-    scratch = tempfile.TemporaryDirectory()
-    out = os.path.join(scratch.name, "out.json")
-    command = [program, f"--benchmark_repetitions={repetitions}", "--benchmark_enable_random_interleaving=true",
-               f"--benchmark_out={out}", "--benchmark_out_format=json", "--benchmark_min_time=0.05"]
-    if only:
-        command.append(f"--benchmark_filter={only}")
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    if not os.path.exists(out):  # it has nothing to time without the data
-        return {}, {}
-    with open(out, encoding="utf-8") as file:
-        answer = json.load(file)
-    units = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
-    times, rates = {}, {}
-    for b in sorted(answer.get("benchmarks", []), key=lambda b: b["family_index"]):  # in the order of their making
-        if b.get("run_type") != "iteration" or b.get("error_occurred"):
-            continue
-        name = b["run_name"].removesuffix("/real_time")
-        time = b["cpu_time"] if name == b["run_name"] else b["real_time"]
-        times.setdefault(name, []).append(time * units[b["time_unit"]])
-        rates.setdefault(name, (b.get("label", ""), []))[1].append(b.get("items_per_second", 0))
-    if not times:
-        sys.exit(f"{program} left no times")
-    return ({name: statistics.median(t) for name, t in times.items()},
-            {name: (label, statistics.median(r)) for name, (label, r) in rates.items()})
+@dataclass
+class Timing:
+    """One benchmark's runs: seconds, items per second, and what it says of itself."""
+    all_seconds: list = field(default_factory=list)
+    all_rates: list = field(default_factory=list)
+    label: str = ""
+
+    @property
+    def seconds(self):
+        return statistics.median(self.all_seconds)
+
+    @property
+    def rate(self):
+        return statistics.median(self.all_rates)
+
+    @property
+    def spread(self):
+        return (max(self.all_seconds) - min(self.all_seconds)) / self.seconds
+
+
+class Programs:
+    """The programs of a build."""
+
+    def __init__(self, build, repetitions, quick):
+        self.build, self.repetitions, self.quick = build, repetitions, quick
+
+    def path(self, name):
+        """None: it was not built."""
+        path = os.path.join(self.build, name)
+        return path if os.access(path, os.X_OK) else None
+
+    def time(self, name, only=None):
+        """{benchmark: Timing} in the order of their making; none where the program or its data is not here."""
+        if not self.path(name):
+            return {}
+        print(f"{name} ...", file=sys.stderr, flush=True)
+        with tempfile.TemporaryDirectory() as scratch:
+            out = os.path.join(scratch, "out.json")
+            command = [self.path(name), f"--benchmark_repetitions={self.repetitions}", f"--benchmark_out={out}",
+                       "--benchmark_enable_random_interleaving=true", "--benchmark_out_format=json",
+                       "--benchmark_min_time=0.05"]
+            if only:
+                command.append(f"--benchmark_filter={only}")
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            if not os.path.exists(out):  # it has nothing to time without the data
+                return {}
+            with open(out, encoding="utf-8") as file:
+                answer = json.load(file)
+        units = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
+        timings = {}
+        for b in sorted(answer.get("benchmarks", []), key=lambda b: b["family_index"]):
+            if b.get("error_occurred"):
+                sys.exit(f"{name}: {b['run_name']}: {b['error_message']}")
+            if b.get("run_type") != "iteration":
+                continue
+            benchmark = b["run_name"].removesuffix("/real_time")
+            seconds = b["cpu_time"] if benchmark == b["run_name"] else b["real_time"]
+            timing = timings.setdefault(benchmark, Timing(label=b.get("label", "")))
+            timing.all_seconds.append(seconds * units[b["time_unit"]])
+            timing.all_rates.append(b.get("items_per_second", 0))
+        if not timings:
+            sys.exit(f"{name} left no times")
+        return timings
+
+
+def spread_of(timings):
+    """How far apart the runs of one benchmark lie, of its median."""
+    spreads = [t.spread for t in timings.values()]
+    return (f"Runs of one benchmark differ by {100 * statistics.median(spreads):.1f} % of their median (the middle one of these; "
+            f"at most by {100 * max(spreads):.0f} %).")
 
 
 def fitted_exponent(points, start):
@@ -132,69 +183,223 @@ def processor():
             f"model {known.get('model', '?')}) at {float(known.get('cpu MHz', 'nan')):.0f} MHz")
 
 
+def beside(ours, other):
+    """Another program's time and what it takes over ours, as two cells."""
+    return f"{short(other.seconds)} | {other.seconds / ours:.2f}" if other else "- | -"
+
+
 def scene_order(name):
     scene = name.split("/")[0]
     kind = scene.rstrip("0123456789")
     return kind != "human", kind, int(scene[len(kind):] or 0)
 
 
-def mujoco_table(times):
+def mujoco_section(programs):
     """Rows of scene x quantity with both times and their ratio."""
-    lines = ["| scene | of | here | MuJoCo | ratio |", "| --- | --- | ---: | ---: | ---: |"]
-    for name in sorted(times, key=lambda name: (name.split("/")[1], scene_order(name))):
+    timings = programs.time("mujoco_bench")
+    lines = ["Beside MuJoCo, the same files in one run (`mujoco_bench`):", "",
+             "| scene | of | here | MuJoCo | ratio |", "| --- | --- | ---: | ---: | ---: |"]
+    for name in sorted(timings, key=lambda name: (name.split("/")[1], scene_order(name))):
         if name.endswith("/mujoco"):
             continue
         scene, what = name.split("/", 1)
-        other = times.get(name + "/mujoco")
-        lines.append(f"| {scene} | {what.replace('_', ' ')} | {short(times[name])} | "
-                     f"{short(other) if other else '-'} | {f'{other / times[name]:.2f}' if other else '-'} |")
-    return lines
+        ours, other = timings[name].seconds, timings.get(name + "/mujoco")
+        lines.append(f"| {scene} | {what.replace('_', ' ')} | {short(ours)} | {beside(ours, other)} |")
+    return lines + ["", spread_of(timings)] if timings else []
 
 
-def constraints_table(times):
+def constraints_section(programs):
     """Rows of scenes held by loops: within a step, with the rank decided, MuJoCo's, and the ratio to the first."""
-    lines = ["| scene | within a step | with the rank | MuJoCo | ratio |", "| --- | ---: | ---: | ---: | ---: |"]
-    for name in sorted(times, key=lambda name: scene_order(name.replace("standing_human", "human"))):
+    timings = programs.time("constraints_bench")
+    lines = ["Bodies held by loops, one evaluation, beside MuJoCo's soft rows (`constraints_bench`):", "",
+             "| scene | within a step | with the rank | MuJoCo | ratio |", "| --- | ---: | ---: | ---: | ---: |"]
+    for name in sorted(timings, key=lambda name: scene_order(name.replace("standing_human", "human"))):
         scene, what = name.split("/", 1)
         if what != "accelerations":
             continue
-        other = times.get(name + "/mujoco")
-        ratio = f"{other / times[name]:.2f}" if other else "-"
-        lines.append(f"| {scene.replace('_', ' ')} | {short(times[name])} | {short(times[name + '_and_rank'])} | "
-                     f"{short(other) if other else '-'} | {ratio} |")
-    curve = [(float(name.split("/")[0].removeprefix("windows")), seconds) for name, seconds in times.items()
+        ours, other = timings[name].seconds, timings.get(name + "/mujoco")
+        lines.append(f"| {scene.replace('_', ' ')} | {short(ours)} | {short(timings[name + '_and_rank'].seconds)} | "
+                     f"{beside(ours, other)} |")
+    curve = [(float(name.split("/")[0].removeprefix("windows")), timing.seconds) for name, timing in timings.items()
              if name.startswith("windows") and name.endswith("/accelerations")]
     exponent = fitted_exponent(curve, 5)
     if exponent is not None:
-        lines += ["", f"Fitted exponent of windows, from 5 to {max(curve)[0]:.0f}: {exponent:.2f}."]
-    return lines
+        lines += ["", f"Fitted exponent of windows, from 5 to {max(curve)[0]:.0f}: {exponent:.2f}. {spread_of(timings)}"]
+    return lines if timings else []
 
 
-def ensemble_table(rates):
+def ensemble_section(programs):
     """Rows of methods: swings per second on one core and on all, and how far they are off."""
-    lines = ["| method | one core, 1/s | all cores, 1/s | 10 000 on one core | on all | off by |",
+    timings = programs.time("ensemble_bench")
+    lines = ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`); off by: the largest "
+             "error of a coordinate, m or rad:", "",
+             "| method | one core, 1/s | all cores, 1/s | 10 000 on one core | on all | off by |",
              "| --- | ---: | ---: | ---: | ---: | --- |"]
-    for name, (label, rate) in rates.items():
+    for name, timing in timings.items():
         if not name.endswith("/one_core"):
             continue
-        every = rates.get(name.replace("one_core", "all_cores"), (None, 0))[1]
-        lines.append(f"| {name.removesuffix('/one_core').replace('_', ' ').replace('/', ', ')} | {rate:.0f} | "
-                     f"{f'{every:.0f}' if every else '-'} | {1e4 / rate:.1f} s | {f'{1e4 / every:.1f} s' if every else '-'} | {label} |")
+        every = timings.get(name.replace("one_core", "all_cores"))
+        lines.append(f"| {name.removesuffix('/one_core').replace('_', ' ').replace('/', ', ')} | {timing.rate:.0f} | "
+                     f"{f'{every.rate:.0f}' if every else '-'} | {1e4 / timing.rate:.1f} s | "
+                     f"{f'{1e4 / every.rate:.1f} s' if every else '-'} | {timing.label} |")
+    return lines + ["", spread_of(timings)] if timings else []
+
+
+def equations_section(programs, out):
+    timings = programs.time("equations_bench", "[a-z]*/(lagrange|recursive)/[0-9]{1,3}$" if programs.quick else None)
+    curves, ratios = {}, {}
+    for name, timing in timings.items():
+        scene, *rest = name.split("/")
+        if len(rest) != 2:
+            continue
+        curves.setdefault(f"{scene.replace('_', ' ')}, {rest[0]}", []).append((float(rest[1]), timing.seconds * 1e9))
+        ratios.setdefault((scene, int(rest[1])), {})[rest[0]] = timing.seconds
+    shown = {name: points for name, points in curves.items() if max(x for x, _ in points) >= 100}
+    exponents = plot(os.path.join(out, "bodies.svg"), "Accelerations: cost against the number of bodies",
+                     "bodies", "ns per evaluation", shown, FITTED_FROM["bodies"])
+    lines = ["The paper's scan (`lagrange`) beside the recursions, one evaluation of the accelerations (`equations_bench`):", "",
+             "| scene | bodies | lagrange | recursive | ratio |", "| --- | ---: | ---: | ---: | ---: |"]
+    for (scene, n), pair in sorted(ratios.items()):
+        if "lagrange" in pair and "recursive" in pair:
+            lines.append(f"| {scene.replace('_', ' ')} | {n} | {short(pair['lagrange'])} | {short(pair['recursive'])} "
+                         f"| {pair['lagrange'] / pair['recursive']:.2f} |")
+    nearer = {name: fitted_exponent([p for p in points if p[0] <= 1000], FITTED_FROM["bodies"])
+              for name, points in shown.items()}
+    fitted = ", ".join(f"{name} {e:.2f}" for name, e in sorted(nearer.items()) if e is not None)
+    return lines + ["", "![Cost against the number of bodies](bodies.svg)", "",
+                    f"Fitted exponents of bodies from 100 to 1000: {fitted or 'too few were run'}. Of all from "
+                    f"{FITTED_FROM['bodies']} on, which no longer lie in the processor's cache: "
+                    + ", ".join(f"{name} {e:.2f}" for name, e in sorted(exponents.items())) + f". {spread_of(timings)}"]
+
+
+def work_precision_section(programs):
+    """Rows of scenes and methods: the quickest trusted run within each error, by `borelli chart`."""
+    print("borelli chart ...", file=sys.stderr, flush=True)
+    errors, repeats = (1e-3, 1e-6, 1e-9), 11 if programs.quick else 101
+    lines = ["Milliseconds of a whole run to an error of position (over the scene's length) and angle (rad), at 20 times and at four "
+             f"(`borelli chart SCENE --equations recursive --budget 0.1 --per-decade 3 --repeats {repeats}`, and `--outputs 4`):", "",
+             "| scene | method | at 20: " + " | ".join(f"{e:.0e}".replace("e-0", "e-") for e in errors)
+             + " | at 4: " + " | ".join(f"{e:.0e}".replace("e-0", "e-") for e in errors) + " |",
+             "| --- | --- |" + " ---: |" * (2 * len(errors))]
+    for scene in ("samples/double_pendulum.toml", "tests/bench/peers/scenes/chain_7.toml", "samples/roundabout.toml"):
+        rows = {}
+        for outputs in (20, 4):
+            with tempfile.TemporaryDirectory() as folder:
+                subprocess.run([programs.path("borelli"), "chart", ROOT / scene, "-o", folder, "--methods", "gauss16,gbs,dop853",
+                                "--equations", "recursive", "--budget", "0.1", "--per-decade", "3", "--repeats", str(repeats),
+                                "--outputs", str(outputs)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                with open(os.path.join(folder, "chart.csv"), encoding="utf-8") as file:
+                    runs = list(csv.DictReader(line for line in file if not line.startswith("#")))
+            for error in errors:
+                for method in dict.fromkeys(r["method"] for r in runs):
+                    within = [float(r["seconds"]) for r in runs if r["method"] == method and r["trusted"] == "1"
+                              and max(float(r["position"]), float(r["orientation_rad"])) <= error]
+                    rows.setdefault(method, []).append(f"{1e3 * min(within):.3f}" if within else "-")
+        lines += [f"| {pathlib.Path(scene).stem.replace('_', ' ')} | {method} | " + " | ".join(cells) + " |"
+                  for method, cells in rows.items()]
     return lines
 
 
-def volumes_table(times):
+def recording_section(programs):
+    timings = programs.time("recording_bench")
+    lines = ["Every step recorded, beside the end alone (`recording_bench`):", "",
+             "| scene | steps | the end | every step | adds |", "| --- | ---: | ---: | ---: | ---: |"]
+    for name, timing in timings.items():
+        if name.endswith("/end"):
+            every = timings[name.replace("/end", "/every_step")].seconds
+            lines.append(f"| {name.removesuffix('/end').replace('_', ' ')} | {timing.label} | {short(timing.seconds)} | {short(every)} | "
+                         f"{100 * (every / timing.seconds - 1):.1f} % |")
+    return lines + ["", spread_of(timings)] if timings else []
+
+
+def floor_section(programs):
+    """floor_bench's own tables."""
+    if not programs.path("floor_bench"):
+        return []
+    print("floor_bench ...", file=sys.stderr, flush=True)
+    falls = subprocess.run([programs.path("floor_bench")], check=True, capture_output=True, text=True).stdout
+    return ["A human falls on the floor, 5 s without damping, from twelve heights a millimetre apart (`floor_bench`): processor "
+            "time of a fall; overlap, energy and what putting apart moved are the worst of the twelve; momentum is the horizontal "
+            "one of a floor without friction, which cannot change it.", "", *falls.strip().splitlines()]
+
+
+def moments_section(programs, out):
+    timings = programs.time("moments_bench", "^(read_bytes|borelli_moments|itk.*)/[01]$|^moments_of_size/[0-9]{1,3}$"
+                            if programs.quick else None)
+    lines = ["Moments of 16 labels, one thread (`moments_bench`):", "",
+             "| of | volume | Gvoxel/s | ours over it |", "| --- | --- | ---: | ---: |"]
+    ours = {timing.label: timing.rate for name, timing in timings.items() if name.startswith("borelli_moments")}
+    for name, timing in sorted(timings.items()):
+        if timing.label in ours and "size" not in name:
+            lines.append(f"| {name.split('/')[0].replace('_', ' ')} | {timing.label} | {timing.rate * 1e-9:.2f} | "
+                         f"{ours[timing.label] / timing.rate:.2f} |")
+    sizes = [(512.0 * 512 * int(name.split("/")[1]), 1e3 * timing.seconds) for name, timing in timings.items()
+             if name.startswith("moments_of_size")]
+    exponents = plot(os.path.join(out, "voxels.svg"), "Moments of 512 x 512 x n voxels, one thread", "voxels", "ms",
+                     {"16 parts": sizes}, FITTED_FROM["voxels"])
+    return lines + ["", "![Cost against voxels](voxels.svg)", "", "Cost against voxels up to 512 x 512 x "
+                    f"{int(max(sizes)[0] / 512 / 512)}, fitted exponent: {exponents.get('16 parts', float('nan')):.2f}. "
+                    + spread_of(timings)]
+
+
+def volumes_section(programs):
     """Rows of what is done with a volume: on one core and on all, ours and ITK's, and the ratio on all."""
-    lines = ["| of | one core | all cores | ITK, one core | ITK, all cores | ratio |",
+    timings = programs.time("volumes_bench")
+    lines = ["What else is done with a volume, the sample phantom of 3 mm, wall time (`volumes_bench`). Not quite the same are "
+             "the distances (ours to the mask, also only up to 20 voxels, ITK's within it, too) and `coarser` (ours along the "
+             "patient's axes, wherever the scan's lie, ITK's along the scan's):", "",
+             "| of | one core | all cores | ITK, one core | ITK, all cores | ratio |",
              "| --- | ---: | ---: | ---: | ---: | ---: |"]
-    for name in times:
+    for name in timings:
         if not name.endswith("/one_core"):
             continue
-        row = [times.get(name.replace("one_core", cores) + of) for of in ("", "/itk")
-               for cores in ("one_core", "all_cores")]
+        row = [timings.get(name.replace("one_core", cores) + of) for of in ("", "/itk") for cores in ("one_core", "all_cores")]
         lines.append(f"| {name.removesuffix('/one_core').replace('_', ' ')} | "
-                     + " | ".join(short(t) if t else "-" for t in row)
-                     + f" | {f'{row[3] / row[1]:.2f}' if row[3] else '-'} |")
+                     + " | ".join(short(t.seconds) if t else "-" for t in row)
+                     + f" | {f'{row[3].seconds / row[1].seconds:.2f}' if row[3] else '-'} |")
+    return lines + ["", spread_of(timings)]
+
+
+def whole_runs_section(programs):
+    """Rows of volumes: wall time from volume to report, median of three and each; memory; slowest stages."""
+    if programs.quick:
+        return []
+    borelli = [programs.path("borelli")]
+    if not os.environ.get("DISPLAY") and shutil.which("xvfb-run"):
+        borelli = ["xvfb-run", "-a", *borelli]
+    icrp = ROOT.parent / "shared/volumes/icrp_am/AM_hu.nii.gz"
+    lines = ["From a volume to the report, picture and all, wall time of the program on all cores (`borelli run`), three runs:", "",
+             "| volume | voxels | median (each) | peak memory | slowest stages |", "| --- | --- | ---: | ---: | --- |"]
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        for title, spacing, volume in (("sample phantom, 3 mm", ["3"], folder / "sample.nii.gz"),
+                                       ("ICRP male", None, icrp),
+                                       ("phantom, as many voxels as a CT of 512 x 512 x 1000", ["1.465", "0.744", "1.788"],
+                                        folder / "large.nii.gz")):
+            if spacing:
+                subprocess.run([borelli[-1], "phantom", "--spacing", *spacing, "--noise", "20", "-o", volume], check=True,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            elif not volume.exists():
+                continue
+            print(f"borelli run, {title} ...", file=sys.stderr, flush=True)
+            seconds, memory = [], []
+            for _ in range(3):
+                out = folder / "out"
+                shutil.rmtree(out, ignore_errors=True)
+                begin = time.monotonic()
+                child = subprocess.Popen([*borelli, "run", volume, "--sex", "male", "--pose", "standing", "-o", out],
+                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                _, status, usage = os.wait4(child.pid, 0)
+                seconds.append(time.monotonic() - begin)
+                if status != 0:
+                    sys.exit(f"borelli run on {title} ended with {os.waitstatus_to_exitcode(status)}")
+                memory.append(usage.ru_maxrss / 2**20)  # of kB
+            answer = json.loads(next(out.glob("*/run.json")).read_text(encoding="utf-8"))
+            info = subprocess.run([borelli[-1], "info", volume], check=True, capture_output=True, text=True).stdout
+            voxels = next(line.split(maxsplit=1)[1] for line in info.splitlines() if line.split()[:1] == ["voxels"])
+            slowest = ", ".join(f"{stage['stage']} {100 * stage['share']:.0f} %" for stage in answer["slowest"])
+            lines.append(f"| {title} | {voxels} | {statistics.median(seconds):.1f} s ({', '.join(f'{s:.1f}' for s in seconds)}) | "
+                         f"{max(memory):.2f} GiB | {slowest} |")
     return lines
 
 
@@ -206,93 +411,32 @@ def main():
     parser.add_argument("--quick", action="store_true")
     asked = parser.parse_args()
     os.makedirs(asked.out, exist_ok=True)
-
-    def program(name):
-        path = os.path.join(asked.build, name)
-        return path if os.access(path, os.X_OK) else None
-
-    for name in ("equations_bench", "moments_bench", "volumes_bench"):
-        if not program(name):
+    programs = Programs(asked.build, asked.repetitions, asked.quick)
+    for name in ("borelli", "equations_bench", "moments_bench", "volumes_bench"):
+        if not programs.path(name):
             sys.exit(f"{asked.build} has no {name}: build it with the tests (BORELLI_TESTS=ON)")
-    lines = [f"On {processor()}, one thread, medians of {asked.repetitions} in random order, "
-             f"of processor time.", ""]
-    if program("mujoco_bench"):
-        times, _ = run(program("mujoco_bench"), asked.repetitions)
-        lines += ["Beside MuJoCo, the same files in one run (`mujoco_bench`):", ""]
-        lines += mujoco_table(times) + [""]
-    if program("constraints_bench"):
-        times, _ = run(program("constraints_bench"), asked.repetitions)
-        lines += ["Bodies held by loops, one evaluation, beside MuJoCo's soft rows (`constraints_bench`):", ""]
-        lines += constraints_table(times) + [""]
-    if program("ensemble_bench"):
-        _, rates = run(program("ensemble_bench"), asked.repetitions)
-        if rates:
-            lines += ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`); off by: the largest "
-                      "error of a coordinate, m or rad:", ""]
-            lines += ensemble_table(rates) + [""]
-
-    times, _ = run(program("equations_bench"), asked.repetitions,
-                   "[a-z]*/(lagrange|recursive)/[0-9]{1,3}$" if asked.quick else None)
-    curves, ratios = {}, {}
-    for name, seconds in times.items():
-        scene, *rest = name.split("/")
-        if len(rest) != 2:
-            continue
-        curves.setdefault(f"{scene.replace('_', ' ')}, {rest[0]}", []).append((float(rest[1]), seconds * 1e9))
-        ratios.setdefault((scene, int(rest[1])), {})[rest[0]] = seconds
-    shown = {name: points for name, points in curves.items() if max(x for x, _ in points) >= 100}
-    exponents = plot(os.path.join(asked.out, "bodies.svg"), "Accelerations: cost against the number of bodies",
-                     "bodies", "ns per evaluation", shown, FITTED_FROM["bodies"])
-    lines += ["The paper's scan (`lagrange`) beside the recursions, one evaluation of the accelerations "
-              "(`equations_bench`):", "", "| scene | bodies | lagrange | recursive | ratio |",
-              "| --- | ---: | ---: | ---: | ---: |"]
-    for (scene, n), pair in sorted(ratios.items()):
-        if "lagrange" in pair and "recursive" in pair:
-            lines.append(f"| {scene.replace('_', ' ')} | {n} | {short(pair['lagrange'])} | {short(pair['recursive'])} "
-                         f"| {pair['lagrange'] / pair['recursive']:.2f} |")
-    nearer = {name: fitted_exponent([p for p in points if p[0] <= 1000], FITTED_FROM["bodies"])
-              for name, points in shown.items()}
-    fitted = ", ".join(f"{name} {e:.2f}" for name, e in sorted(nearer.items()) if e is not None)
-    lines += ["", "![Cost against the number of bodies](bodies.svg)", "",
-              f"Fitted exponents of bodies from 100 to 1000: {fitted or 'too few were run'}.",
-              "Of all from "
-              f"{FITTED_FROM['bodies']} on, which no longer lie in the processor's cache: "
-              + ", ".join(f"{name} {e:.2f}" for name, e in sorted(exponents.items())) + ".", ""]
-
-    times, rates = run(program("moments_bench"), asked.repetitions,
-                       "^(read_bytes|borelli_moments|itk.*)/[01]$|^moments_of_size/[0-9]{1,3}$" if asked.quick else None)
-    lines += ["Moments of 16 labels, one thread (`moments_bench`):", "",
-              "| of | volume | Gvoxel/s | ours over it |", "| --- | --- | ---: | ---: |"]
-    ours = {label: rate for name, (label, rate) in rates.items() if name.startswith("borelli_moments")}
-    for name, (label, rate) in sorted(rates.items()):
-        if label in ours and "size" not in name:
-            lines.append(f"| {name.split('/')[0].replace('_', ' ')} | {label} | {rate * 1e-9:.2f} | {ours[label] / rate:.2f} |")
-    sizes = [(512.0 * 512 * int(name.split("/")[1]), 1e3 * seconds) for name, seconds in times.items()
-             if name.startswith("moments_of_size")]
-    exponents = plot(os.path.join(asked.out, "voxels.svg"), "Moments of 512 x 512 x n voxels, one thread", "voxels", "ms",
-                     {"16 parts": sizes}, FITTED_FROM["voxels"])
-    lines += ["", "![Cost against voxels](voxels.svg)", "", "Cost against voxels up to 512 x 512 x "
-              f"{int(max(sizes)[0] / 512 / 512)}, fitted exponent: {exponents.get('16 parts', float('nan')):.2f}.", ""]
-    times, _ = run(program("volumes_bench"), asked.repetitions)
-    lines += ["What else is done with a volume, the sample phantom of 3 mm, wall time (`volumes_bench`). Not quite the same are "
-              "the distances (ours to the mask, also only up to 20 voxels, ITK's within it, too) and `coarser` (ours along the "
-              "patient's axes, wherever the scan's lie, ITK's along the scan's):", ""]
-    lines += volumes_table(times) + [""]
-    put(os.path.join(asked.out, "README.md"), "\n".join(lines))
+    readme = os.path.join(asked.out, "README.md")
+    around = text_around(readme)
+    lines = [f"On {processor()}, one thread, medians of {asked.repetitions} in random order, of processor time.", ""]
+    for section in (mujoco_section(programs), constraints_section(programs), ensemble_section(programs),
+                    equations_section(programs, asked.out), work_precision_section(programs), recording_section(programs),
+                    floor_section(programs), moments_section(programs, asked.out), volumes_section(programs),
+                    whole_runs_section(programs)):
+        lines += section + [""] if section else []
+    with open(readme, "w", encoding="utf-8") as file:
+        file.write("\n".join([around[0] + BEGIN, *lines, END + around[1]]))
     print("\n".join(lines))
 
 
-def put(path, text):
-    """Writes the tables: between the two lines that name this script, or as a file of their own."""
-    before, after = "", ""
-    if os.path.exists(path):
-        with open(path, encoding="utf-8") as file:
-            whole = file.read()
-        if BEGIN not in whole or END not in whole:
-            sys.exit(f"{path} is there and does not say where the tables belong: give another folder (-o)")
-        before, after = whole.split(BEGIN)[0], whole.split(END)[1]
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(f"{before}{BEGIN}\n{text}\n{END}{after or chr(10)}")
+def text_around(path):
+    """What a file has before and after the tables."""
+    if not os.path.exists(path):
+        return "", "\n"
+    with open(path, encoding="utf-8") as file:
+        whole = file.read()
+    if BEGIN not in whole or END not in whole:
+        sys.exit(f"{path} is there and does not say where the tables belong: give another folder (-o)")
+    return whole.split(BEGIN)[0], whole.split(END)[1]
 
 
 if __name__ == "__main__":
