@@ -13,11 +13,6 @@ using Eigen::Vector3d;
 
 namespace {
 
-Matrix3d tensor_in_world(const Parameters& parameters, const Kinematics& kinematics, std::size_t b) {
-  const Matrix3d& R = kinematics.bodies[b].X.R;
-  return R * parameters.inertials[b].tensor * R.transpose();
-}
-
 /// Calls visit(column, angular, linear) for every free coordinate that body b depends on: what its unit
 /// velocity does to the body and to the point of it at p.
 template <class Visit>
@@ -34,22 +29,28 @@ void for_each_column(const System& system, const Kinematics& k, std::size_t b, c
 
 Momenta momenta(const System& system, const Parameters& parameters, const Kinematics& k) {
   Momenta out;
-  Vector3d first = Vector3d::Zero();
+  double mass = 0;
+  Vector3d first = Vector3d::Zero(), linear = Vector3d::Zero(), angular = Vector3d::Zero();
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
-    const double mass = parameters.inertials[b].mass;
-    out.mass += mass;
-    first += mass * k.bodies[b].g;
-    out.linear += mass * k.bodies[b].v;
+    const double m = parameters.inertials[b].mass;
+    mass += m;
+    first += m * k.bodies[b].g;
+    linear += m * k.bodies[b].v;
   }
-  if (out.mass > 0) {
-    out.centre = first / out.mass;
-    out.velocity = out.linear / out.mass;
+  out.mass = mass;
+  out.linear = linear;
+  if (mass > 0) {
+    const double each = 1 / mass;
+    out.centre = each * first;
+    out.velocity = each * linear;
   }
-  for (std::size_t b = 1; b < system.bodies.size(); ++b)
-    if (system.bodies[b].massive)
-      out.angular +=
-          parameters.inertials[b].mass * (k.bodies[b].g - out.centre).cross(k.bodies[b].v - out.velocity) +
-          tensor_in_world(parameters, k, b) * k.bodies[b].w;
+  const Vector3d centre = out.centre, velocity = out.velocity;
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+    if (!system.bodies[b].massive) continue;
+    const Vector3d momentum = parameters.inertials[b].mass * (k.bodies[b].v - velocity);
+    angular += (k.bodies[b].g - centre).cross(momentum) + spin(parameters.inertials[b], k.bodies[b]);
+  }
+  out.angular = angular;
   return out;
 }
 
@@ -64,7 +65,7 @@ CentroidalMomentum centroidal_momentum(const System& system, const Parameters& p
     const BodyMotion& m = k.bodies[b];
     const double mass = parameters.inertials[b].mass;
     const Vector3d arm = m.g - centre;
-    const Matrix3d I = tensor_in_world(parameters, k, b);
+    const Matrix3d I = m.X.R * parameters.inertials[b].tensor * m.X.R.transpose();
     for_each_column(system, k, b, m.g, [&](int u, const Vector3d& w, const Vector3d& v) {
       out.matrix.col(u).head<3>() += I * w + mass * arm.cross(v);
       out.matrix.col(u).tail<3>() += mass * v;

@@ -33,6 +33,12 @@ struct CentroidalMomentum {
   Eigen::Matrix<double, 6, 1> bias;
 };
 
+/// A body's angular momentum about its gravity centre, kg m^2/s.
+inline Eigen::Vector3d spin(const Inertial& inertial, const BodyMotion& motion) {
+  const Eigen::Vector3d own = motion.X.R.transpose() * motion.w;  // velocity in the body's axes
+  return motion.X.R * Eigen::Vector3d(inertial.tensor * own);
+}
+
 /// From the kinematics of either set of equations, which were given no accelerations.
 Momenta momenta(const System& system, const Parameters& parameters, const Kinematics& kinematics);
 CentroidalMomentum centroidal_momentum(const System& system, const Parameters& parameters,

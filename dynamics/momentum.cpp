@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <set>
+
+#include "dynamics/jacobian.hpp"
 
 namespace borelli {
 
@@ -208,15 +211,16 @@ MomentumValue momentum_value(const ConservedMomentum& momentum, const Parameters
   Vector3d angular = Vector3d::Zero();
   for (int b : momentum.bodies) {
     const BodyMotion& body = kinematics.bodies[b];
-    if (parameters.inertials[b].mass <= 0) continue;
-    const Matrix3d I = body.X.R * parameters.inertials[b].tensor * body.X.R.transpose();
-    const Vector3d orbital = parameters.inertials[b].mass * (body.g - point).cross(body.v - drift),
-                   spin = I * body.w;
-    angular += orbital + spin;
-    const double arm =
-        std::max({body.g.norm(), (body.g - point).norm(), parameters.inertials[b].centre.norm()});
-    out.rounding += 1e-12 * (parameters.inertials[b].mass * arm * body.v.norm() + spin.norm());
-    out.scale += orbital.norm() + spin.norm();
+    const Inertial& inertial = parameters.inertials[b];
+    if (inertial.mass <= 0) continue;
+    const Vector3d arm = body.g - point, orbital = inertial.mass * arm.cross(body.v - drift),
+                   own = spin(inertial, body);
+    angular += orbital + own;
+    const double reach =  // the longest of three, squared
+        std::max({body.g.squaredNorm(), arm.squaredNorm(), inertial.centre.squaredNorm()});
+    const double turning = own.norm();
+    out.rounding += 1e-12 * (inertial.mass * std::sqrt(reach * body.v.squaredNorm()) + turning);
+    out.scale += orbital.norm() + turning;
   }
   out.value = momentum.directions * angular;
   return out;

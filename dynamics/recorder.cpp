@@ -17,7 +17,9 @@ constexpr std::size_t most_expected = 1024;
 
 }  // namespace
 
-Recorder::Recorder(const System& system, std::size_t rows) : system_(system) {
+Recorder::Recorder(const System& system, std::size_t rows)
+    : system_(system),
+      placements_(system.parameters.solid_poses.begin(), system.parameters.solid_poses.end()) {
   rows = std::clamp<std::size_t>(rows, 16, most_expected);
   for (GrowingRows* numbers :
        {&contact_modes_, &contact_forces_, &q_, &v_, &a_, &multipliers_, &driven_efforts_, &driven_positions_,
@@ -43,8 +45,7 @@ void Recorder::record_impulses(const Eigen::VectorXd& impulses, double h) {
 }
 
 void Recorder::record_contacts(const Workspace& w) {
-  double* const multipliers = multipliers_.add(w.multipliers.size());
-  std::copy(w.multipliers.begin(), w.multipliers.end(), multipliers);
+  double* const multipliers = multipliers_.add(w.multipliers);
   if (impulses_time_ > 0) {
     forces_ = impulses_ / impulses_time_;
     impulses_.setZero();
@@ -80,8 +81,13 @@ void Recorder::record(const State& state, const Workspace& w, const Work& work) 
     for (const TimeFunction& f : drive.functions) *driven++ = at(f, state.t).value;
   if (out_.poses.size() == out_.poses.capacity())
     out_.poses.reserve(ahead * (out_.poses.size() + system_.solids.size()));
-  for (std::size_t s = 0; s < system_.solids.size(); ++s)
-    out_.poses.push_back(w.kinematics.bodies[system_.solid_bodies[s]].X * system_.parameters.solid_poses[s]);
+  for (std::size_t s = 0; s < placements_.size(); ++s) {
+    const Pose& X_WB = w.kinematics.bodies[system_.solid_bodies[s]].X;
+    if (placements_[s].form == Placement::Form::identity)
+      out_.poses.push_back(X_WB);
+    else
+      out_.poses.push_back(X_WB * placements_[s].X);
+  }
   const Momenta now = momenta(system_, system_.parameters, w.kinematics);
   gravity_centre_.add(now.centre);
   linear_momentum_.add(now.linear);

@@ -19,9 +19,12 @@ class GrowingRows {
     if (count_ == numbers_.rows()) numbers_.conservativeResize(std::max(expected_, 2 * count_), columns);
     return numbers_.data() + count_++ * columns;
   }
+  /// One row more: x. Where it lies until the next.
   template <class Vector>
-  void add(const Vector& x) {
-    std::copy(x.data(), x.data() + x.size(), add(Eigen::Index(x.size())));
+  double* add(const Vector& x) {
+    double* const row = add(x.size());
+    Eigen::Map<Vector>(row, x.size()) = x;  // (they are few: no call to copy them)
+    return row;
   }
   /// All of them; none are left.
   Rows take() {
@@ -67,6 +70,7 @@ class Recorder {
   void record_contacts(const Workspace& w);
 
   const System& system_;
+  std::vector<Placement> placements_;  // of the solids in their bodies
   Trajectory out_;
   GrowingRows contact_modes_, contact_forces_;
   Eigen::VectorXd impulses_, forces_;  // of contacts that act by impulses: since the last row, and at it

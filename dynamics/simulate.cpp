@@ -64,6 +64,14 @@ long rows_from(double start, const SimulationSettings& s) {
   return std::max(1L, long(std::ceil((s.end_time - start) / s.output_interval - 1e-9)));
 }
 
+/// How many rows to make room for, the start's too. (Of adaptive steps nobody knows their number.)
+std::size_t expected_rows(double start, const SimulationSettings& s, bool adaptive) {
+  constexpr std::size_t adaptive_steps = 256;
+  if (s.output_interval > 0) return std::size_t(rows_from(start, s)) + 1;
+  if (adaptive) return adaptive_steps;
+  return std::size_t(std::ceil((s.end_time - start) / s.step)) + 2;  // (rounding may leave one step more)
+}
+
 class Run {
  public:
   /// `own`: the parameters of `system`, where nothing else has them and springs are to set how they act.
@@ -82,7 +90,7 @@ class Run {
         probe_(system.rows > 0 ? std::make_optional<Workspace>(system) : std::nullopt),
         motion_(system, settings, workspace_),
         path_(system, settings, motion_, integrator, probe_ ? &*probe_ : nullptr),
-        recorder_(system, std::size_t(rows_from(state.t, settings)) + 1),
+        recorder_(system, expected_rows(state.t, settings, integrator.adaptive())),
         landing_(system),
         between_(system),
         row_(system),
