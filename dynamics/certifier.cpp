@@ -78,6 +78,7 @@ void Climb::observe(double t, double value) {
   largest_ = value;
   time_ = t;
   // kept coarsely: enough to say later when a limit was first passed
+  if (steps_.empty()) steps_.reserve(32);
   if (steps_.empty() || value > 1.01 * steps_.back().second) steps_.emplace_back(t, value);
 }
 
@@ -111,9 +112,8 @@ void Certifier::observe_energy(double t, const Workspace& workspace, const Work&
   const LagrangeTerms& terms = workspace.terms;
   energy_.observe(t, terms.kinetic, terms.potential, work.total());
   for (int g = 0; g < system_.groups; ++g) {
-    group_energies_[g].observe(t, terms.group_kinetic[g], terms.group_potential[g],
-                               work.groups[g] + work.group_projection[g] + work.group_events[g]);
-    group_energies_[g].projected.observe(t, work.group_projection_size[g]);
+    group_energies_[g].observe(t, terms.group_kinetic[g], terms.group_potential[g], work.groups[g].total());
+    group_energies_[g].projected.observe(t, work.groups[g].projection_size);
   }
 }
 
@@ -141,9 +141,9 @@ void Certifier::judge_energy(const Work& work) {
       worst_excess = energy.drift.largest() / allowed;
     }
     const double movable = std::max(turnover, energy.rounding + rounding_of_rest(g));
-    if (work.group_projection_size[g] > moved_excess * movable) {
+    if (work.groups[g].projection_size > moved_excess * movable) {
       moved = g;
-      moved_excess = work.group_projection_size[g] / movable;
+      moved_excess = work.groups[g].projection_size / movable;
     }
   }
   if (worst >= 0) {
@@ -156,7 +156,7 @@ void Certifier::judge_energy(const Work& work) {
                                 limit, since));
   }
   if (moved >= 0) {
-    const double size = work.group_projection_size[moved], turnover = group_energies_[moved].turnover();
+    const double size = work.groups[moved].projection_size, turnover = group_energies_[moved].turnover();
     const double since = group_energies_[moved].projected.since(limit * turnover);
     const MovedMost& most = moved_most_[moved];
     distrust(since,
@@ -363,8 +363,7 @@ bool Certifier::too_long(double h, const ContactStep& step, const Eigen::VectorX
     const EnergyBalance& balance = group_energies_[g];
     const double allowed =
         std::max(limit * std::max(balance.turnover(), fall * group_masses_[g]), balance.rounding);
-    const double done = work.groups[g] + work.group_projection[g] + work.group_events[g] +
-                        step.group_work[g] + step.group_projection[g];
+    const double done = work.groups[g].total() + step.group_work[g] + step.group_projection[g];
     if (std::abs(balance.changed(energy[g], done)) > allowed || std::abs(step.group_shift[g]) > allowed ||
         step.group_work[g] - step.group_shift[g] > allowed || std::abs(step.group_projection[g]) > allowed)
       return true;

@@ -84,7 +84,7 @@ bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y,
   y.setZero();
   y.segment(system_.nv, system_.nv) = state.v;
   y.segment<4>(2 * system_.nv) << work.efforts, work.drives, work.constraints, work.violation;
-  y.tail(system_.groups) = work.groups;
+  for (int g = 0; g < system_.groups; ++g) y[y.size() - system_.groups + g] = work.groups[g].moving;
   set_scale(state);
   if (!known) {
     turned_ = -1;
@@ -207,7 +207,7 @@ void MotionFlow::take(const Eigen::VectorXd& y, State& state, Work& work) const 
   work.drives = done[1];
   work.constraints = done[2];
   work.violation = done[3];
-  work.groups = y.tail(system_.groups);
+  for (int g = 0; g < system_.groups; ++g) work.groups[g].moving = y[y.size() - system_.groups + g];
 }
 
 double MotionFlow::distance(const Eigen::VectorXd& y, const State& state) {

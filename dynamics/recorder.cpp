@@ -12,22 +12,21 @@ namespace {
 // nothing, and all of them are copied
 constexpr std::size_t ahead = 4;
 
-// rows that room is made for at first: a run may end before its time
-constexpr std::size_t most_expected = 1024;
+// rows that room is made for at first: a run may end before its time; and steps, whose number may be unknown
+constexpr std::size_t most_expected = 1024, steps_expected = 64;
 
 }  // namespace
 
 Recorder::Recorder(const System& system, std::size_t rows)
     : system_(system),
       placements_(system.parameters.solid_poses.begin(), system.parameters.solid_poses.end()) {
-  rows = std::clamp<std::size_t>(rows, 16, most_expected);
+  rows = std::min(rows, most_expected);
   for (GrowingRows* numbers :
        {&contact_modes_, &contact_forces_, &q_, &v_, &a_, &multipliers_, &driven_efforts_, &driven_positions_,
         &gravity_centre_, &linear_momentum_, &angular_momentum_})
     numbers->expect(Eigen::Index(rows));
-  for (auto* numbers :
-       {&out_.times, &out_.kinetic, &out_.potential, &out_.work, &out_.step_times, &out_.step_sizes})
-    numbers->reserve(rows);
+  for (auto* numbers : {&out_.times, &out_.kinetic, &out_.potential, &out_.work}) numbers->reserve(rows);
+  for (auto* numbers : {&out_.step_times, &out_.step_sizes}) numbers->reserve(std::max(rows, steps_expected));
   out_.poses.reserve(rows * system.solids.size());
   out_.coordinates = system.coordinates;
   out_.solids = system.solids;

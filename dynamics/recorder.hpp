@@ -16,7 +16,8 @@ class GrowingRows {
   void expect(Eigen::Index rows) { expected_ = rows; }
   /// One row more, to be filled.
   double* add(Eigen::Index columns) {
-    if (count_ == numbers_.rows()) numbers_.conservativeResize(std::max(expected_, 2 * count_), columns);
+    if (columns > 0 && count_ == numbers_.rows())
+      numbers_.conservativeResize(std::max(expected_, 2 * count_), columns);
     return numbers_.data() + count_++ * columns;
   }
   /// One row more: x. Where it lies until the next.
@@ -28,20 +29,29 @@ class GrowingRows {
   }
   /// All of them; none are left.
   Rows take() {
-    numbers_.conservativeResize(std::exchange(count_, 0), numbers_.cols());
+    cut();
+    count_ = 0;
     return std::move(numbers_);
   }
 
   template <class Keeper>
   void keep(Keeper& k) {
-    numbers_.conservativeResize(count_, numbers_.cols());
+    cut();
     k(numbers_);
     count_ = numbers_.rows();
   }
 
  private:
+  /// No room for more.
+  void cut() {
+    if (numbers_.cols() > 0)
+      numbers_.conservativeResize(count_, numbers_.cols());
+    else
+      numbers_.resize(count_, 0);
+  }
+
   Rows numbers_;  ///< with room for more
-  Eigen::Index count_ = 0, expected_ = 16;
+  Eigen::Index count_ = 0, expected_ = 1;
 };
 
 class Recorder {

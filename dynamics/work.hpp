@@ -2,46 +2,50 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <vector>
 
 namespace borelli {
 
 /// Work done on the system since the start, J; integrated with the motion, except that of projections and
 /// events, which is their jump of energy.
 struct Work {
-  explicit Work(int group_count)
-      : groups(Eigen::VectorXd::Zero(group_count)),
-        group_projection(groups),
-        group_projection_size(groups),
-        group_events(groups) {}
+  /// What was done on an independent group.
+  struct OnGroup {
+    double moving = 0;  ///< integrated with the motion
+    double projection = 0, projection_size = 0, events = 0;
+    double total() const { return moving + projection + events; }
+  };
+
+  explicit Work(int group_count) : groups(std::size_t(group_count)) {}
 
   double efforts = 0, drives = 0, constraints = 0, violation = 0;
   double projection = 0, projection_size = 0;
   double events = 0, events_size = 0;
+  std::vector<OnGroup> groups;
   double total() const { return efforts + drives + constraints + violation + projection + events; }
 
   /// Books the change of each group's energy by a projection.
   void add_projection(const Eigen::VectorXd& jump) {
     projection += jump.sum();
     projection_size += std::abs(jump.sum());
-    group_projection += jump;
-    group_projection_size += jump.cwiseAbs();
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+      groups[g].projection += jump[Eigen::Index(g)];
+      groups[g].projection_size += std::abs(jump[Eigen::Index(g)]);
+    }
   }
 
   /// Books the change of each group's energy by an event.
   void add_event(const Eigen::VectorXd& jump) {
     events += jump.sum();
     events_size += std::abs(jump.sum());
-    group_events += jump;
+    for (std::size_t g = 0; g < groups.size(); ++g) groups[g].events += jump[Eigen::Index(g)];
   }
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(efforts, drives, constraints, violation, projection, projection_size, events, events_size, groups,
-      group_projection, group_projection_size, group_events);
+    k(efforts, drives, constraints, violation, projection, projection_size, events, events_size, groups);
   }
-
-  Eigen::VectorXd groups;  ///< on each independent group, but for what is in the next
-  Eigen::VectorXd group_projection, group_projection_size, group_events;
 };
 
 }  // namespace borelli

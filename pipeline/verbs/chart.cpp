@@ -11,6 +11,7 @@
 #include "dynamics/scene_file.hpp"
 #include "pipeline/stages.hpp"
 #include "pipeline/verbs/model_options.hpp"
+#include "pipeline/verbs/names.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -112,19 +113,21 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   Scene& scene = model->scene;
   scene.simulation.end_time = o.end.value_or(scene.simulation.end_time);
   WorkPrecisionSettings settings = o.settings;
-  const std::vector<std::string>& methods = o.settings.methods;
+  settings.methods = each_once(o.settings.methods);
+  const std::vector<std::string>& methods = settings.methods;
+  const std::vector<std::string> equations = each_once(o.equations), constraints = each_once(o.constraints);
   settings.equations.clear();
-  for (const std::string& name : o.equations)
+  for (const std::string& name : equations)
     settings.equations.push_back(name == "lagrange" ? Equations::lagrange : Equations::recursive);
   settings.constraints.clear();
-  for (const std::string& name : o.constraints)
+  for (const std::string& name : constraints)
     settings.constraints.push_back(name == "baumgarte" ? ConstraintTreatment::baumgarte
                                                        : ConstraintTreatment::projection);
 
   const auto text = write_scene(scene);
   if (!text) return tl::unexpected(text.error());
   std::string asked = *text + BORELLI_VERSION;
-  for (const auto* names : {&methods, &o.equations, &o.constraints})
+  for (const auto* names : {&methods, &equations, &constraints})
     for (const std::string& name : *names) asked += ' ' + name;
   asked +=
       fmt::format(" {} {} {} {}", settings.outputs, settings.repeats, settings.per_decade, settings.budget);
@@ -214,7 +217,7 @@ void add_chart(CLI::App& program, Command& command) {
       ->capture_default_str();
   verb->add_option("--budget", o->settings.budget,
                    "Processor time of a run, s; a method's ladder ends with the first that takes longer")
-      ->check(positive_number())
+      ->check(number_within(1e-5, 1e6))  // (less than the least run takes would chart nothing)
       ->capture_default_str();
   verb->add_option("--reference", o->reference,
                    "A motion known better than any run (a closed form): CSV or HDF5 as simulate writes them, "

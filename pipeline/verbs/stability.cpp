@@ -14,6 +14,7 @@
 #include "pipeline/stability_page.hpp"
 #include "pipeline/stages.hpp"
 #include "pipeline/verbs/model_options.hpp"
+#include "pipeline/verbs/names.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -227,7 +228,7 @@ Result<void> check_outputs(const StabilityOptions& o) {
 Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   StabilitySettings settings;
-  settings.methods = o.methods;
+  settings.methods = each_once(o.methods);
   settings.equations = o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   if (o.constraints)
     settings.constraints =
@@ -284,7 +285,7 @@ Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Comman
   if (o.scenes.size() > 1 || !o.vary.empty())
     return bad_use("--long", "runs one scene as it is; name one, and leave --vary out");
   LongRunSettings settings;
-  settings.methods = o.methods;
+  settings.methods = each_once(o.methods);
   settings.equations = o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   settings.steps = *o.long_steps;
   for (const auto& [text, what, value] : {std::tuple(&o.step, "--step", &settings.step),

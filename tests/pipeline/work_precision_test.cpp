@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "dynamics/scene_file.hpp"
@@ -142,6 +143,24 @@ TEST(WorkPrecision, AReferenceMayBeGiven) {
   EXPECT_NE(run.out.find("run.csv"), std::string::npos);
   EXPECT_EQ(run_program(chart_it + " --reference-error 1e-9").code, 2);
   EXPECT_EQ(run_program(chart_it + " --reference " + (folder / "none.csv").string()).code, 2);
+}
+
+TEST(WorkPrecision, WhatIsNamedTwiceRunsOnceAndABudgetIsOne) {
+  const TestFolder folder;
+  const std::string chart_it =
+      "chart " + test::source_folder() + "/samples/pendulum.toml --end 1 --repeats 1 --json -o ";
+  const auto runs = [&](const std::string& options) {
+    const ProgramRun run = run_program(chart_it + folder.path().string() + options);
+    EXPECT_EQ(run.code, 0) << run.err;
+    return nlohmann::json::parse(run.out).at("runs").get<int>();
+  };
+  const int once = runs(" --methods dop853 --equations recursive --constraints projection");
+  EXPECT_EQ(
+      runs(" --methods dop853,dop853 --equations recursive,recursive --constraints projection,projection"),
+      once);
+  const ProgramRun refused = run_program(chart_it + folder.path().string() + " --budget 1e-300");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("--budget"), std::string::npos) << refused.err;
 }
 
 // What a broken-off chart left is of the reference that it had, not of its file's name.
