@@ -366,7 +366,7 @@ Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
 bool Collocation::leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const {
   const Eigen::VectorXd& scale = flow.error_scale();
   for (Eigen::Index i = flow.positions(); i < scale.size(); ++i) {
-    if (std::isinf(scale[i])) continue;
+    if (std::isinf(scale[i])) continue;  // not controlled
     const auto at = [&](const AtNodes& weights) { return sum(AtNodes(weights * slopes_[i])); };
     const double off = std::max(std::abs(at(tables.start) - dy[i]), std::abs(at(tables.end) - slope_[i]));
     if (tables.c[0] * off * h / scale[i] <= tolerance_) continue;

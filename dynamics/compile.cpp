@@ -36,7 +36,7 @@ class Compiler {
     previous_free_.push_back(-1);
     supports_.emplace_back();
     system_.solid_bodies.assign(scene_.solids.size(), 0);
-    system_.parameters.solid_poses.resize(scene_.solids.size());
+    system_.parameters.solid_places.resize(scene_.solids.size());
     for (const Solid& solid : scene_.solids) system_.solids.push_back(solid.name);
     for (int index : ordered->order)
       if (auto done = add_solid(index); !done) return tl::unexpected(done.error());
@@ -60,7 +60,7 @@ class Compiler {
     const Solid& solid = scene_.solids[index];
     const int parent_solid = solid.parent == world_name ? -1 : solid_index_.at(solid.parent);
     const int parent_body = parent_solid < 0 ? 0 : system_.solid_bodies[parent_solid];
-    Pose X = parent_solid < 0 ? Pose{} : system_.parameters.solid_poses[parent_solid];
+    Pose X = parent_solid < 0 ? Pose{} : system_.parameters.solid_places[parent_solid].X;
     const int first_step = int(system_.steps.size());
     for (std::size_t i = 0; i < solid.switches.size(); ++i)
       if (auto done = add_switch(solid, solid.switches[i], coordinate_name(solid, i), X); !done) return done;
@@ -88,7 +88,7 @@ class Compiler {
     }
     system_.bodies[body].solids.push_back(index);
     system_.solid_bodies[index] = body;
-    system_.parameters.solid_poses[index] = X;
+    system_.parameters.solid_places[index] = Placement(X);
     return {};
   }
 
@@ -172,7 +172,7 @@ class Compiler {
             Error{scene_.place(scene_.solids[s].line) + error.where, error.what, error.kind});
       }
       const int body = system_.solid_bodies[s];
-      const Pose& X = system_.parameters.solid_poses[s];
+      const Pose& X = system_.parameters.solid_places[s].X;
       for (const Inertial& inertial : *inertials) {
         if (auto done = check_physical(inertial, where, Extent::may_be_bar_or_point); !done)
           return tl::unexpected(Error{done.error().where, done.error().what, Error::Kind::use});
@@ -210,7 +210,8 @@ class Compiler {
     double length = farthest;
     for (const Placement& placement : system_.parameters.placements)
       length = std::max(length, placement.X.p.norm());
-    for (const Pose& X : system_.parameters.solid_poses) length = std::max(length, X.p.norm());
+    for (const Placement& place : system_.parameters.solid_places)
+      length = std::max(length, place.X.p.norm());
     for (const Inertial& inertial : system_.parameters.inertials) {
       if (inertial.mass <= 0) continue;
       length = std::max(length, inertial.centre.norm() + std::sqrt(inertial.tensor.trace() / inertial.mass));

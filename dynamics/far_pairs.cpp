@@ -25,7 +25,7 @@ FarPairs::FarPairs(const System& system) {
 
 int FarPairs::ball(const System& system, const Site& site, const Vector3d& centre, double half,
                    double radius) {
-  const Vector3d p = site.solid < 0 ? centre : system.parameters.solid_poses[site.solid] * centre;
+  const Vector3d p = site.solid < 0 ? centre : system.parameters.solid_places[site.solid] * centre;
   const auto same = [&](const Ball& b) {
     return b.body == site.body && b.centre == p && b.half == half && b.radius == radius;
   };

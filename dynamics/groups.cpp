@@ -52,7 +52,7 @@ struct FieldLengths {
   void operator()(std::string_view, const SolidPoint& at) {
     const Site& s = system.sites[action.first_site + site++];
     if (s.body <= 0) return;
-    const Eigen::Vector3d p = s.solid < 0 ? at.point : system.parameters.solid_poses[s.solid] * at.point;
+    const Eigen::Vector3d p = s.solid < 0 ? at.point : system.parameters.solid_places[s.solid] * at.point;
     bodies[s.body] = std::max(bodies[s.body], p.norm());
   }
   void operator()(std::string_view, const SolidName&) { ++site; }
@@ -90,7 +90,7 @@ std::vector<double> body_lengths(const System& system) {
     const int first = body.parent == 0 ? body.first_step + 1 : body.first_step;
     for (int s = first; s < body.first_step + body.step_count; ++s)
       length = std::max(length, system.parameters.placements[s].X.p.norm());
-    for (int solid : body.solids) length = std::max(length, system.parameters.solid_poses[solid].p.norm());
+    for (int solid : body.solids) length = std::max(length, system.parameters.solid_places[solid].X.p.norm());
     const Inertial& inertial = system.parameters.inertials[b];
     if (inertial.mass > 0)
       length = std::max(length, inertial.centre.norm() + std::sqrt(inertial.tensor.trace() / inertial.mass));

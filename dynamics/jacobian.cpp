@@ -40,9 +40,9 @@ Momenta momenta(const System& system, const Parameters& parameters, const Kinema
   out.mass = mass;
   out.linear = linear;
   if (mass > 0) {
-    const double each = 1 / mass;
-    out.centre = each * first;
-    out.velocity = each * linear;
+    const double inverse = 1 / mass;
+    out.centre = inverse * first;
+    out.velocity = inverse * linear;
   }
   const Vector3d centre = out.centre, velocity = out.velocity;
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
@@ -89,7 +89,7 @@ Result<PointMotion> point_motion(const System& system, const State& state, const
   update_kinematics(system, system.parameters, state.t, state.q.data(), state.v.data(), k);
   const BodyMotion& m = k.bodies[b];
   PointMotion out;
-  out.position = m.X * (system.parameters.solid_poses[solid] * at.point);
+  out.position = m.X * (system.parameters.solid_places[solid] * at.point);
   const Vector3d arm = out.position - m.X.p, w_arm = m.w.cross(arm);
   out.velocity = m.origin_v + w_arm;
   out.angular_velocity = m.w;

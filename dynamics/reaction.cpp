@@ -76,12 +76,12 @@ std::vector<JointReaction> Reactions::at(const State& state, const Eigen::Vector
     const auto b = std::size_t(s.solid_bodies[i]);
     const Pose& X = kinematics_.bodies[b].X;
     JointReaction& r = out[i];
-    r.point = s.bodies[b].step_count > 0 ? X.p : Vector3d(X * p.solid_poses[i].p);
+    r.point = s.bodies[b].step_count > 0 ? X.p : Vector3d(X * p.solid_places[i].X.p);
     r.force = wrenches_[b].f;
     r.moment = wrenches_[b].n + (X.p - r.point).cross(wrenches_[b].f);
     const int parent = s.bodies[b].parent;
     r.R_WP = kinematics_.bodies[std::size_t(parent)].X.R;
-    if (parent > 0) r.R_WP *= p.solid_poses[std::size_t(s.bodies[std::size_t(parent)].solids[0])].R;
+    if (parent > 0) r.R_WP *= p.solid_places[std::size_t(s.bodies[std::size_t(parent)].solids[0])].X.R;
   }
   if (s.rows > 0) find_unique(touches, out);
   return out;

@@ -17,9 +17,7 @@ constexpr std::size_t most_expected = 1024, steps_expected = 64;
 
 }  // namespace
 
-Recorder::Recorder(const System& system, std::size_t rows)
-    : system_(system),
-      placements_(system.parameters.solid_poses.begin(), system.parameters.solid_poses.end()) {
+Recorder::Recorder(const System& system, std::size_t rows) : system_(system) {
   rows = std::min(rows, most_expected);
   for (GrowingRows* numbers :
        {&contact_modes_, &contact_forces_, &q_, &v_, &a_, &multipliers_, &driven_efforts_, &driven_positions_,
@@ -80,13 +78,8 @@ void Recorder::record(const State& state, const Workspace& w, const Work& work) 
     for (const TimeFunction& f : drive.functions) *driven++ = at(f, state.t).value;
   if (out_.poses.size() == out_.poses.capacity())
     out_.poses.reserve(ahead * (out_.poses.size() + system_.solids.size()));
-  for (std::size_t s = 0; s < placements_.size(); ++s) {
-    const Pose& X_WB = w.kinematics.bodies[system_.solid_bodies[s]].X;
-    if (placements_[s].form == Placement::Form::identity)
-      out_.poses.push_back(X_WB);
-    else
-      out_.poses.push_back(X_WB * placements_[s].X);
-  }
+  for (std::size_t s = 0; s < system_.solids.size(); ++s)
+    out_.poses.push_back(w.kinematics.bodies[system_.solid_bodies[s]].X * system_.parameters.solid_places[s]);
   const Momenta now = momenta(system_, system_.parameters, w.kinematics);
   gravity_centre_.add(now.centre);
   linear_momentum_.add(now.linear);

@@ -20,7 +20,7 @@ class GrowingRows {
       numbers_.conservativeResize(std::max(expected_, 2 * count_), columns);
     return numbers_.data() + count_++ * columns;
   }
-  /// One row more: x. Where it lies until the next.
+  /// One row more, x: its place, which holds until another row comes.
   template <class Vector>
   double* add(const Vector& x) {
     double* const row = add(x.size());
@@ -80,7 +80,6 @@ class Recorder {
   void record_contacts(const Workspace& w);
 
   const System& system_;
-  std::vector<Placement> placements_;  // of the solids in their bodies
   Trajectory out_;
   GrowingRows contact_modes_, contact_forces_;
   Eigen::VectorXd impulses_, forces_;  // of contacts that act by impulses: since the last row, and at it

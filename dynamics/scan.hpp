@@ -32,12 +32,12 @@ class SiteReader {
   PoseOf<T> frame(int site) const {
     const Site& s = at_site(site);
     const PoseOf<T>& X_WB = kinematics_.bodies[s.body].X;
-    return s.solid < 0 ? X_WB : X_WB * parameters_.solid_poses[s.solid];
+    return s.solid < 0 ? X_WB : X_WB * parameters_.solid_places[s.solid];
   }
   /// The point with coordinates p_S in the solid at a site.
   MovingPoint<T> point(int site, const Eigen::Vector3d& p_S) const {
     const Site& s = at_site(site);
-    const Eigen::Vector3d p_B = s.solid < 0 ? p_S : parameters_.solid_poses[s.solid] * p_S;
+    const Eigen::Vector3d p_B = s.solid < 0 ? p_S : parameters_.solid_places[s.solid] * p_S;
     const Eigen::Vector3<T> p_W = kinematics_.bodies[s.body].X * p_B;
     return {p_W, velocity(site, p_W)};
   }

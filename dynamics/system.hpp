@@ -33,6 +33,19 @@ struct Placement {
   explicit Placement(const Pose& pose);
 };
 
+/// X_AC = X_AB X_BC
+template <class T>
+PoseOf<T> operator*(const PoseOf<T>& X_AB, const Placement& X_BC) {
+  if (X_BC.form == Placement::Form::identity) return X_AB;
+  if (X_BC.form == Placement::Form::shift) return {X_AB.R, X_AB * X_BC.X.p};
+  return X_AB * X_BC.X;
+}
+
+/// p_A = X_AB p_B
+inline Eigen::Vector3d operator*(const Placement& X_AB, const Eigen::Vector3d& p_B) {
+  return X_AB.form == Placement::Form::identity ? p_B : X_AB.X * p_B;
+}
+
 /// A driven switch's functions and, for a ball, the orientation that they turn.
 struct Drive {
   std::vector<TimeFunction> functions;
@@ -47,7 +60,7 @@ struct Parameters {
   std::vector<double> armatures;         ///< per step, kg m^2 or kg
   std::vector<Drive> drives;             ///< per driven step
   std::vector<Inertial> inertials;       ///< per body, in the body's frame
-  std::vector<Pose> solid_poses;         ///< X_BS per solid: where it sits in its body
+  std::vector<Placement> solid_places;   ///< X_BS per solid: where it sits in its body
   std::vector<Effort> efforts;
   std::vector<Constraint> constraints;
 };

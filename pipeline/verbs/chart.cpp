@@ -113,21 +113,19 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   Scene& scene = model->scene;
   scene.simulation.end_time = o.end.value_or(scene.simulation.end_time);
   WorkPrecisionSettings settings = o.settings;
-  settings.methods = each_once(o.settings.methods);
-  const std::vector<std::string>& methods = settings.methods;
-  const std::vector<std::string> equations = each_once(o.equations), constraints = each_once(o.constraints);
+  const std::vector<std::string>& methods = o.settings.methods;
   settings.equations.clear();
-  for (const std::string& name : equations)
+  for (const std::string& name : o.equations)
     settings.equations.push_back(name == "lagrange" ? Equations::lagrange : Equations::recursive);
   settings.constraints.clear();
-  for (const std::string& name : constraints)
+  for (const std::string& name : o.constraints)
     settings.constraints.push_back(name == "baumgarte" ? ConstraintTreatment::baumgarte
                                                        : ConstraintTreatment::projection);
 
   const auto text = write_scene(scene);
   if (!text) return tl::unexpected(text.error());
   std::string asked = *text + BORELLI_VERSION;
-  for (const auto* names : {&methods, &equations, &constraints})
+  for (const auto* names : {&methods, &o.equations, &o.constraints})
     for (const std::string& name : *names) asked += ' ' + name;
   asked +=
       fmt::format(" {} {} {} {}", settings.outputs, settings.repeats, settings.per_decade, settings.budget);
@@ -225,7 +223,10 @@ void add_chart(CLI::App& program, Command& command) {
   verb->add_option("--reference-error", o->reference_error,
                    "What that is off by, over the scene's length and in rad (default: 1e-12)")
       ->check(positive_number());
-  verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
+  verb->callback([&command, o] {
+    for (auto* names : {&o->settings.methods, &o->equations, &o->constraints}) *names = each_once(*names);
+    command.work = [o](const Command& c) { return work(*o, c); };
+  });
 }
 
 }  // namespace borelli

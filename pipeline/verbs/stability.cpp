@@ -228,7 +228,7 @@ Result<void> check_outputs(const StabilityOptions& o) {
 Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
   StabilitySettings settings;
-  settings.methods = each_once(o.methods);
+  settings.methods = o.methods;
   settings.equations = o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   if (o.constraints)
     settings.constraints =
@@ -285,7 +285,7 @@ Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Comman
   if (o.scenes.size() > 1 || !o.vary.empty())
     return bad_use("--long", "runs one scene as it is; name one, and leave --vary out");
   LongRunSettings settings;
-  settings.methods = each_once(o.methods);
+  settings.methods = o.methods;
   settings.equations = o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   settings.steps = *o.long_steps;
   for (const auto& [text, what, value] : {std::tuple(&o.step, "--step", &settings.step),
@@ -377,6 +377,7 @@ void add_stability(CLI::App& program, Command& command) {
       ->check(CLI::Range(8L, 10000000L))
       ->excludes("--failing");
   verb->callback([&command, o] {
+    o->methods = each_once(o->methods);
     command.work = [o](const Command& c) -> Result<nlohmann::json> {
       if (auto fine = check_outputs(*o); !fine) return tl::unexpected(fine.error());
       return o->long_steps ? work_on_long_runs(*o, c) : work_on_map(*o, c);

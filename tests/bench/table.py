@@ -5,7 +5,8 @@
 
 Runs the Google Benchmark programs of BUILD (build/release), each benchmark N times in random order, and takes medians: of
 processor time, and of wall time where both cores may work. Then `borelli chart`, floor_bench, and the program's whole way
-from a volume to the report. What was not built (MuJoCo's) or has not its data is left out. Leaves in FOLDER (bench):
+from a volume to the report. What was not built (MuJoCo's) or has not its data is left out; where anything fails, nothing is
+written. Leaves in FOLDER (bench):
 
     README.md     the tables, between the two lines that name this script where the file has them (tests/bench has)
     bodies.svg    nanoseconds per evaluation against the number of bodies, up to 10000, with fitted exponents
@@ -41,6 +42,7 @@ class Timing:
     """One benchmark's runs: seconds, items per second, and what it says of itself."""
     all_seconds: list = field(default_factory=list)
     all_rates: list = field(default_factory=list)
+    all_counters: list = field(default_factory=list)  # dicts
     label: str = ""
 
     @property
@@ -50,6 +52,9 @@ class Timing:
     @property
     def rate(self):
         return statistics.median(self.all_rates)
+
+    def counter(self, name):
+        return statistics.median(run[name] for run in self.all_counters)
 
     @property
     def spread(self):
@@ -67,6 +72,14 @@ class Programs:
         path = os.path.join(self.build, name)
         return path if os.access(path, os.X_OK) else None
 
+    def run(self, *command):
+        """What it prints; ends with its own last words where it fails."""
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode != 0:
+            said = (done.stderr or done.stdout).strip().splitlines()
+            sys.exit(f"{' '.join(map(str, command))} ended with {done.returncode}: {said[-1] if said else 'it said nothing'}")
+        return done.stdout
+
     def time(self, name, only=None):
         """{benchmark: Timing} in the order of their making; none where the program or its data is not here."""
         if not self.path(name):
@@ -79,8 +92,8 @@ class Programs:
                        "--benchmark_min_time=0.05"]
             if only:
                 command.append(f"--benchmark_filter={only}")
-            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-            if not os.path.exists(out):  # it has nothing to time without the data
+            self.run(*command)
+            if not os.path.exists(out) or os.path.getsize(out) == 0:  # it has nothing to time without the data
                 return {}
             with open(out, encoding="utf-8") as file:
                 answer = json.load(file)
@@ -96,8 +109,7 @@ class Programs:
             timing = timings.setdefault(benchmark, Timing(label=b.get("label", "")))
             timing.all_seconds.append(seconds * units[b["time_unit"]])
             timing.all_rates.append(b.get("items_per_second", 0))
-        if not timings:
-            sys.exit(f"{name} left no times")
+            timing.all_counters.append(b)
         return timings
 
 
@@ -118,8 +130,8 @@ def fitted_exponent(points, start):
     return sum((x - mx) * (y - my) for x, y in logs) / sum((x - mx) ** 2 for x, _ in logs)
 
 
-def plot(path, title, x_label, y_label, curves, start):
-    """Curves {name: [(x, y)]} on two logarithmic axes; returns {name: fitted exponent}."""
+def plot(title, x_label, y_label, curves, start):
+    """Curves {name: [(x, y)]} on two logarithmic axes: an SVG and {name: fitted exponent}."""
     width, height, left, right, top, bottom = 760, 460, 80, 290, 40, 60
     xs = [x for points in curves.values() for x, _ in points]
     ys = [y for points in curves.values() for _, y in points]
@@ -163,9 +175,7 @@ def plot(path, title, x_label, y_label, curves, start):
         out.append(f'<path d="M{width - right + 12} {y - 4}h26" stroke="{colour}" stroke-width="2"{dash}/>'
                    f'<text x="{width - right + 44}" y="{y}">{text}</text>')
     out.append("</svg>")
-    with open(path, "w", encoding="utf-8") as file:
-        file.write("\n".join(out) + "\n")
-    return exponents
+    return "\n".join(out) + "\n", exponents
 
 
 def short(seconds):
@@ -245,7 +255,7 @@ def ensemble_section(programs):
     return lines + ["", spread_of(timings)] if timings else []
 
 
-def equations_section(programs, out):
+def equations_section(programs, drawings):
     timings = programs.time("equations_bench", "[a-z]*/(lagrange|recursive)/[0-9]{1,3}$" if programs.quick else None)
     curves, ratios = {}, {}
     for name, timing in timings.items():
@@ -255,8 +265,8 @@ def equations_section(programs, out):
         curves.setdefault(f"{scene.replace('_', ' ')}, {rest[0]}", []).append((float(rest[1]), timing.seconds * 1e9))
         ratios.setdefault((scene, int(rest[1])), {})[rest[0]] = timing.seconds
     shown = {name: points for name, points in curves.items() if max(x for x, _ in points) >= 100}
-    exponents = plot(os.path.join(out, "bodies.svg"), "Accelerations: cost against the number of bodies",
-                     "bodies", "ns per evaluation", shown, FITTED_FROM["bodies"])
+    drawings["bodies.svg"], exponents = plot("Accelerations: cost against the number of bodies", "bodies", "ns per evaluation",
+                                             shown, FITTED_FROM["bodies"])
     lines = ["The paper's scan (`lagrange`) beside the recursions, one evaluation of the accelerations (`equations_bench`):", "",
              "| scene | bodies | lagrange | recursive | ratio |", "| --- | ---: | ---: | ---: | ---: |"]
     for (scene, n), pair in sorted(ratios.items()):
@@ -266,10 +276,11 @@ def equations_section(programs, out):
     nearer = {name: fitted_exponent([p for p in points if p[0] <= 1000], FITTED_FROM["bodies"])
               for name, points in shown.items()}
     fitted = ", ".join(f"{name} {e:.2f}" for name, e in sorted(nearer.items()) if e is not None)
+    of_all = ", ".join(f"{name} {e:.2f}" for name, e in sorted(exponents.items()))
+    far = f" Of all from {FITTED_FROM['bodies']} on, which no longer lie in the processor's cache: {of_all}."
     return lines + ["", "![Cost against the number of bodies](bodies.svg)", "",
-                    f"Fitted exponents of bodies from 100 to 1000: {fitted or 'too few were run'}. Of all from "
-                    f"{FITTED_FROM['bodies']} on, which no longer lie in the processor's cache: "
-                    + ", ".join(f"{name} {e:.2f}" for name, e in sorted(exponents.items())) + f". {spread_of(timings)}"]
+                    f"Fitted exponents of bodies from 100 to 1000: {fitted or 'too few were run'}."
+                    + (far if of_all and not programs.quick else "") + f" {spread_of(timings)}"]
 
 
 def work_precision_section(programs):
@@ -277,7 +288,8 @@ def work_precision_section(programs):
     print("borelli chart ...", file=sys.stderr, flush=True)
     errors, repeats = (1e-3, 1e-6, 1e-9), 11 if programs.quick else 101
     lines = ["Milliseconds of a whole run to an error of position (over the scene's length) and angle (rad), at 20 times and at four "
-             f"(`borelli chart SCENE --equations recursive --budget 0.1 --per-decade 3 --repeats {repeats}`, and `--outputs 4`):", "",
+             f"(`borelli chart SCENE --methods gauss16,gbs,dop853 --equations recursive --budget 0.1 --per-decade 3 --repeats {repeats}`, "
+             "and `--outputs 4`):", "",
              "| scene | method | at 20: " + " | ".join(f"{e:.0e}".replace("e-0", "e-") for e in errors)
              + " | at 4: " + " | ".join(f"{e:.0e}".replace("e-0", "e-") for e in errors) + " |",
              "| --- | --- |" + " ---: |" * (2 * len(errors))]
@@ -285,15 +297,15 @@ def work_precision_section(programs):
         rows = {}
         for outputs in (20, 4):
             with tempfile.TemporaryDirectory() as folder:
-                subprocess.run([programs.path("borelli"), "chart", ROOT / scene, "-o", folder, "--methods", "gauss16,gbs,dop853",
-                                "--equations", "recursive", "--budget", "0.1", "--per-decade", "3", "--repeats", str(repeats),
-                                "--outputs", str(outputs)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                programs.run(programs.path("borelli"), "chart", ROOT / scene, "-o", folder, "--methods", "gauss16,gbs,dop853",
+                             "--equations", "recursive", "--budget", "0.1", "--per-decade", "3", "--repeats", str(repeats),
+                             "--outputs", str(outputs))
                 with open(os.path.join(folder, "chart.csv"), encoding="utf-8") as file:
                     runs = list(csv.DictReader(line for line in file if not line.startswith("#")))
             for error in errors:
                 for method in dict.fromkeys(r["method"] for r in runs):
                     within = [float(r["seconds"]) for r in runs if r["method"] == method and r["trusted"] == "1"
-                              and max(float(r["position"]), float(r["orientation_rad"])) <= error]
+                              and float(r["position"]) <= error and float(r["orientation_rad"]) <= error]
                     rows.setdefault(method, []).append(f"{1e3 * min(within):.3f}" if within else "-")
         lines += [f"| {pathlib.Path(scene).stem.replace('_', ' ')} | {method} | " + " | ".join(cells) + " |"
                   for method, cells in rows.items()]
@@ -302,14 +314,14 @@ def work_precision_section(programs):
 
 def recording_section(programs):
     timings = programs.time("recording_bench")
-    lines = ["Every step recorded, beside the end alone (`recording_bench`):", "",
+    lines = ["Every step recorded, beside the end alone, in turns, wall time (`recording_bench`; what it adds is the median of "
+             "pairs, in brackets least and most of the runs):", "",
              "| scene | steps | the end | every step | adds |", "| --- | ---: | ---: | ---: | ---: |"]
     for name, timing in timings.items():
-        if name.endswith("/end"):
-            every = timings[name.replace("/end", "/every_step")].seconds
-            lines.append(f"| {name.removesuffix('/end').replace('_', ' ')} | {timing.label} | {short(timing.seconds)} | {short(every)} | "
-                         f"{100 * (every / timing.seconds - 1):.1f} % |")
-    return lines + ["", spread_of(timings)] if timings else []
+        adds = sorted(100 * (run["ratio"] - 1) for run in timing.all_counters)
+        lines.append(f"| {name.replace('_', ' ')} | {timing.label} | {short(timing.counter('end'))} | {short(timing.counter('every_step'))} | "
+                     f"{statistics.median(adds):.1f} % ({adds[0]:.1f}, {adds[-1]:.1f}) |")
+    return lines if timings else []
 
 
 def floor_section(programs):
@@ -317,13 +329,13 @@ def floor_section(programs):
     if not programs.path("floor_bench"):
         return []
     print("floor_bench ...", file=sys.stderr, flush=True)
-    falls = subprocess.run([programs.path("floor_bench")], check=True, capture_output=True, text=True).stdout
+    falls = programs.run(programs.path("floor_bench"))
     return ["A human falls on the floor, 5 s without damping, from twelve heights a millimetre apart (`floor_bench`): processor "
             "time of a fall; overlap, energy and what putting apart moved are the worst of the twelve; momentum is the horizontal "
             "one of a floor without friction, which cannot change it.", "", *falls.strip().splitlines()]
 
 
-def moments_section(programs, out):
+def moments_section(programs, drawings):
     timings = programs.time("moments_bench", "^(read_bytes|borelli_moments|itk.*)/[01]$|^moments_of_size/[0-9]{1,3}$"
                             if programs.quick else None)
     lines = ["Moments of 16 labels, one thread (`moments_bench`):", "",
@@ -335,8 +347,8 @@ def moments_section(programs, out):
                          f"{ours[timing.label] / timing.rate:.2f} |")
     sizes = [(512.0 * 512 * int(name.split("/")[1]), 1e3 * timing.seconds) for name, timing in timings.items()
              if name.startswith("moments_of_size")]
-    exponents = plot(os.path.join(out, "voxels.svg"), "Moments of 512 x 512 x n voxels, one thread", "voxels", "ms",
-                     {"16 parts": sizes}, FITTED_FROM["voxels"])
+    drawings["voxels.svg"], exponents = plot("Moments of 512 x 512 x n voxels, one thread", "voxels", "ms", {"16 parts": sizes},
+                                             FITTED_FROM["voxels"])
     return lines + ["", "![Cost against voxels](voxels.svg)", "", "Cost against voxels up to 512 x 512 x "
                     f"{int(max(sizes)[0] / 512 / 512)}, fitted exponent: {exponents.get('16 parts', float('nan')):.2f}. "
                     + spread_of(timings)]
@@ -368,7 +380,8 @@ def whole_runs_section(programs):
     if not os.environ.get("DISPLAY") and shutil.which("xvfb-run"):
         borelli = ["xvfb-run", "-a", *borelli]
     icrp = ROOT.parent / "shared/volumes/icrp_am/AM_hu.nii.gz"
-    lines = ["From a volume to the report, picture and all, wall time of the program on all cores (`borelli run`), three runs:", "",
+    display = "" if len(borelli) == 1 else ", with the display that `xvfb-run` starts for the picture"
+    lines = [f"From a volume to the report, picture and all, wall time on all cores (`borelli run`{display}), three runs:", "",
              "| volume | voxels | median (each) | peak memory | slowest stages |", "| --- | --- | ---: | ---: | --- |"]
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -377,8 +390,7 @@ def whole_runs_section(programs):
                                        ("phantom, as many voxels as a CT of 512 x 512 x 1000", ["1.465", "0.744", "1.788"],
                                         folder / "large.nii.gz")):
             if spacing:
-                subprocess.run([borelli[-1], "phantom", "--spacing", *spacing, "--noise", "20", "-o", volume], check=True,
-                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                programs.run(borelli[-1], "phantom", "--spacing", *spacing, "--noise", "20", "-o", volume)
             elif not volume.exists():
                 continue
             print(f"borelli run, {title} ...", file=sys.stderr, flush=True)
@@ -387,15 +399,17 @@ def whole_runs_section(programs):
                 out = folder / "out"
                 shutil.rmtree(out, ignore_errors=True)
                 begin = time.monotonic()
-                child = subprocess.Popen([*borelli, "run", volume, "--sex", "male", "--pose", "standing", "-o", out],
-                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-                _, status, usage = os.wait4(child.pid, 0)
-                seconds.append(time.monotonic() - begin)
-                if status != 0:
-                    sys.exit(f"borelli run on {title} ended with {os.waitstatus_to_exitcode(status)}")
+                with open(folder / "said", "w+", encoding="utf-8") as said:
+                    child = subprocess.Popen([*borelli, "run", volume, "--sex", "male", "--pose", "standing", "-o", out],
+                                             stdout=said, stderr=said)
+                    _, status, usage = os.wait4(child.pid, 0)
+                    seconds.append(time.monotonic() - begin)
+                    said.seek(0)
+                    if status != 0:
+                        sys.exit(f"borelli run on {title} ended with {os.waitstatus_to_exitcode(status)}: {said.read().strip()[-300:]}")
                 memory.append(usage.ru_maxrss / 2**20)  # of kB
             answer = json.loads(next(out.glob("*/run.json")).read_text(encoding="utf-8"))
-            info = subprocess.run([borelli[-1], "info", volume], check=True, capture_output=True, text=True).stdout
+            info = programs.run(borelli[-1], "info", volume)
             voxels = next(line.split(maxsplit=1)[1] for line in info.splitlines() if line.split()[:1] == ["voxels"])
             slowest = ", ".join(f"{stage['stage']} {100 * stage['share']:.0f} %" for stage in answer["slowest"])
             lines.append(f"| {title} | {voxels} | {statistics.median(seconds):.1f} s ({', '.join(f'{s:.1f}' for s in seconds)}) | "
@@ -407,24 +421,32 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", nargs="?", default="build/release")
     parser.add_argument("-o", "--out", default="bench")
-    parser.add_argument("--repetitions", type=int, default=5)
+    parser.add_argument("--repetitions", type=int, choices=range(1, 1001), default=5, metavar="N")
     parser.add_argument("--quick", action="store_true")
     asked = parser.parse_args()
-    os.makedirs(asked.out, exist_ok=True)
     programs = Programs(asked.build, asked.repetitions, asked.quick)
     for name in ("borelli", "equations_bench", "moments_bench", "volumes_bench"):
         if not programs.path(name):
             sys.exit(f"{asked.build} has no {name}: build it with the tests (BORELLI_TESTS=ON)")
+    try:
+        os.makedirs(asked.out, exist_ok=True)
+    except OSError as error:
+        sys.exit(f"{asked.out}: {error.strerror}")
     readme = os.path.join(asked.out, "README.md")
-    around = text_around(readme)
-    lines = [f"On {processor()}, one thread, medians of {asked.repetitions} in random order, of processor time.", ""]
+    before, after = text_around(readme)
+    lines = [f"On {processor()}, medians of {asked.repetitions} in random order, of one thread's processor time, unless it is "
+             "said otherwise.", ""]
+    drawings = {}
     for section in (mujoco_section(programs), constraints_section(programs), ensemble_section(programs),
-                    equations_section(programs, asked.out), work_precision_section(programs), recording_section(programs),
-                    floor_section(programs), moments_section(programs, asked.out), volumes_section(programs),
+                    equations_section(programs, drawings), work_precision_section(programs), recording_section(programs),
+                    floor_section(programs), moments_section(programs, drawings), volumes_section(programs),
                     whole_runs_section(programs)):
         lines += section + [""] if section else []
+    for name, drawing in drawings.items():
+        with open(os.path.join(asked.out, name), "w", encoding="utf-8") as file:
+            file.write(drawing)
     with open(readme, "w", encoding="utf-8") as file:
-        file.write("\n".join([around[0] + BEGIN, *lines, END + around[1]]))
+        file.write("\n".join([before + BEGIN, *lines, END + after]))
     print("\n".join(lines))
 
 
@@ -434,9 +456,11 @@ def text_around(path):
         return "", "\n"
     with open(path, encoding="utf-8") as file:
         whole = file.read()
-    if BEGIN not in whole or END not in whole:
+    before, begin, rest = whole.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
         sys.exit(f"{path} is there and does not say where the tables belong: give another folder (-o)")
-    return whole.split(BEGIN)[0], whole.split(END)[1]
+    return before, after
 
 
 if __name__ == "__main__":

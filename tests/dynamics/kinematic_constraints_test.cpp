@@ -28,7 +28,7 @@ class Mover {
   Pose pose(const std::string& solid, const Workspace& w) const {
     for (std::size_t i = 0; i < system.solids.size(); ++i)
       if (system.solids[i] == solid)
-        return w.kinematics.bodies[system.solid_bodies[i]].X * system.parameters.solid_poses[i];
+        return w.kinematics.bodies[system.solid_bodies[i]].X * system.parameters.solid_places[i];
     return {};
   }
   /// The velocity, over solid b, of the point of solid a that is at p now: by central differences.

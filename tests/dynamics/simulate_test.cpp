@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "dynamics/evaluate.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {
@@ -430,6 +431,38 @@ TEST(Output, RowsComeAtTheAskedTimesWhateverTheMethod) {
   SimulationSettings every = settings("rk4", 1, 0.1);
   every.output_interval = 0;
   EXPECT_EQ(run(roundabout(), every).times.size(), 11u);
+}
+
+TEST(Output, EveryArrayHasARowPerTimeEvenOfNothing) {
+  const System system = compiled(roundabout());
+  for (const double interval : {0.0, 0.5}) {  // every step: more rows than room is made for at first
+    SimulationSettings settings = system.settings;
+    settings.method = "rk4", settings.step = 1e-3, settings.end_time = 2, settings.output_interval = interval;
+    const Trajectory motion = need(simulate(system, system.initial, settings));
+    const auto count = Eigen::Index(motion.times.size());
+    EXPECT_EQ(count, interval == 0 ? 2001 : 5);
+    for (const Rows* numbers : {&motion.q, &motion.v, &motion.a}) {
+      EXPECT_EQ(numbers->rows(), count);
+      EXPECT_EQ(numbers->cols(), 3);
+    }
+    for (const Rows* none : {&motion.multipliers, &motion.contact_modes, &motion.contact_forces,
+                             &motion.driven_positions, &motion.driven_efforts}) {
+      EXPECT_EQ(none->rows(), count);
+      EXPECT_EQ(none->cols(), 0);
+    }
+    for (const Rows* numbers : {&motion.gravity_centre, &motion.linear_momentum, &motion.angular_momentum})
+      EXPECT_EQ(numbers->rows(), count);
+    EXPECT_EQ(motion.poses.size(), motion.times.size() * motion.solids.size());
+    // each row is its own: the same as a state by itself has
+    for (const Eigen::Index row : {Eigen::Index(1), count / 2, count - 1}) {
+      const State at{motion.times[std::size_t(row)], motion.q.row(row).transpose(),
+                     motion.v.row(row).transpose()};
+      const Evaluation alone = need(evaluate(system, at));
+      EXPECT_LT((alone.acceleration - motion.a.row(row).transpose()).norm(), 1e-9);
+      EXPECT_LT((alone.momenta.angular - motion.angular_momentum.row(row).transpose()).norm(), 1e-9);
+      EXPECT_LT((alone.momenta.centre - motion.gravity_centre.row(row).transpose()).norm(), 1e-12);
+    }
+  }
 }
 
 TEST(Output, PosesAreThoseOfTheCoordinates) {

@@ -88,7 +88,7 @@ class Direct : public Treatment {
     update(q, v);
     const BodyMotion& body = kinematics_.bodies[site.body];
     const Eigen::Vector3d arm =
-        body.X.R * (system_.parameters.solid_poses[site.solid] * held.point.point) + body.X.p - body.g;
+        body.X.R * (system_.parameters.solid_places[site.solid] * held.point.point) + body.X.p - body.g;
     const Eigen::Vector3d normal = held.plane.normal.normalized();
     return {normal.dot(body.g + arm - held.plane.on.point), normal.dot(body.v + body.w.cross(arm))};
   }
@@ -235,7 +235,7 @@ Result<OtherRun> run(const System& system, const std::string& method, double set
     const VectorXd q = y.head(n), v = y.tail(n);
     update_kinematics(system, system.parameters, 0, q.data(), v.data(), kinematics);
     for (std::size_t i = 0; i < system.solids.size(); ++i)
-      out.poses.push_back(kinematics.bodies[system.solid_bodies[i]].X * system.parameters.solid_poses[i]);
+      out.poses.push_back(kinematics.bodies[system.solid_bodies[i]].X * system.parameters.solid_places[i]);
   }
   out.evaluations = flow.evaluations;
   return out;
