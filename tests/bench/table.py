@@ -421,9 +421,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", nargs="?", default="build/release")
     parser.add_argument("-o", "--out", default="bench")
-    parser.add_argument("--repetitions", type=int, choices=range(1, 1001), default=5, metavar="N")
+    parser.add_argument("--repetitions", type=int, default=5)
     parser.add_argument("--quick", action="store_true")
     asked = parser.parse_args()
+    if asked.repetitions < 1:
+        parser.error(f"--repetitions is {asked.repetitions}; expected at least 1")
     programs = Programs(asked.build, asked.repetitions, asked.quick)
     for name in ("borelli", "equations_bench", "moments_bench", "volumes_bench"):
         if not programs.path(name):
