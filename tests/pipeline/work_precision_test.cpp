@@ -145,7 +145,7 @@ TEST(WorkPrecision, AReferenceMayBeGiven) {
   EXPECT_EQ(run_program(chart_it + " --reference " + (folder / "none.csv").string()).code, 2);
 }
 
-TEST(WorkPrecision, WhatIsNamedTwiceRunsOnceAndABudgetIsOne) {
+TEST(WorkPrecision, WhatIsNamedTwiceRunsOnceAndATinyBudgetIsRefused) {
   const TestFolder folder;
   const std::string chart_it =
       "chart " + test::source_folder() + "/samples/pendulum.toml --end 1 --repeats 1 --json -o ";
