@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "dynamics/evaluate.hpp"
+#include "dynamics/processor.hpp"
 
 namespace borelli {
 
@@ -25,33 +26,44 @@ void for_each_column(const System& system, const Kinematics& k, std::size_t b, c
   }
 }
 
+/// A sum of vectors, number by number, and so what becomes of it: read as it was written, none waits for
+/// memory.
+struct Sum {
+  double x = 0, y = 0, z = 0;
+  void add(const Vector3d& a) {
+    x += a.x();
+    y += a.y();
+    z += a.z();
+  }
+  Vector3d times(double f) const { return {f * x, f * y, f * z}; }
+};
+
 }  // namespace
 
+BORELLI_INLINED_FOR_PROCESSOR
 Momenta momenta(const System& system, const Parameters& parameters, const Kinematics& k) {
-  Momenta out;
+  const std::size_t count = system.bodies.size();
+  const Inertial* const inertials = parameters.inertials.data();
+  const BodyMotion* const bodies = k.bodies.data();
   double mass = 0;
-  Vector3d first = Vector3d::Zero(), linear = Vector3d::Zero(), angular = Vector3d::Zero();
-  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
-    const double m = parameters.inertials[b].mass;
-    mass += m;
-    first += m * k.bodies[b].g;
-    linear += m * k.bodies[b].v;
+  Sum first, linear, angular;
+  for (std::size_t b = 1; b < count; ++b) {
+    mass += inertials[b].mass;
+    first.add(inertials[b].mass * bodies[b].g);
+    linear.add(inertials[b].mass * bodies[b].v);
   }
-  out.mass = mass;
-  out.linear = linear;
-  if (mass > 0) {
-    const double inverse = 1 / mass;
-    out.centre = inverse * first;
-    out.velocity = inverse * linear;
-  }
-  const Vector3d centre = out.centre, velocity = out.velocity;
-  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+  const double inverse = mass > 0 ? 1 / mass : 0;
+  const Vector3d centre = first.times(inverse), velocity = linear.times(inverse);
+  for (std::size_t b = 1; b < count; ++b) {
     if (!system.bodies[b].massive) continue;
-    const Vector3d momentum = parameters.inertials[b].mass * (k.bodies[b].v - velocity);
-    angular += (k.bodies[b].g - centre).cross(momentum) + spin(parameters.inertials[b], k.bodies[b]);
+    const Vector3d momentum = inertials[b].mass * (bodies[b].v - velocity);
+    angular.add((bodies[b].g - centre).cross(momentum) + spin(inertials[b], bodies[b]));
   }
-  out.angular = angular;
-  return out;
+  return {.mass = mass,  // (of sums: no vector is copied)
+          .centre = first.times(inverse),
+          .velocity = linear.times(inverse),
+          .linear = linear.times(1),
+          .angular = angular.times(1)};
 }
 
 CentroidalMomentum centroidal_momentum(const System& system, const Parameters& parameters,

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "dynamics/jacobian.hpp"
+#include "dynamics/processor.hpp"
 
 namespace borelli {
 
@@ -188,16 +189,18 @@ std::vector<ConservedMomentum> conserved_momenta(const System& system, const Par
   return out;
 }
 
+BORELLI_INLINED_FOR_PROCESSOR
 MomentumValue momentum_value(const ConservedMomentum& momentum, const Parameters& parameters,
                              const Kinematics& kinematics) {
   double mass = 0;
   Vector3d first = Vector3d::Zero(), linear = Vector3d::Zero();
-  for (int b : momentum.bodies) {
-    const double m = parameters.inertials[b].mass;
-    mass += m;
-    first += m * kinematics.bodies[b].g;
-    linear += m * kinematics.bodies[b].v;
-  }
+  if (momentum.about != ConservedMomentum::About::fixed_point)
+    for (int b : momentum.bodies) {
+      const double m = parameters.inertials[b].mass;
+      mass += m;
+      first += m * kinematics.bodies[b].g;
+      linear += m * kinematics.bodies[b].v;
+    }
   MomentumValue out;
   if (momentum.about == ConservedMomentum::About::nothing) {
     out.value = momentum.directions * (linear - mass * kinematics.t * parameters.gravity);
@@ -205,7 +208,7 @@ MomentumValue momentum_value(const ConservedMomentum& momentum, const Parameters
     out.rounding = 1e-12 * out.scale;
     return out;
   }
-  const bool centre = momentum.about == ConservedMomentum::About::gravity_centre && mass > 0;
+  const bool centre = mass > 0;
   const Vector3d point = centre ? Vector3d(first / mass) : momentum.point;
   const Vector3d drift = centre ? Vector3d(linear / mass) : Vector3d(Vector3d::Zero());
   Vector3d angular = Vector3d::Zero();

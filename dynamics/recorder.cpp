@@ -12,6 +12,12 @@ namespace {
 // nothing, and all of them are copied
 constexpr std::size_t ahead = 4;
 
+/// (They are few: no call to copy them.)
+template <class Vector>
+void copy(const Vector& x, double* to) {
+  for (Eigen::Index i = 0; i < x.size(); ++i) to[i] = x[i];
+}
+
 // rows that room is made for at first: a run may end before its time; and steps, whose number may be unknown
 constexpr std::size_t most_expected = 1024, steps_expected = 64;
 
@@ -19,11 +25,6 @@ constexpr std::size_t most_expected = 1024, steps_expected = 64;
 
 Recorder::Recorder(const System& system, std::size_t rows) : system_(system) {
   rows = std::min(rows, most_expected);
-  for (GrowingRows* numbers :
-       {&contact_modes_, &contact_forces_, &q_, &v_, &a_, &multipliers_, &driven_efforts_, &driven_positions_,
-        &gravity_centre_, &linear_momentum_, &angular_momentum_})
-    numbers->expect(Eigen::Index(rows));
-  for (auto* numbers : {&out_.times, &out_.kinetic, &out_.potential, &out_.work}) numbers->reserve(rows);
   for (auto* numbers : {&out_.step_times, &out_.step_sizes}) numbers->reserve(std::max(rows, steps_expected));
   out_.poses.reserve(rows * system.solids.size());
   out_.coordinates = system.coordinates;
@@ -33,6 +34,43 @@ Recorder::Recorder(const System& system, std::size_t rows) : system_(system) {
   for (const CoordinateInfo& info : system.driven)
     for (int i = 0; i < info.v_size; ++i)
       out_.driven_names.push_back(info.v_size == 1 ? info.name : fmt::format("{}[{}]", info.name, i));
+  const auto contacts = Eigen::Index(system.contacts.size());
+  out_.q.resize(0, system.nq);
+  out_.v.resize(0, system.nv);
+  out_.a.resize(0, system.nv);
+  out_.multipliers.resize(0, system.rows);
+  out_.contact_modes.resize(0, contacts);
+  out_.contact_forces.resize(0, contacts);
+  out_.driven_efforts.resize(0, system.driven_nv);
+  out_.driven_positions.resize(0, system.driven_nv);
+  for (Rows* vectors : {&out_.gravity_centre, &out_.linear_momentum, &out_.angular_momentum})
+    vectors->resize(0, 3);
+  make_room(Eigen::Index(rows));
+}
+
+std::array<Rows*, 11> Recorder::numbers() {
+  return {&out_.q,
+          &out_.v,
+          &out_.a,
+          &out_.multipliers,
+          &out_.contact_modes,
+          &out_.contact_forces,
+          &out_.driven_efforts,
+          &out_.driven_positions,
+          &out_.gravity_centre,
+          &out_.linear_momentum,
+          &out_.angular_momentum};
+}
+
+void Recorder::make_room(Eigen::Index rows) {
+  room_ = rows;
+  for (auto* numbers : {&out_.times, &out_.kinetic, &out_.potential, &out_.work})
+    numbers->resize(std::size_t(rows));
+  for (Rows* numbers : numbers())
+    if (numbers->cols() > 0)
+      numbers->conservativeResize(rows, Eigen::NoChange);
+    else
+      numbers->resize(rows, 0);  // (without memory)
 }
 
 void Recorder::record_impulses(const Eigen::VectorXd& impulses, double h) {
@@ -42,14 +80,13 @@ void Recorder::record_impulses(const Eigen::VectorXd& impulses, double h) {
 }
 
 void Recorder::record_contacts(const Workspace& w) {
-  double* const multipliers = multipliers_.add(w.multipliers);
+  double *const multipliers = row_of(out_.multipliers), *const modes = row_of(out_.contact_modes),
+                *const forces = row_of(out_.contact_forces);
   if (impulses_time_ > 0) {
     forces_ = impulses_ / impulses_time_;
     impulses_.setZero();
     impulses_time_ = 0;
   }
-  const auto contacts = Eigen::Index(system_.contacts.size());
-  double *const modes = contact_modes_.add(contacts), *const forces = contact_forces_.add(contacts);
   for (std::size_t i = 0; i < system_.contacts.size(); ++i) {
     const Contact& contact = system_.contacts[i];
     Touch touch = w.rows.modes[i].touch;
@@ -67,26 +104,37 @@ void Recorder::record_contacts(const Workspace& w) {
 }
 
 void Recorder::record(const State& state, const Workspace& w, const Work& work) {
-  out_.times.push_back(state.t);
-  q_.add(state.q);
-  v_.add(state.v);
-  a_.add(w.a);
-  driven_efforts_.add(w.drive_efforts);
-  record_contacts(w);
-  double* driven = driven_positions_.add(Eigen::Index(out_.driven_names.size()));
+  if (row_ == room_) make_room(std::max<Eigen::Index>(2 * room_, 1));
+  const auto row = std::size_t(row_);
+  out_.times[row] = state.t;
+  copy(state.q, row_of(out_.q));
+  copy(state.v, row_of(out_.v));
+  copy(w.a, row_of(out_.a));
+  copy(w.multipliers, row_of(out_.multipliers));
+  if (!system_.contacts.empty()) record_contacts(w);
+  copy(w.drive_efforts, row_of(out_.driven_efforts));
+  double* driven = row_of(out_.driven_positions);
   for (const Drive& drive : system_.parameters.drives)
     for (const TimeFunction& f : drive.functions) *driven++ = at(f, state.t).value;
   if (out_.poses.size() == out_.poses.capacity())
     out_.poses.reserve(ahead * (out_.poses.size() + system_.solids.size()));
-  for (std::size_t s = 0; s < system_.solids.size(); ++s)
-    out_.poses.push_back(w.kinematics.bodies[system_.solid_bodies[s]].X * system_.parameters.solid_places[s]);
+  const BodyMotion* const bodies = w.kinematics.bodies.data();
+  const int* body_of = system_.solid_bodies.data();
+  for (const Placement& place : system_.parameters.solid_places) {
+    const Pose& X = bodies[*body_of++].X;
+    if (place.form == Placement::Form::identity)
+      out_.poses.push_back(X);  // (as it is: no copy on the way)
+    else
+      out_.poses.push_back(X * place);
+  }
   const Momenta now = momenta(system_, system_.parameters, w.kinematics);
-  gravity_centre_.add(now.centre);
-  linear_momentum_.add(now.linear);
-  angular_momentum_.add(now.angular);
-  out_.kinetic.push_back(w.terms.kinetic);
-  out_.potential.push_back(w.terms.potential);
-  out_.work.push_back(work.total());
+  copy(now.centre, row_of(out_.gravity_centre));
+  copy(now.linear, row_of(out_.linear_momentum));
+  copy(now.angular, row_of(out_.angular_momentum));
+  out_.kinetic[row] = w.terms.kinetic;
+  out_.potential[row] = w.terms.potential;
+  out_.work[row] = work.total();
+  ++row_;
 }
 
 void Recorder::record_step(double t, double h) {
@@ -95,17 +143,7 @@ void Recorder::record_step(double t, double h) {
 }
 
 Trajectory Recorder::finish(Certificate certificate) {
-  out_.q = q_.take();
-  out_.v = v_.take();
-  out_.a = a_.take();
-  out_.multipliers = multipliers_.take();
-  out_.contact_modes = contact_modes_.take();
-  out_.contact_forces = contact_forces_.take();
-  out_.driven_efforts = driven_efforts_.take();
-  out_.driven_positions = driven_positions_.take();
-  out_.gravity_centre = gravity_centre_.take();
-  out_.linear_momentum = linear_momentum_.take();
-  out_.angular_momentum = angular_momentum_.take();
+  make_room(row_);
   out_.certificate = std::move(certificate);
   return std::move(out_);
 }

@@ -1,58 +1,12 @@
 // The rows of a trajectory as they come.
 #pragma once
 
-#include <algorithm>
-#include <utility>
+#include <array>
 
 #include "dynamics/equations.hpp"
 #include "dynamics/work.hpp"
 
 namespace borelli {
-
-/// Numbers row by row, of which there may be many: they grow where they are, if the system lets them.
-class GrowingRows {
- public:
-  /// How many rows to make room for at first.
-  void expect(Eigen::Index rows) { expected_ = rows; }
-  /// One row more, to be filled.
-  double* add(Eigen::Index columns) {
-    if (columns > 0 && count_ == numbers_.rows())
-      numbers_.conservativeResize(std::max(expected_, 2 * count_), columns);
-    return numbers_.data() + count_++ * columns;
-  }
-  /// One row more, x: its place, which holds until another row comes.
-  template <class Vector>
-  double* add(const Vector& x) {
-    double* const row = add(x.size());
-    Eigen::Map<Vector>(row, x.size()) = x;  // (they are few: no call to copy them)
-    return row;
-  }
-  /// All of them; none are left.
-  Rows take() {
-    cut();
-    count_ = 0;
-    return std::move(numbers_);
-  }
-
-  template <class Keeper>
-  void keep(Keeper& k) {
-    cut();
-    k(numbers_);
-    count_ = numbers_.rows();
-  }
-
- private:
-  /// No room for more.
-  void cut() {
-    if (numbers_.cols() > 0)
-      numbers_.conservativeResize(count_, numbers_.cols());
-    else
-      numbers_.resize(count_, 0);
-  }
-
-  Rows numbers_;  ///< with room for more
-  Eigen::Index count_ = 0, expected_ = 1;
-};
 
 class Recorder {
  public:
@@ -71,21 +25,29 @@ class Recorder {
 
   template <class Keeper>
   void keep(Keeper& k) {
+    make_room(row_);
     k(out_.times, out_.poses, out_.kinetic, out_.potential, out_.work, out_.step_times, out_.step_sizes,
-      contact_modes_, contact_forces_, impulses_, forces_, impulses_time_, q_, v_, a_, multipliers_,
-      driven_efforts_, driven_positions_, gravity_centre_, linear_momentum_, angular_momentum_);
+      out_.contact_modes, out_.contact_forces, impulses_, forces_, impulses_time_, out_.q, out_.v, out_.a,
+      out_.multipliers, out_.driven_efforts, out_.driven_positions, out_.gravity_centre, out_.linear_momentum,
+      out_.angular_momentum);
+    row_ = room_ = Eigen::Index(out_.times.size());
   }
 
  private:
   void record_contacts(const Workspace& w);
+  /// All that has a row of numbers per output time.
+  std::array<Rows*, 11> numbers();
+  /// Makes room for so many of these rows, no less and no more. There may be many: they grow where they are,
+  /// if the system lets them.
+  void make_room(Eigen::Index rows);
+  /// The row that is being recorded.
+  double* row_of(Rows& numbers) const { return numbers.data() + row_ * numbers.cols(); }
 
   const System& system_;
-  Trajectory out_;
-  GrowingRows contact_modes_, contact_forces_;
+  Trajectory out_;  // its rows with room for more
+  Eigen::Index row_ = 0, room_ = 0;
   Eigen::VectorXd impulses_, forces_;  // of contacts that act by impulses: since the last row, and at it
   double impulses_time_ = 0;           // s, that these took
-  GrowingRows q_, v_, a_, multipliers_, driven_efforts_, driven_positions_;
-  GrowingRows gravity_centre_, linear_momentum_, angular_momentum_;
 };
 
 }  // namespace borelli

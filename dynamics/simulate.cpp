@@ -66,7 +66,7 @@ long rows_from(double start, const SimulationSettings& s) {
 
 /// How many rows to make room for, the start's too. (Of adaptive steps nobody knows their number.)
 std::size_t expected_rows(double start, const SimulationSettings& s, bool adaptive) {
-  constexpr std::size_t adaptive_steps = 256;
+  constexpr std::size_t adaptive_steps = 1024;
   if (s.output_interval > 0) return std::size_t(rows_from(start, s)) + 1;
   if (adaptive) return adaptive_steps;
   return std::size_t(std::ceil((s.end_time - start) / s.step)) + 2;  // (rounding may leave one step more)
