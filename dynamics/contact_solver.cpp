@@ -295,6 +295,7 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
     numbers_.resize(room);
   double* const numbers = numbers_.data()->each;
   ++solves_;
+  rows_.resize(stride, 0);  // whole blocks of them are copied
   // of what slides both unknowns' columns, over all rows
   const int slides = int(slides_.size());
   if (turned_.rows() < 2 * slides || turned_.cols() < n) turned_.resize(2 * c.count, n);
@@ -313,7 +314,8 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
     double* const row = numbers + k * stride;
     const double* from =
         equation.slide < 0 ? c.G.row(rows_[k]).data() : turned_.row(2 * equation.slide).data();
-    for (int j = k < symmetric ? k & ~(block - 1) : 0; j < m; ++j) row[j] = from[rows_[j]];
+    for (int j = k < symmetric ? k & ~(block - 1) : 0; j < m; j += block)
+      for (int i = 0; i < block; ++i) row[j + i] = from[rows_[j + i]];
     if (equation.slide < 0) {
       const double* column = turned_.data() + rows_[k];
       for (int i = 0; i < slides; ++i, column += 2 * turned_.cols()) {
