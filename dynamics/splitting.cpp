@@ -31,7 +31,7 @@ bool move_positions(Flow& flow, double h, const Eigen::VectorXd& y, Eigen::Vecto
   }
 }
 
-constexpr const char* turned =
+constexpr const char* turns_too_far =
     "the positions of a step could not be found: it turns a ball too far; take smaller steps";
 
 }  // namespace
@@ -40,7 +40,7 @@ Attempt SemiImplicitEuler::attempt(Flow& flow, double, double h, const Eigen::Ve
                                    const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
   out = y + h * dy;
   if (!move_positions(flow, h, y, slope_, at_start_, out))
-    return {.evaluated = false, .next_step = h, .trouble = turned};
+    return {.evaluated = false, .next_step = h, .trouble = turns_too_far};
   return {.next_step = h};
 }
 
@@ -70,7 +70,7 @@ Attempt VelocityVerlet::attempt(Flow& flow, double t, double h, const Eigen::Vec
   }
   out = half_;
   if (!move_positions(flow, h, y, slope_, at_start_, out)) {
-    failed.trouble = turned;
+    failed.trouble = turns_too_far;
     return failed;
   }
   if (!flow.derivative(t + h, out, slope_)) return failed;

@@ -8,16 +8,11 @@
 #include <bit>
 #include <cstring>
 
+#include "threads/clones.hpp"
 #include "threads/slabs.hpp"
 
-// One portable build that still uses registers of four doubles where there are some (wider ones gain nothing:
-// what takes the time is to look up weights): the loader picks the clone that the machine can run, and what
-// is marked INLINE is compiled anew within each.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__)
-#define BORELLI_VECTOR_CLONES __attribute__((target_clones("arch=x86-64-v3", "default")))
-#else
-#define BORELLI_VECTOR_CLONES
-#endif
+// (Registers wider than the clones' gain nothing: what takes the time is to look up weights.) What is marked
+// INLINE is compiled anew within each clone.
 #define BORELLI_INLINE inline __attribute__((always_inline))
 
 namespace borelli {

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <type_traits>
 
+#include "threads/clones.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
@@ -65,6 +66,51 @@ void each_block(const StoredVoxels& voxels, std::size_t first, std::size_t last,
       }
     go(slope, intercept);
   });
+}
+
+// As value_range, of what are_whole and at least one: of the numbers as they are stored, whose order a slope
+// keeps or turns.
+template <class T>
+ValueRange whole_range(const StoredVoxels& voxels, double slope, double intercept) {
+  const bool turned = slope < 0;
+  struct Ends {
+    T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::min();
+    std::size_t at_least = 0;  // at the end that becomes the least value
+  };
+  const auto add = [turned](const Ends& more, Ends& ends) {
+    const T end = turned ? more.high : more.low, before = turned ? ends.high : ends.low;
+    if (ends.at_least == 0 || (turned ? end > before : end < before))
+      ends.at_least = more.at_least;
+    else if (end == before)
+      ends.at_least += more.at_least;
+    ends.low = std::min(ends.low, more.low), ends.high = std::max(ends.high, more.high);
+  };
+  const auto* const stored = reinterpret_cast<const T*>(voxels.bytes());
+  Ends all;
+  std::mutex mutex;
+  in_slabs(static_cast<std::int64_t>(voxels.count), 0, [&](std::int64_t first, std::int64_t last) {
+    Ends own;
+    constexpr std::int64_t together = 1 << 15;  // as in each_block; and counts of them into 16 bits
+    for (std::int64_t from = first; from < last; from += together) {
+      const std::int64_t to = std::min(from + together, last);
+      Ends ends;
+      for (std::int64_t n = from; n < to; ++n)
+        ends.low = std::min(ends.low, stored[n]), ends.high = std::max(ends.high, stored[n]);
+      const T end = turned ? ends.high : ends.low;
+      std::uint16_t equal = 0;
+      for (std::int64_t n = from; n < to; ++n) equal += stored[n] == end;
+      ends.at_least = equal;
+      add(ends, own);
+    }
+    const std::lock_guard lock(mutex);
+    add(own, all);
+  });
+  ValueRange r;
+  r.count = voxels.count;
+  r.least = slope * (turned ? all.high : all.low) + intercept;
+  r.greatest = slope * (turned ? all.low : all.high) + intercept;
+  r.at_least = slope == 0 ? voxels.count : all.at_least;
+  return r;
 }
 
 // How many voxels lie where each reading expects them.
@@ -214,35 +260,52 @@ double padding_of(const ValueRange& r) {
              : std::numeric_limits<double>::quiet_NaN();
 }
 
+// How whole numbers of 16 bits become others: times (stored & mask) + plus, kept from `least` to 32767, and
+// padding_hu where that is `unseen`.
+struct Whole {
+  std::int32_t mask, times, plus, least, unseen;
+};
+
+BORELLI_VECTOR_CLONES
+Changes convert_whole(std::int16_t* at, std::int64_t count, const Whole& whole) {
+  const auto [mask, times, plus, least, unseen] = whole;
+  constexpr std::int32_t greatest = 32767;
+  Changes changes;
+  constexpr std::int64_t together = 1 << 15;
+  for (std::int64_t from = 0; from < count; from += together) {
+    const std::int64_t to = std::min(from + together, count);
+    std::uint32_t below = 0, above = 0, padded = 0;
+    for (std::int64_t n = from; n < to; ++n) {
+      const std::int32_t value = times * (at[n] & mask) + plus;
+      const bool seen = value != unseen;
+      padded += !seen;
+      below += seen & (value < least);
+      above += value > greatest;
+      const std::int32_t held = std::max(least, std::min(value, greatest));
+      at[n] = static_cast<std::int16_t>(seen ? held : padding_hu);
+    }
+    changes.below += below, changes.above += above, changes.padding += padded;
+  }
+  return changes;
+}
+
 // As convert, of what are_whole: `low` and what is no NaN of `padding` are whole, too.
 template <class T>
 Changes convert_whole(std::vector<std::int16_t>& storage, std::size_t count, double slope, double intercept,
                       double low, double padding) {
-  const auto times = static_cast<std::int32_t>(slope), plus = static_cast<std::int32_t>(intercept);
-  const auto least = static_cast<std::int32_t>(low), greatest = 32767;
-  // (no value is as large)
-  const std::int32_t unseen =
-      std::isnan(padding) ? std::numeric_limits<std::int32_t>::max() : static_cast<std::int32_t>(padding);
+  const Whole whole{
+      .mask = std::is_signed_v<T> ? -1 : 0xffff,
+      .times = static_cast<std::int32_t>(slope),
+      .plus = static_cast<std::int32_t>(intercept),
+      .least = static_cast<std::int32_t>(low),
+      // (no value is as large)
+      .unseen =
+          std::isnan(padding) ? std::numeric_limits<std::int32_t>::max() : static_cast<std::int32_t>(padding),
+  };
   Changes changes;
   std::mutex mutex;
   in_slabs(static_cast<std::int64_t>(count), 0, [&](std::int64_t first, std::int64_t last) {
-    Changes own;
-    constexpr std::int64_t together = 1 << 15;
-    for (std::int64_t from = first; from < last; from += together) {
-      const std::int64_t to = std::min(from + together, last);
-      std::uint32_t below = 0, above = 0, padded = 0;
-      std::int16_t* const at = storage.data();
-      for (std::int64_t n = from; n < to; ++n) {
-        const std::int32_t value = times * static_cast<T>(at[n]) + plus;
-        const bool seen = value != unseen;
-        padded += !seen;
-        below += seen & (value < least);
-        above += value > greatest;
-        const std::int32_t held = std::max(least, std::min(value, greatest));
-        at[n] = static_cast<std::int16_t>(seen ? held : padding_hu);
-      }
-      own.below += below, own.above += above, own.padding += padded;
-    }
+    const Changes own = convert_whole(storage.data() + first, last - first, whole);
     const std::lock_guard lock(mutex);
     changes += own;
   });
@@ -342,6 +405,11 @@ Quantity held_as(FileQuantity quantity) {
 }
 
 ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept) {
+  if (are_whole(voxels, slope, intercept) && voxels.count > 0)
+    return with_scalar(voxels.scalar, [&]<class T>(T) {
+      if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) return whole_range<T>(voxels, slope, intercept);
+      return ValueRange{};  // (are_whole says no of others)
+    });
   ValueRange r;
   r.count = voxels.count;
   double least = std::numeric_limits<double>::infinity(), greatest = -least;
@@ -350,27 +418,15 @@ ValueRange value_range(const StoredVoxels& voxels, double slope, double intercep
     ValueRange own;
     own.least = std::numeric_limits<double>::infinity(), own.greatest = -own.least;
     const auto look = [&](const auto& read, std::size_t from, std::size_t to) {
-      using Number = decltype(read(from));
-      if constexpr (std::is_same_v<Number, double>) {
-        for (std::size_t n = from; n < to; ++n) {
-          const double v = read(n);
-          if (!std::isfinite(v)) {
-            ++own.not_finite;
-            continue;
-          }
-          own.at_least = v < own.least ? 1 : own.at_least + (v == own.least);
-          own.least = std::min(own.least, v), own.greatest = std::max(own.greatest, v);
-          own.fractional += v != std::floor(v);
+      for (std::size_t n = from; n < to; ++n) {
+        const double v = read(n);
+        if (!std::isfinite(v)) {
+          ++own.not_finite;
+          continue;
         }
-      } else {
-        Number low = read(from), high = low;
-        for (std::size_t n = from; n < to; ++n) low = std::min(low, read(n)), high = std::max(high, read(n));
-        own.greatest = std::max<double>(own.greatest, high);
-        if (low > own.least) return;
-        std::uint32_t at_low = 0;
-        for (std::size_t n = from; n < to; ++n) at_low += read(n) == low;
-        own.at_least = low < own.least ? at_low : own.at_least + at_low;
-        own.least = low;
+        own.at_least = v < own.least ? 1 : own.at_least + (v == own.least);
+        own.least = std::min(own.least, v), own.greatest = std::max(own.greatest, v);
+        own.fractional += v != std::floor(v);
       }
     };
     each_block(voxels, static_cast<std::size_t>(first), static_cast<std::size_t>(last), slope, intercept,
@@ -423,6 +479,9 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
     }
   }
   const Changes changes = with_scalar(voxels.scalar, [&]<class T>(T) {
+    if (std::is_same_v<T, std::int16_t> && slope == 1 && intercept == 0 && range.least >= low &&
+        std::isnan(padding))
+      return Changes{};  // they are what they are to become
     if constexpr (std::is_integral_v<T> && sizeof(T) == 2)
       if (are_whole(voxels, slope, intercept))
         return convert_whole<T>(voxels.storage, voxels.count, slope, intercept, low, padding);
