@@ -1,5 +1,6 @@
 #include "segmentation/byte_stream.hpp"
 
+#include <isa-l/igzip_lib.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -20,6 +21,21 @@ constexpr int level = 2;
 
 std::string reason() { return std::generic_category().message(errno); }
 
+const char* words(int inflate_status) {
+  switch (inflate_status) {
+    case ISAL_INVALID_WRAPPER:
+      return "neither gzip's header nor zlib's";
+    case ISAL_UNSUPPORTED_METHOD:
+      return "compressed by no method that is known";
+    case ISAL_INCORRECT_CHECKSUM:
+      return "its checksum or length is another";
+    case ISAL_NEED_DICT:
+      return "its dictionary is missing";
+    default:
+      return "what it says cannot be";
+  }
+}
+
 struct CloseFile {
   void operator()(std::FILE* file) const { std::fclose(file); }
 };
@@ -34,54 +50,54 @@ struct ByteSource::State {
   File file;
   std::uint64_t size = 0;
   bool packed = false;
-  bool ended = false;  // the compressed stream said that it is whole
-  z_stream zlib{};
+  bool begun = false, ended = false;  // the compressed stream; the latter when it said that it is whole
+  inflate_state stream;
   std::array<unsigned char, block> input;
 
-  ~State() {
-    if (packed) inflateEnd(&zlib);
-  }
-
-  // next block of the file into zlib's input; false at the file's end
+  // next block of the file into the stream's input; false at the file's end
   Result<bool> refill() {
-    zlib.avail_in = static_cast<uInt>(std::fread(input.data(), 1, input.size(), file.get()));
-    zlib.next_in = input.data();
-    if (zlib.avail_in == 0 && std::ferror(file.get())) return failure(path, "cannot be read: " + reason());
-    return zlib.avail_in > 0;
+    stream.avail_in = static_cast<std::uint32_t>(std::fread(input.data(), 1, input.size(), file.get()));
+    stream.next_in = input.data();
+    if (stream.avail_in == 0 && std::ferror(file.get())) return failure(path, "cannot be read: " + reason());
+    return stream.avail_in > 0;
   }
 
-  // after a member's end: another gzip member, or the end (what else follows is no part of the stream)
+  // at the stream's beginning and after a member's end: gzip or zlib, then another gzip member, or the end
+  // (what else follows is no part of the stream)
   Result<void> next_member() {
-    if (zlib.avail_in == 0) {
+    if (stream.avail_in == 0) {
       const auto more = refill();
       if (!more) return tl::unexpected(more.error());
     }
-    if (zlib.avail_in == 0 || zlib.next_in[0] != 0x1f) {
+    const bool gzip = stream.avail_in > 0 && stream.next_in[0] == 0x1f;
+    if (begun && !gzip) {
       ended = true;
     } else {
-      inflateReset(&zlib);
+      isal_inflate_reset(&stream);
+      stream.crc_flag = gzip ? ISAL_GZIP : ISAL_ZLIB;
+      begun = true;
     }
     return {};
   }
 
   Result<std::size_t> inflate_into(std::span<std::byte> target) {
+    if (!begun)
+      if (const auto done = next_member(); !done) return tl::unexpected(done.error());
     std::size_t got = 0;
     while (got < target.size() && !ended) {
-      if (zlib.avail_in == 0) {
+      const std::size_t room = std::min<std::size_t>(target.size() - got, std::size_t{1} << 30);
+      stream.next_out = reinterpret_cast<std::uint8_t*>(target.data() + got);
+      stream.avail_out = static_cast<std::uint32_t>(room);
+      const int status = isal_inflate(&stream);
+      got += room - stream.avail_out;
+      if (status < 0 || status == ISAL_NEED_DICT)
+        return failure(path, std::string("holds damaged compressed data (") + words(status) + ")");
+      if (stream.block_state == ISAL_BLOCK_FINISH) {
+        if (const auto done = next_member(); !done) return tl::unexpected(done.error());
+      } else if (stream.avail_in == 0 && stream.avail_out > 0) {
         const auto more = refill();
         if (!more) return tl::unexpected(more.error());
         if (!*more) return failure(path, "is cut off: its compressed data end before they are complete");
-      }
-      const std::size_t room = std::min<std::size_t>(target.size() - got, std::size_t{1} << 30);
-      zlib.next_out = reinterpret_cast<Bytef*>(target.data() + got);
-      zlib.avail_out = static_cast<uInt>(room);
-      const int status = inflate(&zlib, Z_NO_FLUSH);
-      got += room - zlib.avail_out;
-      if (status == Z_STREAM_END) {
-        if (const auto done = next_member(); !done) return tl::unexpected(done.error());
-      } else if (status != Z_OK && status != Z_BUF_ERROR) {
-        return failure(path, std::string("holds damaged compressed data (") +
-                                 (zlib.msg ? zlib.msg : "zlib cannot read it") + ")");
       }
     }
     return got;
@@ -109,8 +125,7 @@ Result<ByteSource> ByteSource::open(const std::string& path, Packing packing, st
   if (offset > 0 && fseeko(state->file.get(), static_cast<off_t>(offset), SEEK_SET) != 0)
     return failure(path, "cannot be read: " + reason());
   if (packing == Packing::deflated) {
-    // 15: zlib's largest window; +32: gzip or zlib header, whichever is there
-    if (inflateInit2(&state->zlib, 15 + 32) != Z_OK) return failure(path, "zlib cannot start");
+    isal_inflate_init(&state->stream);
     state->packed = true;
   }
   return ByteSource(std::move(state));

@@ -1,4 +1,4 @@
-// Bytes of a file in and out, plain or through zlib, so that a volume is never held twice.
+// Bytes of a file in and out, plain or packed, so that a volume is never held twice.
 //
 // Reading: a plain file, a gzip file (also of several members, as pigz and bgzip write them) or a zlib stream
 // that starts at some offset. Writing: plain or gzip, with no time stamp, so that equal input gives equal

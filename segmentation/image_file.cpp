@@ -81,7 +81,7 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
     done += step;
     if (progress) progress(static_cast<double>(done) / static_cast<double>(bytes));
   }
-  // zlib compares checksum and length at the stream's end only; damage can also make the stream longer
+  // checksum and length are compared at the stream's end only; damage can also make the stream longer
   if (header.packing == ByteSource::Packing::deflated) {
     if (const auto rest = source->skip(std::numeric_limits<std::uint64_t>::max()); !rest)
       return tl::unexpected(rest.error());

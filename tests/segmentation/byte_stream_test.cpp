@@ -1,6 +1,9 @@
-// Compressed volumes that were damaged after they were written: refused, or read as they were; never
-// otherwise.
+// Compressed streams: what another program packed, whole, and volumes that were damaged after they were
+// written: refused, or read as they were; never otherwise.
 #include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <random>
 
 #include "grids.hpp"
 #include "scratch_folder.hpp"
@@ -38,6 +41,86 @@ TEST(ByteStream, ChecksumAfterMoreThanThePromisedBytesIsCompared) {
   bytes[bytes.size() - 1] ^= 1;
   put_bytes(folder / "a.nii.gz", bytes);
   EXPECT_FALSE(read_volume(folder / "a.nii.gz")) << "its length is wrong";
+}
+
+// Packed by zlib: a gzip member whose header has every field there is (RFC 1952; bgzip writes such), or one
+// without any (bits 15), at `level`.
+std::vector<char> packed_by_zlib(std::span<const char> plain, int level, int bits, bool every_field) {
+  z_stream zlib{};
+  EXPECT_EQ(deflateInit2(&zlib, level, Z_DEFLATED, bits, 8, Z_DEFAULT_STRATEGY), Z_OK);
+  unsigned char extra[] = {'B', 'C', 2, 0, 7, 1}, name[] = "name", comment[] = "comment";
+  gz_header header{};
+  header.time = 1;
+  header.extra = extra, header.extra_len = sizeof extra;
+  header.name = name, header.comment = comment;
+  header.hcrc = 1;
+  EXPECT_TRUE(!every_field || deflateSetHeader(&zlib, &header) == Z_OK);
+  std::vector<char> out(deflateBound(&zlib, plain.size()) + 100);
+  zlib.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(plain.data()));
+  zlib.avail_in = static_cast<uInt>(plain.size());
+  zlib.next_out = reinterpret_cast<Bytef*>(out.data());
+  zlib.avail_out = static_cast<uInt>(out.size());
+  EXPECT_EQ(deflate(&zlib, Z_FINISH), Z_STREAM_END);
+  out.resize(out.size() - zlib.avail_out);
+  deflateEnd(&zlib);
+  return out;
+}
+
+// All of a stream, read in pieces of `piece` bytes; an error's words where there is one.
+std::vector<char> unpacked(const std::string& path, std::size_t piece, std::string& error) {
+  std::vector<char> out;
+  auto source = ByteSource::open(path, ByteSource::Packing::deflated);
+  EXPECT_TRUE(source);
+  for (;;) {
+    const std::size_t before = out.size();
+    out.resize(before + piece);
+    const auto got = source->read(std::as_writable_bytes(std::span(out).subspan(before)));
+    if (!got) error = got.error().what;
+    out.resize(before + (got ? *got : 0));
+    if (!got || *got < piece) return out;
+  }
+}
+
+TEST(ByteStream, StreamsOfAnotherPackerAreReadWhole) {
+  ScratchFolder folder;
+  std::mt19937 random(5);
+  std::vector<char> plain(400000);  // packed, more than one block of the file that is read at once
+  for (std::size_t n = 0; n < plain.size(); ++n)
+    plain[n] = static_cast<char>(n % 5000 < 2500 ? n / 100 : random());
+  constexpr int gzip = 15 + 16, zlib = 15;
+  const auto expect = [&](const std::vector<char>& stream, const std::vector<char>& whole) {
+    put_bytes(folder / "a", stream);
+    for (const std::size_t piece : {777u, 65536u, 1u << 20}) {
+      std::string error;
+      EXPECT_EQ(unpacked(folder / "a", piece, error), whole) << piece;
+      EXPECT_EQ(error, "");
+    }
+    for (const std::size_t left : {stream.size() / 2, stream.size() - 1}) {
+      put_bytes(folder / "cut", {stream.begin(), stream.begin() + std::ptrdiff_t(left)});
+      std::string error;
+      unpacked(folder / "cut", 1000, error);
+      EXPECT_NE(error.find("cut off"), std::string::npos) << left << ": " << error;
+    }
+  };
+  for (const int level : {0, 1, 6, 9}) {
+    SCOPED_TRACE(level);
+    expect(packed_by_zlib(plain, level, gzip, true), plain);
+    expect(packed_by_zlib(plain, level, zlib, false), plain);
+    std::vector<char> members, thrice;
+    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, plain.size()}) {
+      const auto member = packed_by_zlib(std::span(plain).first(size), level, gzip, size > 0);
+      members.insert(members.end(), member.begin(), member.end());
+      thrice.insert(thrice.end(), plain.begin(), plain.begin() + std::ptrdiff_t(size));
+    }
+    expect(members, thrice);
+  }
+  // what follows the last member is no part of the stream
+  auto followed = packed_by_zlib(plain, 6, gzip, false);
+  followed.insert(followed.end(), 100, 'x');
+  put_bytes(folder / "a", followed);
+  std::string error;
+  EXPECT_EQ(unpacked(folder / "a", 1 << 20, error), plain);
+  EXPECT_EQ(error, "");
 }
 
 // One flipped bit in each byte of the compressed stream.
