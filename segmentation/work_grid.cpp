@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "segmentation/nearest_whole.hpp"
@@ -29,6 +30,21 @@ inline bool between(const std::int16_t* p, std::int64_t sy, std::int64_t sz, int
   const double high_face = line(p + sz) + ty * (line(p + sz + sy) - line(p + sz));
   value = low_face + tz * (high_face - low_face);
   return true;
+}
+
+// Whether one of `count` voxels is above a value. (All are compared: side by side that is less than
+// stopping.)
+bool any_above(const std::int16_t* voxels, std::int64_t count, std::int16_t value) {
+  std::int16_t most = std::numeric_limits<std::int16_t>::min();
+  for (std::int64_t i = 0; i < count; ++i) most = std::max(most, voxels[i]);
+  return most > value;
+}
+
+// The largest value that stands for no more than air_to_hu.
+std::int16_t still_air(Quantity quantity) {
+  std::int16_t value = std::numeric_limits<std::int16_t>::min();
+  while (hu_of(value + 1, quantity) <= air_to_hu) ++value;
+  return value;
 }
 
 // What makes the means over the work voxels along one axis: of each `weights` of voxels of the scan from its
@@ -141,15 +157,19 @@ Grid work_grid(const GreyVolume& volume, double step, int threads) {
   }
   // what is denser than air, row by row: along a row places change evenly, so its ends bound it
   std::vector<Box> by_slice(static_cast<std::size_t>(grid.size[2]));
+  const std::int16_t air = still_air(volume.quantity);
+  constexpr std::int64_t together = 64;
   in_slabs(grid.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
     for (std::int64_t k = k0; k < k1; ++k)
       for (std::int64_t j = 0; j < grid.size[1]; ++j) {
         const auto* row = &volume.voxels[grid.offset(0, j, k)];
-        const auto dense = [&](std::int64_t i) { return hu_of(row[i], volume.quantity) > air_to_hu; };
         std::int64_t first = 0, last = grid.size[0] - 1;
-        while (first <= last && !dense(first)) ++first;
-        while (last > first && !dense(last)) --last;
+        while (last - first >= together && !any_above(row + first, together, air)) first += together;
+        while (first <= last && row[first] <= air) ++first;
         if (first > last) continue;
+        while (last - first >= together && !any_above(row + last - together + 1, together, air))
+          last -= together;
+        while (last > first && row[last] <= air) --last;
         for (const auto i : {first, last}) {
           const Vector3d p = grid.point(i, j, k);
           by_slice[static_cast<std::size_t>(k)].add({p, p});
