@@ -52,6 +52,7 @@ struct ByteSource::State {
   bool packed = false;
   bool begun = false, ended = false;  // the compressed stream; the latter when it said that it is whole
   inflate_state stream;
+  isal_gzip_header header;  // of the member, which may go on in the next block
   std::array<unsigned char, block> input;
 
   // next block of the file into the stream's input; false at the file's end
@@ -70,14 +71,23 @@ struct ByteSource::State {
       if (!more) return tl::unexpected(more.error());
     }
     const bool gzip = stream.avail_in > 0 && stream.next_in[0] == 0x1f;
-    if (begun && !gzip) {
+    if (begun && (!gzip || stream.crc_flag == ISAL_ZLIB)) {
       ended = true;
     } else {
       isal_inflate_reset(&stream);
       stream.crc_flag = gzip ? ISAL_GZIP : ISAL_ZLIB;
+      header = {};  // (all of it: what isal_gzip_header_init leaves is read)
+      isal_gzip_header_init(&header);
       begun = true;
     }
     return {};
+  }
+
+  // (isal_inflate by itself forgets what it read of a header)
+  int inflate() {
+    if (stream.crc_flag == ISAL_GZIP && stream.wrapper_flag == 0)
+      if (const int status = isal_read_gzip_header(&stream, &header); status != ISAL_DECOMP_OK) return status;
+    return isal_inflate(&stream);
   }
 
   Result<std::size_t> inflate_into(std::span<std::byte> target) {
@@ -88,7 +98,7 @@ struct ByteSource::State {
       const std::size_t room = std::min<std::size_t>(target.size() - got, std::size_t{1} << 30);
       stream.next_out = reinterpret_cast<std::uint8_t*>(target.data() + got);
       stream.avail_out = static_cast<std::uint32_t>(room);
-      const int status = isal_inflate(&stream);
+      const int status = inflate();
       got += room - stream.avail_out;
       if (status < 0 || status == ISAL_NEED_DICT)
         return failure(path, std::string("holds damaged compressed data (") + words(status) + ")");

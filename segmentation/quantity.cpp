@@ -107,8 +107,11 @@ ValueRange whole_range(const StoredVoxels& voxels, double slope, double intercep
   });
   ValueRange r;
   r.count = voxels.count;
-  r.least = slope * (turned ? all.high : all.low) + intercept;
-  r.greatest = slope * (turned ? all.low : all.high) + intercept;
+  const auto value = [&](T x) {
+    return static_cast<double>(static_cast<std::int32_t>(slope) * x + static_cast<std::int32_t>(intercept));
+  };
+  r.least = value(turned ? all.high : all.low);
+  r.greatest = value(turned ? all.low : all.high);
   r.at_least = slope == 0 ? voxels.count : all.at_least;
   return r;
 }

@@ -123,6 +123,42 @@ TEST(ByteStream, StreamsOfAnotherPackerAreReadWhole) {
   EXPECT_EQ(error, "");
 }
 
+// The second member's header lies on the edge of what is read of the file at once, at each of its bytes.
+TEST(ByteStream, HeadersOnTheEdgeOfABlockAreReadWhole) {
+  ScratchFolder folder;
+  constexpr std::size_t edge = std::size_t{1} << 18;
+  constexpr int gzip = 15 + 16;
+  const std::vector<char> zeros(edge), second{'s', 'e', 'c', 'o', 'n', 'd'};
+  const std::size_t around =
+      packed_by_zlib(std::span(zeros).first(edge - 1000), 0, gzip, true).size() - (edge - 1000);
+  for (std::size_t before = 0; before < 45; ++before) {
+    const auto first = std::span(zeros).first(edge - before - around);
+    auto stream = packed_by_zlib(first, 0, gzip, true);
+    ASSERT_EQ(stream.size(), edge - before);
+    const auto member = packed_by_zlib(second, 6, gzip, true);
+    stream.insert(stream.end(), member.begin(), member.end());
+    put_bytes(folder / "a", stream);
+    std::vector<char> whole(first.begin(), first.end());
+    whole.insert(whole.end(), second.begin(), second.end());
+    std::string error;
+    EXPECT_EQ(unpacked(folder / "a", 1 << 20, error), whole) << before << ": " << error;
+  }
+}
+
+TEST(ByteStream, WhatFollowsAZlibStreamIsNoMember) {
+  ScratchFolder folder;
+  const std::vector<char> plain(3000, 'a');
+  for (const std::string& rest :
+       {std::string("\x1f"), std::string("\x1f\x8b\b"), std::string("\0\0\0\x1f\0\0", 6)}) {
+    auto stream = packed_by_zlib(plain, 6, 15, false);
+    stream.insert(stream.end(), rest.begin(), rest.end());
+    put_bytes(folder / "a", stream);
+    std::string error;
+    EXPECT_EQ(unpacked(folder / "a", 5000, error), plain);
+    EXPECT_EQ(error, "");
+  }
+}
+
 // One flipped bit in each byte of the compressed stream.
 TEST(ByteStream, NoFlippedBitChangesVoxelsUnseen) {
   for (const std::string name : {"a.nii.gz", "a.nrrd", "a.mha"}) {
