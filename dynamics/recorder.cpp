@@ -64,13 +64,13 @@ std::array<Rows*, 11> Recorder::numbers() {
 
 void Recorder::make_room(Eigen::Index rows) {
   room_ = rows;
-  for (auto* numbers : {&out_.times, &out_.kinetic, &out_.potential, &out_.work})
-    numbers->resize(std::size_t(rows));
-  for (Rows* numbers : numbers())
-    if (numbers->cols() > 0)
-      numbers->conservativeResize(rows, Eigen::NoChange);
+  for (auto* each : {&out_.times, &out_.kinetic, &out_.potential, &out_.work})
+    each->resize(std::size_t(rows));
+  for (Rows* each : numbers())
+    if (each->cols() > 0)
+      each->conservativeResize(rows, Eigen::NoChange);
     else
-      numbers->resize(rows, 0);  // (without memory)
+      each->resize(rows, 0);  // (without memory)
 }
 
 void Recorder::record_impulses(const Eigen::VectorXd& impulses, double h) {

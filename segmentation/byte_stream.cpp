@@ -14,8 +14,6 @@
 namespace borelli {
 namespace {
 
-constexpr std::size_t block = std::size_t{1} << 18;
-
 // zlib's fastest level that still uses its matcher well: level 6 takes four times as long for a tenth less
 constexpr int level = 2;
 
@@ -32,7 +30,7 @@ const char* words(int inflate_status) {
     case ISAL_NEED_DICT:
       return "its dictionary is missing";
     default:
-      return "what it says cannot be";
+      return "an impossible block, symbol or distance";
   }
 }
 
@@ -181,7 +179,7 @@ struct ByteSink::State {
   bool packed = false;
   std::uint64_t written = 0;
   z_stream zlib{};
-  std::array<unsigned char, block> output;
+  std::array<unsigned char, ByteSource::block> output;
 
   ~State() {
     if (packed) deflateEnd(&zlib);

@@ -18,6 +18,7 @@ namespace borelli {
 
 class ByteSource {
  public:
+  static constexpr std::size_t block = std::size_t{1} << 18;  ///< bytes of a packed file taken at a time
   enum class Packing { plain, deflated };  ///< deflated: gzip or zlib, told apart by the stream's own header
 
   /// Opens `path` at `offset` bytes from its start. Errors: missing, a folder, not readable.

@@ -4,6 +4,7 @@
 #include <zlib.h>
 
 #include <random>
+#include <span>
 
 #include "grids.hpp"
 #include "scratch_folder.hpp"
@@ -43,8 +44,8 @@ TEST(ByteStream, ChecksumAfterMoreThanThePromisedBytesIsCompared) {
   EXPECT_FALSE(read_volume(folder / "a.nii.gz")) << "its length is wrong";
 }
 
-// Packed by zlib: a gzip member whose header has every field there is (RFC 1952; bgzip writes such), or one
-// without any (bits 15), at `level`.
+// Packed by zlib at `level`: a gzip member (bits 15 + 16), with every field that its header may have (RFC
+// 1952; bgzip's has some) or none, or a zlib stream (bits 15).
 std::vector<char> packed_by_zlib(std::span<const char> plain, int level, int bits, bool every_field) {
   z_stream zlib{};
   EXPECT_EQ(deflateInit2(&zlib, level, Z_DEFLATED, bits, 8, Z_DEFAULT_STRATEGY), Z_OK);
@@ -126,7 +127,7 @@ TEST(ByteStream, StreamsOfAnotherPackerAreReadWhole) {
 // The second member's header lies on the edge of what is read of the file at once, at each of its bytes.
 TEST(ByteStream, HeadersOnTheEdgeOfABlockAreReadWhole) {
   ScratchFolder folder;
-  constexpr std::size_t edge = std::size_t{1} << 18;
+  constexpr std::size_t edge = ByteSource::block;
   constexpr int gzip = 15 + 16;
   const std::vector<char> zeros(edge), second{'s', 'e', 'c', 'o', 'n', 'd'};
   const std::size_t around =
