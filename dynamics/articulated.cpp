@@ -372,6 +372,7 @@ template <class T>
 void find_bodies(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                  KinematicsOf<T>& kinematics, ArticulationOf<T>& articulation) {
   place_links(system, parameters, kinematics, articulation);
+  kinematics.spins.clear();
   if constexpr (std::is_same_v<T, DualNumber>)
     find_bodies_of(system, inertials, kinematics, articulation);
   else if constexpr (is_lanes<T>)

@@ -64,7 +64,7 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
   }
 }
 
-void Certifier::observe(const State& state, const Workspace& workspace, const Work& work) {
+void Certifier::observe(const State& state, Workspace& workspace, const Work& work) {
   observe_energy(state.t, workspace, work);
   observe_momenta(state.t, workspace);
   observe_residuals(state.t, state, workspace);
@@ -170,7 +170,7 @@ void Certifier::judge_energy(const Work& work) {
   }
 }
 
-void Certifier::observe_momenta(double t, const Workspace& workspace) {
+void Certifier::observe_momenta(double t, Workspace& workspace) {
   for (std::size_t i = 0; i < momenta_.size(); ++i) {
     const MomentumValue now = momentum_value(momenta_[i], parameters_, workspace.kinematics);
     if (!started_) start_momenta_[i] = now.value;
@@ -185,7 +185,7 @@ void Certifier::observe_momenta(double t, const Workspace& workspace) {
   }
 }
 
-void Certifier::pass_event(const Workspace& workspace, bool own) {
+void Certifier::pass_event(Workspace& workspace, bool own) {
   singular_.pass_event();
   if (!own) return;
   for (std::size_t i = 0; i < momenta_.size(); ++i)

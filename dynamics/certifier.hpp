@@ -72,13 +72,13 @@ class Certifier {
   Certifier(const System& system, const Parameters& parameters, double threshold, const Assembly& assembly);
 
   /// Looks at a state whose equations are solved in `workspace`.
-  void observe(const State& state, const Workspace& workspace, const Work& work);
+  void observe(const State& state, Workspace& workspace, const Work& work);
   /// Looks at what a projection did on the way to a state whose equations are solved in `workspace`.
   void observe_projection(double t, const Projection& projection, const Workspace& workspace);
   /// Takes in the state just after an event that changed velocities, the one last observed being that just
   /// before it. What solids do to each other there leaves their momenta: these are judged on. `own`: it may
   /// have been a user's, which may do anything; they are judged from here on against what it left.
-  void pass_event(const Workspace& workspace, bool own);
+  void pass_event(Workspace& workspace, bool own);
   /// Looks at the state that a step of one length came to, with its accelerations (nv), by a method of that
   /// order; `joined` as StepWatch has it.
   void observe_step(const State& state, const Eigen::VectorXd& a, int order, bool joined);
@@ -124,7 +124,7 @@ class Certifier {
   double rounding_of_rest(int group) const;
   void judge_residuals();
   std::string group_words(int group) const;
-  void observe_momenta(double t, const Workspace& workspace);
+  void observe_momenta(double t, Workspace& workspace);
   void observe_residuals(double t, const State& state, const Workspace& workspace);
   void observe_overlap(double t, const Contact& contact, double gap);
   void judge_steps();

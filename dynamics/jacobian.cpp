@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "dynamics/evaluate.hpp"
-#include "dynamics/processor.hpp"
 
 namespace borelli {
 
@@ -26,48 +25,9 @@ void for_each_column(const System& system, const Kinematics& k, std::size_t b, c
   }
 }
 
-/// A sum of vectors, number by number, and so what becomes of it: read as it was written, none waits for
-/// memory.
-struct Sum {
-  double x = 0, y = 0, z = 0;
-  void add(const Vector3d& a) {
-    x += a.x();
-    y += a.y();
-    z += a.z();
-  }
-  Vector3d times(double f) const { return {f * x, f * y, f * z}; }
-};
-
 }  // namespace
 
-BORELLI_INLINED_FOR_PROCESSOR
-Momenta momenta(const System& system, const Parameters& parameters, const Kinematics& k) {
-  const std::size_t count = system.bodies.size();
-  const Inertial* const inertials = parameters.inertials.data();
-  const BodyMotion* const bodies = k.bodies.data();
-  double mass = 0;
-  Sum first, linear, angular;
-  for (std::size_t b = 1; b < count; ++b) {
-    mass += inertials[b].mass;
-    first.add(inertials[b].mass * bodies[b].g);
-    linear.add(inertials[b].mass * bodies[b].v);
-  }
-  const double inverse = mass > 0 ? 1 / mass : 0;
-  const Vector3d centre = first.times(inverse), velocity = linear.times(inverse);
-  for (std::size_t b = 1; b < count; ++b) {
-    if (!system.bodies[b].massive) continue;
-    const Vector3d momentum = inertials[b].mass * (bodies[b].v - velocity);
-    angular.add((bodies[b].g - centre).cross(momentum) + spin(inertials[b], bodies[b]));
-  }
-  return {.mass = mass,  // (of sums: no vector is copied)
-          .centre = first.times(inverse),
-          .velocity = linear.times(inverse),
-          .linear = linear.times(1),
-          .angular = angular.times(1)};
-}
-
-CentroidalMomentum centroidal_momentum(const System& system, const Parameters& parameters,
-                                       const Kinematics& k) {
+CentroidalMomentum centroidal_momentum(const System& system, const Parameters& parameters, Kinematics& k) {
   CentroidalMomentum out;
   out.matrix.setZero(6, system.nv);
   out.bias.setZero();

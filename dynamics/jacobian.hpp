@@ -2,7 +2,7 @@
 // coordinates, and what of the accelerations they leave (dJ/dt v).
 #pragma once
 
-#include "dynamics/kinematics.hpp"
+#include "dynamics/momentum.hpp"
 
 namespace borelli {
 
@@ -15,15 +15,6 @@ struct PointMotion {
   Eigen::Vector3d bias, angular_bias;           ///< accelerations at a = 0
 };
 
-/// Mass, gravity centre and momenta of all moving solids.
-struct Momenta {
-  double mass = 0;                                   ///< kg
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< gravity centre, m; without mass: the world's origin
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();  ///< of the gravity centre, m/s
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero();    ///< momentum, kg m/s
-  Eigen::Vector3d angular = Eigen::Vector3d::Zero();   ///< about the gravity centre, kg m^2/s
-};
-
 /// The centroidal momentum matrix and its bias: h = (angular about the gravity centre, linear) = matrix v +
 /// what drives give it, dh/dt = matrix a + bias (Orin, Goswami, Lee, Centroidal dynamics of a humanoid robot,
 /// Autonomous Robots 35, 2013, equations 7 and 24). Of the gravity centre, matrix and bias are the last three
@@ -33,16 +24,8 @@ struct CentroidalMomentum {
   Eigen::Matrix<double, 6, 1> bias;
 };
 
-/// A body's angular momentum about its gravity centre, kg m^2/s.
-inline Eigen::Vector3d spin(const Inertial& inertial, const BodyMotion& motion) {
-  const Eigen::Vector3d own = motion.X.R.transpose() * motion.w;  // velocity in the body's axes
-  return motion.X.R * Eigen::Vector3d(inertial.tensor * own);
-}
-
-/// From the kinematics of either set of equations, which were given no accelerations.
-Momenta momenta(const System& system, const Parameters& parameters, const Kinematics& kinematics);
 CentroidalMomentum centroidal_momentum(const System& system, const Parameters& parameters,
-                                       const Kinematics& kinematics);
+                                       Kinematics& kinematics);
 
 /// At a state. Fails where the point's solid is not in the scene ("world" neither) or the point not finite.
 Result<PointMotion> point_motion(const System& system, const State& state, const SolidPoint& at);

@@ -195,6 +195,7 @@ void update_all(const System& system, const Parameters& parameters, const Inerti
                 const T* q, const T* v, const T* a, KinematicsOf<T>& k) {
   set_coordinates(system, parameters, t, q, v, a, k);
   const bool carried = k.equations == Equations::recursive;
+  k.spins.clear();
   for (std::size_t b = 1; b < system.bodies.size(); ++b) {
     const Body& body = system.bodies[b];
     BodyMotionOf<T>& m = k.bodies[b];

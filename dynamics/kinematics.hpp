@@ -121,6 +121,7 @@ struct KinematicsOf {
   std::vector<Eigen::Vector3<T>> convective;
 
   std::vector<BodyMotionOf<T>> bodies;
+  std::vector<Eigen::Vector3<T>> spins;  ///< see find_spins(); empty after every update
   /// Per touched body, six rows over its support: V_ki of the gravity centre (x, y, z), then Omega_ki. Empty
   /// for the recursive equations.
   std::vector<T> derivatives;

@@ -7,7 +7,6 @@
 #include <numeric>
 #include <set>
 
-#include "dynamics/jacobian.hpp"
 #include "dynamics/processor.hpp"
 
 namespace borelli {
@@ -123,6 +122,38 @@ class Structure {
   std::set<int> acted_on_;  ///< velocities that an effort or constraint names
 };
 
+/// A vector that is computed with number by number: what is read as it was written waits for no memory, as a
+/// pair of two numbers just written would.
+struct Numbers {
+  double x = 0, y = 0, z = 0;
+
+  Numbers() = default;
+  Numbers(double x, double y, double z) : x(x), y(y), z(z) {}
+  Numbers(const Vector3d& a) : Numbers(a.x(), a.y(), a.z()) {}
+  operator Vector3d() const { return {x, y, z}; }
+
+  double norm() const { return std::sqrt(squared_norm()); }
+  double squared_norm() const { return x * x + y * y + z * z; }
+  friend Numbers operator+(const Numbers& a, const Numbers& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend Numbers operator-(const Numbers& a, const Numbers& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend Numbers operator*(double f, const Numbers& a) { return {f * a.x, f * a.y, f * a.z}; }
+  friend Numbers cross(const Numbers& a, const Numbers& b) {
+    return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  }
+};
+
+/// What bodies have together.
+struct Sums {
+  double mass = 0;
+  Numbers first, linear;  ///< mass times gravity centre, and times its velocity
+
+  void add(const Inertial& inertial, const BodyMotion& body) {
+    mass += inertial.mass;
+    first = first + inertial.mass * Numbers(body.g);
+    linear = linear + inertial.mass * Numbers(body.v);
+  }
+};
+
 int rank(const Matrix3d& projector) { return int(std::lround(projector.trace())); }
 
 Matrix3d onto(const Vector3d& axis) { return axis * axis.transpose() / axis.squaredNorm(); }
@@ -190,43 +221,76 @@ std::vector<ConservedMomentum> conserved_momenta(const System& system, const Par
 }
 
 BORELLI_INLINED_FOR_PROCESSOR
-MomentumValue momentum_value(const ConservedMomentum& momentum, const Parameters& parameters,
-                             const Kinematics& kinematics) {
-  double mass = 0;
-  Vector3d first = Vector3d::Zero(), linear = Vector3d::Zero();
-  if (momentum.about != ConservedMomentum::About::fixed_point)
-    for (int b : momentum.bodies) {
-      const double m = parameters.inertials[b].mass;
-      mass += m;
-      first += m * kinematics.bodies[b].g;
-      linear += m * kinematics.bodies[b].v;
+const std::vector<Vector3d>& find_spins(const Parameters& parameters, Kinematics& k) {
+  if (!k.spins.empty()) return k.spins;
+  const std::size_t count = k.bodies.size();
+  k.spins.resize(count);
+  const Inertial* const inertials = parameters.inertials.data();
+  const BodyMotion* const bodies = k.bodies.data();
+  Vector3d* const spins = k.spins.data();
+  spins[0].setZero();
+  for (std::size_t b = 1; b < count; ++b) {
+    if (inertials[b].mass > 0) {
+      const Eigen::Matrix3d& R = bodies[b].X.R;  // to the body's axes and back
+      spins[b] = R * Vector3d(inertials[b].tensor * Vector3d(R.transpose() * bodies[b].w));
+    } else {
+      spins[b].setZero();
     }
-  MomentumValue out;
+  }
+  return k.spins;
+}
+
+BORELLI_INLINED_FOR_PROCESSOR
+Momenta momenta(const System& system, const Parameters& parameters, Kinematics& k) {
+  const Vector3d* const spins = find_spins(parameters, k).data();
+  const std::size_t count = system.bodies.size();
+  const Inertial* const inertials = parameters.inertials.data();
+  const BodyMotion* const bodies = k.bodies.data();
+  Sums all;
+  for (std::size_t b = 1; b < count; ++b) all.add(inertials[b], bodies[b]);
+  const double inverse = all.mass > 0 ? 1 / all.mass : 0;
+  const Numbers centre = inverse * all.first, velocity = inverse * all.linear;
+  Numbers angular;
+  for (std::size_t b = 1; b < count; ++b) {
+    if (!system.bodies[b].massive) continue;
+    const Numbers arm = Numbers(bodies[b].g) - centre, speed = Numbers(bodies[b].v) - velocity;
+    angular = angular + (inertials[b].mass * cross(arm, speed) + spins[b]);
+  }
+  return {.mass = all.mass, .centre = centre, .velocity = velocity, .linear = all.linear, .angular = angular};
+}
+
+BORELLI_INLINED_FOR_PROCESSOR
+MomentumValue momentum_value(const ConservedMomentum& momentum, const Parameters& parameters,
+                             Kinematics& kinematics) {
+  const Inertial* const inertials = parameters.inertials.data();
+  const BodyMotion* const bodies = kinematics.bodies.data();
+  Sums all;
+  if (momentum.about != ConservedMomentum::About::fixed_point)
+    for (int b : momentum.bodies) all.add(inertials[b], bodies[b]);
+  double scale = 0, rounding = 0;
   if (momentum.about == ConservedMomentum::About::nothing) {
-    out.value = momentum.directions * (linear - mass * kinematics.t * parameters.gravity);
-    for (int b : momentum.bodies) out.scale += parameters.inertials[b].mass * kinematics.bodies[b].v.norm();
-    out.rounding = 1e-12 * out.scale;
-    return out;
+    for (int b : momentum.bodies) scale += inertials[b].mass * Numbers(bodies[b].v).norm();
+    const Vector3d without_weight = all.linear - all.mass * kinematics.t * Numbers(parameters.gravity);
+    return {.value = momentum.directions * without_weight, .scale = scale, .rounding = 1e-12 * scale};
   }
-  const bool centre = mass > 0;
-  const Vector3d point = centre ? Vector3d(first / mass) : momentum.point;
-  const Vector3d drift = centre ? Vector3d(linear / mass) : Vector3d(Vector3d::Zero());
-  Vector3d angular = Vector3d::Zero();
+  const bool centre = all.mass > 0;
+  const Numbers point = centre ? 1 / all.mass * all.first : Numbers(momentum.point);
+  const Numbers drift = centre ? 1 / all.mass * all.linear : Numbers();
+  const Vector3d* const spins = find_spins(parameters, kinematics).data();
+  Numbers angular;
   for (int b : momentum.bodies) {
-    const BodyMotion& body = kinematics.bodies[b];
-    const Inertial& inertial = parameters.inertials[b];
-    if (inertial.mass <= 0) continue;
-    const Vector3d arm = body.g - point, orbital = inertial.mass * arm.cross(body.v - drift),
-                   own = spin(inertial, body);
-    angular += orbital + own;
+    const double mass = inertials[b].mass;
+    if (mass <= 0) continue;
+    const Numbers g = bodies[b].g, v = bodies[b].v, arm = g - point, own = spins[b],
+                  orbital = mass * cross(arm, v - drift);
+    angular = angular + (orbital + own);
     const double reach =  // the longest of three, squared
-        std::max({body.g.squaredNorm(), arm.squaredNorm(), inertial.centre.squaredNorm()});
+        std::max({g.squared_norm(), arm.squared_norm(), inertials[b].centre.squaredNorm()});
     const double turning = own.norm();
-    out.rounding += 1e-12 * (inertial.mass * std::sqrt(reach * body.v.squaredNorm()) + turning);
-    out.scale += orbital.norm() + turning;
+    rounding += 1e-12 * (mass * std::sqrt(reach * v.squared_norm()) + turning);
+    scale += orbital.norm() + turning;
   }
-  out.value = momentum.directions * angular;
-  return out;
+  return {.value = momentum.directions * Vector3d(angular), .scale = scale, .rounding = rounding};
 }
 
 }  // namespace borelli

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "dynamics/jacobian.hpp"
+#include "dynamics/momentum.hpp"
 
 namespace borelli {
 
@@ -103,7 +103,7 @@ void Recorder::record_contacts(const Workspace& w) {
   }
 }
 
-void Recorder::record(const State& state, const Workspace& w, const Work& work) {
+void Recorder::record(const State& state, Workspace& w, const Work& work) {
   if (row_ == room_) make_room(std::max<Eigen::Index>(2 * room_, 1));
   const auto row = std::size_t(row_);
   out_.times[row] = state.t;

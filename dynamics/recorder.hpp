@@ -14,7 +14,7 @@ class Recorder {
   Recorder(const System& system, std::size_t rows);
 
   /// A row: a state whose equations are solved in `w`.
-  void record(const State& state, const Workspace& w, const Work& work);
+  void record(const State& state, Workspace& w, const Work& work);
   /// An accepted step of h from time t, s.
   void record_step(double t, double h);
   /// What contacts did in an accepted step of h (s) by impulses, N s: three numbers each, along the normal
