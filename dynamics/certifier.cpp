@@ -34,16 +34,8 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
                      const Assembly& assembly)
     : system_(system),
       parameters_(parameters),
-      group_energies_(system.groups),
-      contact_errors_(system.groups),
-      group_masses_(Eigen::VectorXd::Zero(system.groups)),
-      largest_speeds_(system.groups, 1),
+      groups_(system.groups),
       residual_rows_(system.constraints.size()),
-      moved_most_(system.groups),
-      momenta_(conserved_momenta(system, parameters)),
-      start_momenta_(momenta_.size()),
-      last_momenta_(momenta_.size()),
-      momentum_rounding_(momenta_.size(), 0),
       singular_(system),
       step_watch_(system) {
   certificate_.energy_threshold = threshold;
@@ -53,14 +45,15 @@ Certifier::Certifier(const System& system, const Parameters& parameters, double 
   certificate_.redundant = assembly.redundant;
   note_assembly(assembly);
   for (std::size_t b = 0; b < system.bodies.size(); ++b)
-    group_masses_[system.bodies[b].group] += parameters.inertials[b].mass;
+    groups_[system.bodies[b].group].mass += parameters.inertials[b].mass;
   for (const std::string& name : system.constraint_names) {
     certificate_.residuals.emplace_back();
     certificate_.residuals.back().constraint = name;
   }
-  for (const ConservedMomentum& momentum : momenta_) {
+  for (ConservedMomentum& momentum : conserved_momenta(system, parameters)) {
     certificate_.conserved.emplace_back();
     certificate_.conserved.back().name = momentum.name;
+    momenta_.push_back({std::move(momentum)});
   }
 }
 
@@ -112,8 +105,9 @@ void Certifier::observe_energy(double t, const Workspace& workspace, const Work&
   const LagrangeTerms& terms = workspace.terms;
   energy_.observe(t, terms.kinetic, terms.potential, work.total());
   for (int g = 0; g < system_.groups; ++g) {
-    group_energies_[g].observe(t, terms.group_kinetic[g], terms.group_potential[g], work.groups[g].total());
-    group_energies_[g].projected.observe(t, work.groups[g].projection_size);
+    EnergyBalance& energy = groups_[g].energy;
+    energy.observe(t, terms.group_kinetic[g], terms.group_potential[g], work.groups[g].total());
+    energy.projected.observe(t, work.groups[g].projection_size);
   }
 }
 
@@ -125,7 +119,7 @@ std::string Certifier::group_words(int group) const {
 /// J: what rounding of forces that balance each other leaves to projections: some units in the last place of
 /// what falls as long as the steps would give.
 double Certifier::rounding_of_rest(int group) const {
-  return 16 * std::numeric_limits<double>::epsilon() * group_masses_[group] *
+  return 16 * std::numeric_limits<double>::epsilon() * groups_[group].mass *
          parameters_.gravity.squaredNorm() * step_squares_;
 }
 
@@ -134,7 +128,7 @@ void Certifier::judge_energy(const Work& work) {
   int worst = -1, moved = -1;
   double worst_excess = 1, moved_excess = 1;
   for (int g = 0; g < system_.groups; ++g) {
-    const EnergyBalance& energy = group_energies_[g];
+    const EnergyBalance& energy = groups_[g].energy;
     const double turnover = limit * energy.turnover(), allowed = std::max(turnover, energy.rounding);
     if (energy.drift.largest() > worst_excess * allowed) {
       worst = g;
@@ -147,7 +141,7 @@ void Certifier::judge_energy(const Work& work) {
     }
   }
   if (worst >= 0) {
-    const EnergyBalance& energy = group_energies_[worst];
+    const EnergyBalance& energy = groups_[worst].energy;
     const double turnover = energy.turnover(), drift = energy.drift.largest();
     const double since = energy.drift.since(std::max(limit * turnover, energy.rounding));
     distrust(since, fmt::format("the energy balance of {} is off by {:.3g} J at t = {:.6g} s, {:.2g} of the "
@@ -156,29 +150,31 @@ void Certifier::judge_energy(const Work& work) {
                                 limit, since));
   }
   if (moved >= 0) {
-    const double size = work.groups[moved].projection_size, turnover = group_energies_[moved].turnover();
-    const double since = group_energies_[moved].projected.since(limit * turnover);
-    const MovedMost& most = moved_most_[moved];
+    const double size = work.groups[moved].projection_size, turnover = groups_[moved].energy.turnover();
+    const double since = groups_[moved].energy.projected.since(limit * turnover);
+    const Group& group = groups_[moved];
     distrust(since,
              fmt::format("projections on the constraints of {} moved {:.3g} J in all, {:.2g} of the {:.3g} J "
                          "turned over (limit {:.2g}, passed at t = {:.6g} s){}",
                          group_words(moved), size, size / turnover, turnover, limit, since,
-                         most.row < 0 ? ""
-                                      : fmt::format("; most at t = {:.6g} s, where row '{}' was the farthest "
-                                                    "off",
-                                                    most.time, system_.row_names[most.row])));
+                         group.moved_row < 0
+                             ? ""
+                             : fmt::format("; most at t = {:.6g} s, where row '{}' was the farthest "
+                                           "off",
+                                           group.moved_time, system_.row_names[group.moved_row])));
   }
 }
 
 void Certifier::observe_momenta(double t, Workspace& workspace) {
   for (std::size_t i = 0; i < momenta_.size(); ++i) {
-    const MomentumValue now = momentum_value(momenta_[i], parameters_, workspace.kinematics);
-    if (!started_) start_momenta_[i] = now.value;
-    last_momenta_[i] = now.value;
+    Followed& followed = momenta_[i];
+    const MomentumValue now = momentum_value(followed.momentum, parameters_, workspace.kinematics);
+    if (!started_) followed.start = now.value;
+    followed.last = now.value;
     Conserved& conserved = certificate_.conserved[i];
     conserved.scale = std::max(conserved.scale, now.scale);
-    momentum_rounding_[i] = std::max(momentum_rounding_[i], now.rounding);
-    const double drift = (now.value - start_momenta_[i]).norm();
+    followed.rounding = std::max(followed.rounding, now.rounding);
+    const double drift = (now.value - followed.start).norm();
     if (drift <= conserved.drift) continue;
     conserved.drift = drift;
     conserved.time = t;
@@ -188,14 +184,14 @@ void Certifier::observe_momenta(double t, Workspace& workspace) {
 void Certifier::pass_event(Workspace& workspace, bool own) {
   singular_.pass_event();
   if (!own) return;
-  for (std::size_t i = 0; i < momenta_.size(); ++i)
-    start_momenta_[i] +=
-        momentum_value(momenta_[i], parameters_, workspace.kinematics).value - last_momenta_[i];
+  for (Followed& followed : momenta_)
+    followed.start +=
+        momentum_value(followed.momentum, parameters_, workspace.kinematics).value - followed.last;
 }
 
 void Certifier::observe_residuals(double t, const State& state, const Workspace& workspace) {
   for (int i = 0; i < system_.nv; ++i) {
-    double& speed = largest_speeds_[system_.velocity_groups[i]];
+    double& speed = groups_[system_.velocity_groups[i]].largest_speed;
     speed = std::max(speed, std::abs(state.v[i]));
   }
   if (!workspace.has_rows()) return;
@@ -228,9 +224,12 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
 }
 
 void Certifier::observe_projection(double t, const Projection& projection, const Workspace& workspace) {
-  for (int g = 0; g < system_.groups; ++g)
-    if (projection.velocity_change[g] > moved_most_[g].energy)
-      moved_most_[g] = {projection.velocity_change[g], t, projection.worst_row[g]};
+  for (int g = 0; g < system_.groups; ++g) {
+    if (projection.velocity_change[g] <= groups_[g].moved_most) continue;
+    groups_[g].moved_most = projection.velocity_change[g];
+    groups_[g].moved_time = t;
+    groups_[g].moved_row = projection.worst_row[g];
+  }
   if (const auto reason = singular_.observe_projection(t, projection, workspace)) distrust(t, *reason);
 }
 
@@ -264,7 +263,7 @@ void Certifier::judge_residuals() {
                fmt::format("constraint '{}' is violated by {:.3g} at t = {:.6g} s (limit {:.2g}){}{}",
                            residual.constraint, residual.position, residual.position_time, limit * scale,
                            ties(rows.position), rows.contradicted));
-    if (residual.velocity > limit * scale * largest_speeds_[system_.constraints[i].group])
+    if (residual.velocity > limit * scale * groups_[system_.constraints[i].group].largest_speed)
       distrust(
           residual.velocity_time,
           fmt::format("the rate of constraint '{}' is off by {:.3g} per second at t = {:.6g} s{}",
@@ -342,7 +341,7 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
   certificate_.impacts += step.impacts;
   certificate_.impact_loss += step.impact_loss;
   for (int g = 0; g < system_.groups; ++g) {
-    ContactError& error = contact_errors_[std::size_t(g)];
+    ContactError& error = groups_[g].contacts;
     error.now += step.group_shift[g] + std::max(0., step.group_work[g] - step.group_shift[g]);
     error.most.observe(t, std::abs(error.now));
   }
@@ -360,9 +359,9 @@ bool Certifier::too_long(double h, const ContactStep& step, const Eigen::VectorX
   const double fall =
       0.5 * parameters_.gravity.squaredNorm() * h * h;  // J/kg, of which a step's own turns over
   for (int g = 0; g < system_.groups; ++g) {
-    const EnergyBalance& balance = group_energies_[g];
+    const EnergyBalance& balance = groups_[g].energy;
     const double allowed =
-        std::max(limit * std::max(balance.turnover(), fall * group_masses_[g]), balance.rounding);
+        std::max(limit * std::max(balance.turnover(), fall * groups_[g].mass), balance.rounding);
     const double done = work.groups[g].total() + step.group_work[g] + step.group_projection[g];
     if (std::abs(balance.changed(energy[g], done)) > allowed || std::abs(step.group_shift[g]) > allowed ||
         step.group_work[g] - step.group_shift[g] > allowed || std::abs(step.group_projection[g]) > allowed)
@@ -405,8 +404,8 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
   judge_energy(work);
   const double limit = c.energy_threshold;
   for (int g = 0; g < system_.groups; ++g) {
-    const Climb& most = contact_errors_[std::size_t(g)].most;
-    const EnergyBalance& balance = group_energies_[std::size_t(g)];
+    const Climb& most = groups_[g].contacts.most;
+    const EnergyBalance& balance = groups_[g].energy;
     if (most.largest() > std::max(limit * balance.turnover(), balance.rounding))
       distrust(most.time(), fmt::format("impulses of contacts changed the energy of {} by {:.3g} J beside "
                                         "what their laws say, {:.2g} of the {:.3g} J "
@@ -416,7 +415,7 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
   }
   for (std::size_t i = 0; i < c.conserved.size(); ++i)
     if (const Conserved& conserved = c.conserved[i];
-        conserved.drift > std::max(limit * conserved.scale, momentum_rounding_[i]))
+        conserved.drift > std::max(limit * conserved.scale, momenta_[i].rounding))
       distrust(conserved.time,
                fmt::format("the {} is off by {:.3g} at t = {:.6g} s, {:.2g} of its size (limit {:.2g})",
                            conserved.name, conserved.drift, conserved.time, conserved.drift / conserved.scale,

@@ -110,9 +110,8 @@ class Certifier {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(certificate_, step_squares_, started_, energy_, group_energies_, residual_rows_, moved_most_,
-      largest_speeds_, last_time_, start_momenta_, last_momenta_, momentum_rounding_, singular_, step_watch_,
-      order_, contact_errors_);
+    k(certificate_, step_squares_, started_, energy_, groups_, residual_rows_, last_time_, momenta_,
+      singular_, step_watch_, order_);
   }
 
   /// The verdict, with the counts.
@@ -137,10 +136,22 @@ class Certifier {
   double step_squares_ = 0;  ///< s^2, their sum
   bool started_ = false;
   EnergyBalance energy_;
-  std::vector<EnergyBalance> group_energies_;  ///< of each independent group
-  std::vector<ContactError> contact_errors_;   ///< of each
-  Eigen::VectorXd group_masses_;               ///< kg
-  std::vector<double> largest_speeds_;         ///< of each group, m/s or rad/s, at least 1
+  /// Of each independent group.
+  struct Group {
+    EnergyBalance energy;
+    ContactError contacts;
+    double mass = 0;           ///< kg
+    double largest_speed = 1;  ///< m/s or rad/s, at least 1
+    /// The projection that changed its velocities most: by how much energy (J), when (s), and the row that
+    /// was the farthest off.
+    double moved_most = 0, moved_time = 0;
+    int moved_row = -1;
+    template <class Keeper>
+    void keep(Keeper& k) {
+      k(energy, contacts, largest_speed, moved_most, moved_time, moved_row);
+    }
+  };
+  std::vector<Group> groups_;
   double last_time_ = 0;
   /// Of each constraint: the rows of its worst residuals, and what else is to be said of the first that was
   /// too large: the rows that it contradicts.
@@ -154,19 +165,17 @@ class Certifier {
     }
   };
   std::vector<ResidualRows> residual_rows_;
-  /// Of each group: the projection that changed its velocities most, by their energy.
-  struct MovedMost {
-    double energy = 0, time = 0;  ///< J, s
-    int row = -1;                 ///< the farthest off
+  /// What is conserved: its value at the start and last, and how much of it may be rounding.
+  struct Followed {
+    ConservedMomentum momentum;
+    Eigen::Vector3d start = Eigen::Vector3d::Zero(), last = start;
+    double rounding = 0;
     template <class Keeper>
     void keep(Keeper& k) {
-      k(energy, time, row);
+      k(start, last, rounding);
     }
   };
-  std::vector<MovedMost> moved_most_;
-  std::vector<ConservedMomentum> momenta_;
-  std::vector<Eigen::Vector3d> start_momenta_, last_momenta_;
-  std::vector<double> momentum_rounding_;
+  std::vector<Followed> momenta_;
   SingularWatch singular_;
   StepWatch step_watch_;
   int order_ = 0;  ///< of a method whose steps are of one length; 0: they are not

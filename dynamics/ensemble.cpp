@@ -16,6 +16,7 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/settings_check.hpp"
 #include "dynamics/simulate.hpp"
+#include "dynamics/sink_watch.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
@@ -29,17 +30,29 @@ constexpr const char* methods[] = {"euler",  "rk2", "rk4",  "rk4_adaptive", "dop
 // The chart breaks down where a ball has turned by 2 pi from its centre.
 constexpr double largest_turn = 5;  // rad
 
+/// Of which groups the method controls the work (see MotionFlow); none: of none.
+std::vector<char> controlled_groups(const System& system, const Integrator& integrator) {
+  auto counted = groups_of_counted_work(system, system.parameters);
+  if (!integrator.adaptive() || std::count(counted.begin(), counted.end(), 1) == 0) counted.clear();
+  return counted;
+}
+
 /// Eight motions as one differential equation: y holds, number by number and lane by lane, chart coordinates,
 /// velocities and the work on each independent group.
 class BatchFlow : public Flow {
  public:
-  BatchFlow(const System& system, BatchWorkspace& workspace)
+  /// `controlled`: see controlled_groups; if of any, the workspace has room for mass matrices.
+  BatchFlow(const System& system, BatchWorkspace& workspace, std::vector<char> controlled)
       : system_(system),
         w_(workspace),
+        controlled_(std::move(controlled)),
+        unit_energy_(controlled_.size(), Lanes(0)),
+        largest_energy_(unit_energy_),
         state_(system),
         centre_(state_.q),
         x_(system.nv),
         rate_(system.nv),
+        held_(Eigen::VectorX<Lanes>::Zero(system.nv)),
         scale_(size()) {
     scale_.setConstant(std::numeric_limits<double>::infinity());
   }
@@ -73,10 +86,13 @@ class BatchFlow : public Flow {
     if (turned_too_far()) return false;
     from_chart(system_, centre_.data(), x_.data(), state_.q.data());
     state_.t = t;
-    if (!accelerate(system_, system_.parameters, state_, w_, nullptr, Wanted::accelerations)) {
+    if (!accelerate(system_, system_.parameters, state_, w_, holds_ ? held_.data() : nullptr,
+                    Wanted::accelerations)) {
       for (int lane = 0; lane < count; ++lane) failed_[lane] = bool(w_.faults[lane]);
       return false;
     }
+    if (holds_)
+      for (int i = 0; i < n; ++i) w_.group_power[system_.velocity_groups[i]] += held_[i] * state_.v[i];
     fill(dy);
     return solved_ = true;
   }
@@ -90,8 +106,44 @@ class BatchFlow : public Flow {
     from_chart(system_, centre_.data(), x_.data(), state.q.data());
   }
 
-  /// The equations are no longer those that were solved: other inertial elements.
-  void forget() { solved_ = false; }
+  /// Other motions begin, with the inertial elements of the workspace, and none of the efforts that lanes
+  /// held.
+  void begin(const BatchState& state) {
+    solved_ = holds_ = false;
+    held_.setZero();
+    if (controlled_.empty()) return;
+    find_mass_matrix(system_, system_.parameters, state, w_);
+    std::fill(largest_energy_.begin(), largest_energy_.end(), Lanes(0));
+    unit_energy_ = largest_energy_;
+    for (int i = 0; i < system_.nv; ++i)
+      unit_energy_[system_.velocity_groups[i]] +=
+          w_.terms.A(i, i) * (0.5 * system_.velocity_scale[i] * system_.velocity_scale[i]);
+    scale_.tail(count * system_.groups).setConstant(std::numeric_limits<double>::infinity());
+  }
+
+  /// As MotionFlow's, after find_energies.
+  void set_work_scale() {
+    for (std::size_t g = 0; g < controlled_.size(); ++g) {
+      if (!controlled_[g]) continue;
+      const Lanes kinetic = w_.terms.group_kinetic[Eigen::Index(g)];
+      largest_energy_[g] = choose(largest_energy_[g] < kinetic, kinetic, largest_energy_[g]);
+      const Lanes energy = unit_energy_[g] + largest_energy_[g];
+      for (int lane = 0; lane < count; ++lane)
+        if (energy[lane] > 0) scale_[count * (2 * system_.nv + Eigen::Index(g)) + lane] = energy[lane];
+    }
+  }
+
+  /// From here on a lane holds such efforts (nv, or empty for none).
+  void hold(int lane, const Eigen::VectorXd& efforts) {
+    for (Eigen::Index i = 0; i < efforts.size(); ++i) held_[i].set(lane, efforts[i]);
+    holds_ = holds_ || efforts.size() > 0;
+  }
+  /// A lane goes on as another one.
+  void copy_lane(int lane, int other) {
+    for (Lanes& effort : held_) effort.set(lane, effort[other]);
+    for (auto* energies : {&unit_energy_, &largest_energy_})
+      for (Lanes& energy : *energies) energy.set(lane, energy[other]);
+  }
 
   /// Of which lanes the last derivative could not be had.
   const std::array<bool, count>& failed() const { return failed_; }
@@ -144,8 +196,12 @@ class BatchFlow : public Flow {
 
   const System& system_;
   BatchWorkspace& w_;
+  const std::vector<char> controlled_;
+  std::vector<Lanes> unit_energy_, largest_energy_;  ///< per group, where any is controlled
   BatchState state_;
   Eigen::VectorX<Lanes> centre_, x_, rate_;
+  Eigen::VectorX<Lanes> held_;  ///< efforts, where holds_
+  bool holds_ = false;
   Eigen::VectorXd scale_;
   std::array<bool, count> failed_{};
   bool solved_ = false;  ///< the workspace has the equations at state_
@@ -235,8 +291,8 @@ class BatchRun {
         settings_(settings),
         integrator_(std::move(integrator)),
         change_(change),
-        w_(system),
-        flow_(system, w_),
+        w_(system, !controlled_groups(system, *integrator_).empty()),
+        flow_(system, w_, controlled_groups(system, *integrator_)),
         springs_(system),
         state_(system),
         y_(Eigen::VectorXd::Zero(flow_.size())),
@@ -267,7 +323,7 @@ class BatchRun {
       const Attempt attempt = integrator_->attempt(flow_, state_.t, h, y_, dy_, out_);
       if (!attempt.evaluated || !attempt.accepted) {
         step = attempt.next_step;
-        if (adaptive && step > resolution) continue;
+        if (adaptive && step > resolution && !sinks(step, false)) continue;
         leave(attempt);
         step = settings_.step;
         continue;
@@ -280,6 +336,11 @@ class BatchRun {
       state_.t = last ? end : state_.t + h;
       for (std::size_t i = 0; i < endings.size(); ++i) ++endings[i].steps;
       longest_made_ = std::max(longest_made_, h);
+      leave_beyond_bounds(out_);
+      if (adaptive && sinks(step, true)) {
+        leave(attempt);
+        step = settings_.step;
+      }
     }
     for (std::size_t i = 0; i < endings.size(); ++i)
       if (active_[i]) judge(int(i));
@@ -300,7 +361,9 @@ class BatchRun {
       for (std::size_t b = 0; b < inertials.size(); ++b) w_.set_inertial(lane, int(b), inertials[b]);
     }
     y_.setZero();
-    flow_.forget();
+    flow_.begin(state_);
+    sink_ = {};
+    for (int lane = 0; lane < count; ++lane) flow_.hold(lane, members[active_[lane] ? lane : 0].efforts);
     balances_.assign(std::size_t(system_.groups), {});
     springs_.forget();
     integrator_->reset();
@@ -321,12 +384,28 @@ class BatchRun {
       if (!left_) break;
     }
     find_energies(system_, system_.parameters, state_, w_);
+    flow_.set_work_scale();
     for (int g = 0; g < system_.groups; ++g)
       for (int lane = 0; lane < count; ++lane)
         balances_[g][lane].observe(state_.t, w_.terms.group_kinetic[g][lane],
                                    w_.terms.group_potential[g][lane],
                                    y_[count * (2 * system_.nv + g) + lane]);
     return true;
+  }
+
+  /// Whether steps come to nothing.
+  bool sinks(double step, bool accepted) {
+    return sink_.after(state_.t, step, accepted, settings_.end_time, most_steps) != SinkWatch::Verdict::fine;
+  }
+
+  /// Takes out the lanes that have a number by which simulate() calls a run diverged.
+  void leave_beyond_bounds(const Eigen::VectorXd& y) {
+    for (int lane = 0; lane < count; ++lane) {
+      bool beyond = false;
+      for (Eigen::Index i = lane; i < count * 2 * system_.nv; i += count)
+        beyond = beyond || !(std::abs(y[i]) < largest_number);
+      if (beyond && active_[lane]) replace(lane);
+    }
   }
 
   /// Takes out the lanes for which the steps come to nothing.
@@ -336,6 +415,7 @@ class BatchRun {
       if (!attempt.evaluated && flow_.failed()[lane]) replace(lane);
     if (!left_ && attempt.worst >= 0) replace(attempt.worst % count);
     if (!left_) active_.fill(false);
+    sink_ = {};
     for (std::size_t i = 0; i < endings_.size(); ++i) endings_[i].alone = !active_[i];
     integrator_->reset();
   }
@@ -357,6 +437,7 @@ class BatchRun {
       inertial.settle();
     }
     for (Eigen::Index i = 0; i < y_.size(); i += count) y_[i + lane] = y_[i + other];
+    flow_.copy_lane(lane, int(other));
     springs_.forget();
     integrator_->reset();
   }
@@ -396,11 +477,49 @@ class BatchRun {
   Eigen::VectorXd y_, dy_, out_;
   std::span<Ending> endings_;
   std::array<bool, count> active_{};
+  SinkWatch sink_;
   bool left_ = false;
   double longest_ = std::numeric_limits<double>::infinity();  ///< s, a step that follows the scene in time
   double longest_made_ = 0;
   std::vector<std::array<EnergyBalance, count>> balances_;  ///< per group
 };
+
+/// What a member holds along a coordinate, as an effort of the scene.
+struct Held {
+  Eigen::Vector3d effort;
+  bool ball;
+
+  template <class T>
+  void apply(EffortScan<T>& scan) const {
+    if (ball) {
+      const Eigen::Vector3<T> torque = effort.cast<T>();
+      scan.turning(0, torque);
+      scan.power(torque.dot(scan.turn_rate(0)));
+    } else {
+      scan.coordinate(0, T(effort[0]));
+      scan.power(effort[0] * scan.rate(0));
+    }
+  }
+};
+
+/// The system in which these efforts are held.
+System holding(const System& system, const Eigen::VectorXd& efforts) {
+  System out = system;
+  for (const CoordinateInfo& info : system.coordinates) {
+    const auto own = efforts.segment(info.v_index, info.v_size);
+    if (own.isZero(0)) continue;
+    Eigen::Vector3d effort = Eigen::Vector3d::Zero();
+    effort.head(info.v_size) = own;
+    out.efforts.push_back({.first_site = int(out.sites.size()),
+                           .first_coordinate = int(out.coordinate_sites.size()),
+                           .coordinate_count = 1,
+                           .group = system.velocity_groups[info.v_index]});
+    out.coordinate_sites.push_back({.q = info.q_index, .u = info.v_index});
+    out.parameters.efforts.push_back(
+        {"held on " + info.name, OwnEffort({}, {{info.name}}, Held{effort, info.q_size == 4})});
+  }
+  return out;
+}
 
 Ending run_alone(const System& system, const Member& member, const SimulationSettings& settings) {
   SimulationSettings own = settings;
@@ -408,9 +527,9 @@ Ending run_alone(const System& system, const Member& member, const SimulationSet
   Ending ending;
   ending.alone = true;
   const auto motion = [&] {
-    if (member.inertials.empty()) return simulate(system, member.start, own);
-    System varied = system;
-    varied.parameters.inertials = member.inertials;
+    if (member.inertials.empty() && member.efforts.size() == 0) return simulate(system, member.start, own);
+    System varied = member.efforts.size() > 0 ? holding(system, member.efforts) : system;
+    if (!member.inertials.empty()) varied.parameters.inertials = member.inertials;
     return simulate(varied, member.start, own);
   }();
   if (!motion) {
@@ -447,6 +566,10 @@ Result<void> check(const System& system, const std::vector<Member>& members,
     if (!member.inertials.empty() && member.inertials.size() != system.bodies.size())
       return bad_use(name, fmt::format("has the inertial elements of {} bodies; the system has {}",
                                        member.inertials.size(), system.bodies.size()));
+    if (member.efforts.size() != 0 && member.efforts.size() != system.nv)
+      return bad_use(name, fmt::format("has efforts along {} velocities; the system has {}",
+                                       member.efforts.size(), system.nv));
+    if (!member.efforts.allFinite()) return bad_use(name, "has an effort that is not a finite number");
   }
   return members.empty() ? Result<void>() : check_settings(settings, members[0].start.t);
 }

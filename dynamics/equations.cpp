@@ -11,7 +11,6 @@ Workspace::Workspace(const System& system, Equations equations)
       efforts(system),
       terms(system),
       articulation(system),
-      recursion(system),
       factor(Rows::Zero(system.nv, system.nv)),
       rows(system),
       solver(system),
@@ -22,7 +21,9 @@ Workspace::Workspace(const System& system, Equations equations)
       group_power(Eigen::VectorXd::Zero(system.groups)),
       wanted(multipliers),
       correction(a),
-      friction(system) {}
+      friction(system) {
+  if (equations == Equations::recursive && system.rows > 0) recursion.emplace(system);
+}
 
 Error describe(const System& system, const Fault& fault, double t) {
   switch (fault.kind) {
@@ -54,15 +55,16 @@ void update_motion(const System& system, const Parameters& parameters, double t,
                    const double* v, Workspace& w) {
   update_kinematics(system, parameters, t, q, v, w.kinematics);
   if (!system.efforts.empty()) scan_efforts(system, parameters, w.kinematics, w.efforts);
-  if (w.kinematics.equations == Equations::recursive)
-    find_own_forces(system, parameters, parameters.inertials, w.kinematics, w.efforts, w.recursion, w.terms);
+  if (w.kinematics.equations != Equations::recursive) return;
+  if (!w.recursion) w.recursion.emplace(system);
+  find_own_forces(system, parameters, parameters.inertials, w.kinematics, w.efforts, *w.recursion, w.terms);
 }
 
 /// A, B, Q and the factor of A, after update_motion.
 Fault find_terms(const System& system, const Parameters& parameters, Workspace& w) {
   if (w.kinematics.equations == Equations::recursive) {
-    find_efforts(system, parameters, w.kinematics, w.efforts, w.recursion, w.terms);
-    find_mass_matrix(system, parameters, parameters.inertials, w.kinematics, w.recursion, w.terms);
+    find_efforts(system, parameters, w.kinematics, w.efforts, *w.recursion, w.terms);
+    find_mass_matrix(system, parameters, parameters.inertials, w.kinematics, *w.recursion, w.terms);
   } else {
     scan_solids(system, parameters, parameters.inertials, w.kinematics, w.efforts, w.terms);
   }

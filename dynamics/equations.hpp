@@ -1,6 +1,8 @@
 // The equations of motion at one state, solved: A(q) a + B(q, v) = Q(q, v, t) + L^T lambda, L a + E = 0.
-// Nothing here allocates: all scratch is in the Workspace.
+// All scratch is in the Workspace: nothing allocates, but once for A, B and Q of a scene without rows.
 #pragma once
+
+#include <optional>
 
 #include "dynamics/articulated.hpp"
 #include "dynamics/constraint_solver.hpp"
@@ -46,8 +48,8 @@ struct Workspace {
   EffortSums efforts;
   LagrangeTerms terms;
   Articulation articulation;
-  Recursion recursion;
-  Rows factor;  ///< of the mass matrix
+  std::optional<Recursion> recursion;  ///< of A, B, Q; without rows once they are asked for
+  Rows factor;                         ///< of the mass matrix
   ConstraintRows rows;
   ConstraintSolver solver;
 

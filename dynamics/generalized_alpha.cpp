@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* no_convergence =
     "the equations of an implicit step did not converge; take smaller steps";
-constexpr const char* no_motion = "the method is for motions: positions and velocities";
+constexpr const char* no_motion = "nothing is free to move, and the method is for what is; name another";
 
 /// Whether the row is one across a contact: it holds the velocity of a slip, and no position.
 bool is_slip(const System& system, int row) {

@@ -65,10 +65,9 @@ MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings,
     handling_.alpha = settings.baumgarte_alpha;
     handling_.beta = settings.baumgarte_beta;
   }
-  if (method_is_adaptive(settings.method))
-    counted_groups_ = groups_of_counted_work(system, system.parameters);
-  if (std::find(counted_groups_.begin(), counted_groups_.end(), 1) == counted_groups_.end())
-    counted_groups_.clear();
+  auto counted = groups_of_counted_work(system, system.parameters);
+  if (std::find(counted.begin(), counted.end(), 1) != counted.end() && method_is_adaptive(settings.method))
+    counted_groups_ = std::move(counted);
   within_step_ = handling_;
   within_step_.decide_rank = false;
 }

@@ -382,22 +382,27 @@ void find_mass_matrix(const System& system, const Parameters& parameters, const 
                       LagrangeTermsOf<T>& terms) {
   if constexpr (std::is_same_v<T, double>)
     find_mass_matrix_of_numbers(system, parameters, inertials, kinematics, recursion, terms);
+  else if constexpr (is_lanes<T>)
+    in_registers([]<int>(auto&... each) { find_mass_matrix_of(each...); }, system, parameters, inertials,
+                 kinematics, recursion, terms);
   else
     find_mass_matrix_of(system, parameters, inertials, kinematics, recursion, terms);
 }
 
+#define BORELLI_MASS_MATRIX_OVER(T)                                                       \
+  template struct RecursionOf<T>;                                                         \
+  template void find_mass_matrix(const System&, const Parameters&, const InertialsOf<T>&, \
+                                 const KinematicsOf<T>&, RecursionOf<T>&, LagrangeTermsOf<T>&);
 #define BORELLI_RECURSIVE_OVER(T)                                                                \
-  template struct RecursionOf<T>;                                                                \
+  BORELLI_MASS_MATRIX_OVER(T)                                                                    \
   template void find_own_forces(const System&, const Parameters&, const InertialsOf<T>&,         \
                                 const KinematicsOf<T>&, const EffortSumsOf<T>&, RecursionOf<T>&, \
                                 LagrangeTermsOf<T>&);                                            \
   template void find_efforts(const System&, const Parameters&, const KinematicsOf<T>&,           \
-                             const EffortSumsOf<T>&, RecursionOf<T>&, LagrangeTermsOf<T>&);      \
-  template void find_mass_matrix(const System&, const Parameters&, const InertialsOf<T>&,        \
-                                 const KinematicsOf<T>&, RecursionOf<T>&, LagrangeTermsOf<T>&);
+                             const EffortSumsOf<T>&, RecursionOf<T>&, LagrangeTermsOf<T>&);
 BORELLI_RECURSIVE_OVER(double)
 BORELLI_RECURSIVE_OVER(DualNumber)
-BORELLI_RECURSIVE_OVER(Lanes)
+BORELLI_MASS_MATRIX_OVER(Lanes)
 template struct RecursionOf<Quad>;
 
 }  // namespace borelli

@@ -5,6 +5,10 @@
 
 namespace borelli {
 
+/// Beyond this no scene of solids means anything: a run whose coordinates or velocities come there has
+/// diverged.
+inline constexpr double largest_number = 1e12;
+
 // Beyond these a run is a slip of the pen: a billion steps of the smallest scene take an hour, ten million
 // rows of it some gigabytes.
 inline constexpr double most_steps = 1e9, most_rows = 1e7;

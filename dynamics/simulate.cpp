@@ -29,9 +29,6 @@ namespace borelli {
 
 namespace {
 
-// beyond these no scene of solids means anything: the run has diverged
-constexpr double largest_number = 1e12;
-
 // a whole number of steps between outputs may be off by rounding
 constexpr double slack = 1 + 1e-9;
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "dynamics/effort.hpp"
 #include "dynamics/rotation_vector.hpp"
 #include "dynamics/scan.hpp"
 
@@ -105,11 +104,11 @@ void SpringEvents::follow(const Kinematics& kinematics) {
   look(kinematics);
   for (std::size_t b = 0; b < bounds_.size(); ++b) {
     Bound& bound = bounds_[b];
-    auto& held = std::get<LimitSpring>(parameters_.efforts[bound.effort].kind).held[bound.component];
+    std::array<bool, 2>& acts = held(bound);
     for (int side = 0; side < 2; ++side) {
       const EventValue left = bound_value(int(4 * b) + side);
       // (of a bound just met its rate tells for sure where it goes)
-      held[side] = std::abs(left.value) > rounding ? left.value < 0 : left.rate < 0;
+      acts[side] = std::abs(left.value) > rounding ? left.value < 0 : left.rate < 0;
       const double pushes = bound_value(int(4 * b) + 2 + side).value;
       if (std::abs(pushes) > 1e-6) bound.slack[side] = pushes < 0;  // (else as the event has left it)
     }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "dynamics/effort.hpp"
 #include "dynamics/event.hpp"
 #include "dynamics/pose.hpp"
 
@@ -38,7 +39,7 @@ class SpringEvents : public EventSource {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    for (Bound& bound : bounds_) k(bound.slack);
+    for (Bound& bound : bounds_) k(bound.slack, held(bound));
     for (Turn& turn : turns_) k(turn.from, turn.speed);
   }
 
@@ -54,6 +55,10 @@ class SpringEvents : public EventSource {
     Quaternion from = identity_quaternion();  ///< of two that are one turn, the next ones are near this one
     double speed = 0;                         ///< then, rad/s
   };
+  /// How the run's spring acts there.
+  std::array<bool, 2>& held(const Bound& bound) {
+    return std::get<LimitSpring>(parameters_.efforts[bound.effort].kind).held[bound.component];
+  }
   /// Fills `at_`.
   void look(const Kinematics& kinematics);
   int first_turn() const { return int(4 * bounds_.size()); }

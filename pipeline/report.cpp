@@ -19,6 +19,7 @@
 #include "pipeline/thumbnail.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/tissues.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 
@@ -287,7 +288,7 @@ Result<ScanViews> scan_views(const ReportInputs& inputs) {
   // packed beside what follows
   std::vector<std::future<Result<std::string>>> blocks;
   const auto add_block = [&](const char* name, std::string_view bytes) {
-    blocks.push_back(std::async(std::launch::async, block, name, bytes));
+    blocks.push_back(std::async(aside(0), block, name, bytes));
   };
   if (inputs.grey || inputs.labels) {
     copy = thumbnail(inputs.grey, inputs.labels);
@@ -315,7 +316,7 @@ Result<ScanViews> scan_views(const ReportInputs& inputs) {
 
 Result<std::string> report_page(const ReportInputs& inputs) {
   std::future<Result<std::string>> body;  // packed beside what follows
-  if (!inputs.glb.empty()) body = std::async(std::launch::async, block, "body", inputs.glb);
+  if (!inputs.glb.empty()) body = std::async(aside(0), block, "body", inputs.glb);
   ScanViews made;
   if (!inputs.views) {
     auto views = scan_views(inputs);

@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "pipeline/whole_file.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -200,8 +201,7 @@ class StagesAtWork {
         before_(before),
         stages_(stages),
         observer_(observer),
-        most_threads_(threads > 0 ? static_cast<unsigned>(threads)
-                                  : std::max(1u, std::thread::hardware_concurrency())),
+        most_threads_(static_cast<unsigned>(threads > 0 ? threads : all_threads)),
         turns_(stages.size()) {}
 
   Result<json> run() {

@@ -62,6 +62,18 @@ std::string packing_name(const std::string& uid) {
   return it == names.end() ? uid : std::string(it->second);
 }
 
+constexpr const char* bad_scaling =
+    "is a damaged DICOM file: its rescaling is not a number, or has a slope of zero";
+
+// What is no number becomes NaN, which scaling_fits() refuses.
+void take_scaling(const DicomItem& item, DicomSlice& slice) {
+  slice.slope = number_in(item.text(0x00281053)).value_or(slice.slope);
+  slice.intercept = number_in(item.text(0x00281052)).value_or(slice.intercept);
+}
+bool scaling_fits(const DicomSlice& slice) {
+  return std::isfinite(slice.slope) && slice.slope != 0 && std::isfinite(slice.intercept);
+}
+
 DicomSlice take(const std::string& path, const DicomElements& elements) {
   DicomSlice slice;
   slice.path = path;
@@ -71,9 +83,7 @@ DicomSlice take(const std::string& path, const DicomElements& elements) {
   slice.rescale_type = elements.text(0x00281054);
   slice.rows = elements.number(0x00280010).value_or(0),
   slice.columns = elements.number(0x00280011).value_or(0);
-  if (const auto slope = elements.decimals(0x00281053); !slope.empty()) slice.slope = slope[0];
-  if (const auto intercept = elements.decimals(0x00281052); !intercept.empty())
-    slice.intercept = intercept[0];
+  take_scaling(elements, slice);
   slice.acquisition = elements.text(0x00200012), slice.temporal_position = elements.text(0x00200100);
   slice.echo = elements.text(0x00180086), slice.image_type = elements.text(0x00080008);
   take_geometry(elements, slice);
@@ -125,8 +135,7 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
       if (const DicomItem* m = macro(group)) geometry.values[tag] = m->text(tag);
     take_geometry(geometry, s);
     if (const DicomItem* m = macro(0x00289145)) {
-      if (const auto slope = m->decimals(0x00281053); !slope.empty()) s.slope = slope[0];
-      if (const auto intercept = m->decimals(0x00281052); !intercept.empty()) s.intercept = intercept[0];
+      take_scaling(*m, s);
       s.rescale_type = m->text(0x00281054);
     }
     if (const DicomItem* m = macro(0x00209111)) {
@@ -141,8 +150,7 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
     }
     for (const std::uint32_t tag : {0x00189329U, 0x00189226U})
       if (const DicomItem* m = macro(tag)) s.image_type = m->text(0x00080007);
-    if (!std::isfinite(s.slope) || !std::isfinite(s.intercept))
-      return failure(whole.path, "is a damaged DICOM file: its rescaling is not a number");
+    if (!scaling_fits(s)) return failure(whole.path, bad_scaling);
     if (const auto parted = part_pixels(whole, per_frame.size(), n, s.pixels); !parted)
       return tl::unexpected(parted.error());
     slices.push_back(std::move(s));
@@ -244,8 +252,7 @@ Result<DicomSlice> checked(const std::string& path, const DicomElements& element
   DicomSlice slice = take(path, elements);
   if (slice.rows == 0 || slice.columns == 0)
     return failure(path, "is a damaged DICOM file: it has pixels, but no rows and columns");
-  if (!std::isfinite(slice.slope) || !std::isfinite(slice.intercept))
-    return failure(path, "is a damaged DICOM file: its rescaling is not a number");
+  if (!scaling_fits(slice)) return failure(path, bad_scaling);
   return slice;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <limits>
 
 #include "segmentation/byte_stream.hpp"
 
@@ -73,6 +74,17 @@ std::vector<double> numbers_in(std::string_view text) {
     numbers.push_back(value);
     if (!text.empty() && !separates(text.front())) return numbers;
   }
+}
+
+std::optional<double> number_in(std::string_view text) {
+  text = trimmed(text);
+  if (text.empty()) return std::nullopt;
+  if (text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [rest, trouble] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (trouble != std::errc() || rest != text.data() + text.size())
+    return std::numeric_limits<double>::quiet_NaN();
+  return value;
 }
 
 std::string exact(double value) {

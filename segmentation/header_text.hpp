@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,9 @@ std::string lower_case(std::string_view text);
 /// All numbers in `text`, which may be separated by blanks, commas and brackets; fewer where something else
 /// stands there.
 std::vector<double> numbers_in(std::string_view text);
+
+/// The number that `text` is; NaN if it is anything else, nothing if it is empty.
+std::optional<double> number_in(std::string_view text);
 
 /// The shortest decimal that reads back as the same double.
 std::string exact(double value);

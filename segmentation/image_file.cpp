@@ -101,7 +101,8 @@ Result<std::string> named_data_file(const std::string& path, std::string_view fi
 Result<std::uint64_t> voxels_at_end(const ImageHeader& header) {
   const auto source = ByteSource::open(header.data_file, ByteSource::Packing::plain);
   if (!source) return tl::unexpected(source.error());
-  const std::uint64_t need = header.grid.count() * scalar_bytes(header.scalar);
+  const std::uint64_t need =
+      header.grid.count() * static_cast<std::uint64_t>(header.layers) * scalar_bytes(header.scalar);
   if (source->file_size() < need)
     return failure(header.data_file, fmt::format("is cut off: its header promises {} bytes, it has {}", need,
                                                  source->file_size()));

@@ -161,10 +161,8 @@ Result<ImageHeader> read_metaimage_header(const std::string& path) {
     return failure(path, "has voxels of type '" + std::string(type) + "', which is not known here");
   header.scalar = *scalar;
   header.big_endian = meta->is_true({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"});
-  const auto slope = numbers_in(meta->tag("ElementToIntensityFunctionSlope"));
-  const auto intercept = numbers_in(meta->tag("ElementToIntensityFunctionOffset"));
-  if (!slope.empty()) header.slope = slope[0];
-  if (!intercept.empty()) header.intercept = intercept[0];
+  header.slope = number_in(meta->tag("ElementToIntensityFunctionSlope")).value_or(header.slope);
+  header.intercept = number_in(meta->tag("ElementToIntensityFunctionOffset")).value_or(header.intercept);
 
   if (const auto placed = place(path, *meta, header.grid); !placed) return tl::unexpected(placed.error());
   if (const auto found = locate_voxels(path, *meta, header); !found) return tl::unexpected(found.error());

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <map>
+#include <numeric>
 #include <optional>
 
 #include "segmentation/header_text.hpp"
@@ -13,6 +15,9 @@
 
 namespace borelli {
 namespace {
+
+// more than any file has, and few enough for their bytes to be counted
+constexpr double most_voxels = 1e17;
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -135,6 +140,8 @@ Result<std::vector<std::size_t>> volume_axes(const std::string& path, const std:
   for (const double size : sizes)
     if (!(size >= 1 && size <= 100000) || size != std::floor(size))
       return failure(path, fmt::format("has a damaged header: an axis of {} voxels", size));
+  const double all = std::accumulate(sizes.begin(), sizes.end(), 1.0, std::multiplies<>());
+  if (all > most_voxels) return failure(path, fmt::format("has a damaged header: {:.3g} voxels", all));
   std::vector<std::size_t> axes;
   for (std::size_t a = 0; a < sizes.size(); ++a)
     if (layers ? a != *layers : sizes.size() == 3 || sizes[a] > 1) axes.push_back(a);

@@ -29,6 +29,9 @@ bool is_dicom_slice(const std::string& path) {
   return elements && *elements;
 }
 
+// mm: no unit makes that of a voxel of a body
+constexpr double largest_voxel = 1e5;
+
 // A body is millimetres to metres large; a header in a wrong unit shows here.
 void check_spacing(const Grid& grid, std::vector<std::string>& warnings) {
   const Eigen::Vector3d spacing = grid.spacing();
@@ -93,8 +96,11 @@ Result<ImageHeader> read_image_header(const std::string& path) {
   if (!header->grid.axes.allFinite() || !header->grid.origin.allFinite() ||
       !(header->grid.voxel_volume() > 1e-3 * box))
     return failure(path, "has a damaged header: its axes do not span a voxel");
-  if (!std::isfinite(header->slope) || !std::isfinite(header->intercept))
-    return failure(path, "has a damaged header: its scaling is not a number");
+  if (!std::isfinite(header->slope) || header->slope == 0 || !std::isfinite(header->intercept))
+    return failure(path, "has a damaged header: its scaling is not a number, or has a slope of zero");
+  if (const double largest = header->grid.spacing().maxCoeff(); !(largest <= largest_voxel))
+    return failure(
+        path, fmt::format("has voxels of {:.3g} mm: no body is that large; is the unit right?", largest));
   return header;
 }
 

@@ -13,11 +13,15 @@
 
 namespace borelli {
 
-/// Runs work(first, last) on disjoint ranges that make up [0, count), one range per thread. `threads` 0: as
-/// many as the machine has. What `work` throws first is thrown once all ranges have come to an end.
+/// How many threads 0 stands for: as many as the machine has, unless the program was told another number
+/// before anything worked.
+inline int all_threads = int(std::max(1U, std::thread::hardware_concurrency()));
+
+/// Runs work(first, last) on disjoint ranges that make up [0, count), one range per thread. `threads` 0:
+/// all_threads. What `work` throws first is thrown once all ranges have come to an end.
 template <class Work>
 void in_slabs(std::int64_t count, int threads, const Work& work) {
-  const std::int64_t wanted = threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
+  const std::int64_t wanted = threads > 0 ? threads : all_threads;
   const std::int64_t n = std::clamp<std::int64_t>(wanted, 1, std::max<std::int64_t>(count, 1));
   std::exception_ptr thrown;
   std::mutex mutex;
@@ -48,7 +52,7 @@ template <class Work>
 void in_turns(std::int64_t count, int threads, const Work& work) {
   const std::int64_t ranges = std::clamp<std::int64_t>(count, 1, 64);
   std::atomic<std::int64_t> next = 0;
-  const std::int64_t wanted = threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
+  const std::int64_t wanted = threads > 0 ? threads : all_threads;
   in_slabs(std::min(wanted, ranges), threads, [&](std::int64_t, std::int64_t) {
     for (std::int64_t n = next++; n < ranges; n = next++) work(count * n / ranges, count * (n + 1) / ranges);
   });
@@ -57,7 +61,8 @@ void in_turns(std::int64_t count, int threads, const Work& work) {
 /// How std::async is to do what may go on aside, where work is shared among as many `threads`: in a thread of
 /// its own if there is more than one and another can be had, else when it is waited for.
 inline std::launch aside(int threads) {
-  return threads == 1 ? std::launch::deferred : std::launch::async | std::launch::deferred;
+  return (threads > 0 ? threads : all_threads) == 1 ? std::launch::deferred
+                                                    : std::launch::async | std::launch::deferred;
 }
 
 }  // namespace borelli

@@ -15,6 +15,7 @@
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/held_memory.hpp"
+#include "threads/slabs.hpp"
 
 namespace {
 
@@ -71,6 +72,7 @@ int run(int argc, char** argv) {
     return 2;
   }
 
+  if (command.threads > 0) borelli::all_threads = command.threads;
   const auto answer = command.work(command);
   if (!answer) {
     fmt::print(stderr, "borelli: {}\n", answer.error().message());

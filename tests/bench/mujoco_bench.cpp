@@ -1,11 +1,13 @@
 // Nanoseconds from positions and velocities to accelerations, from these and accelerations to efforts, and to
 // the mass matrix: the recursive equations and MuJoCo's on the same files in one run, MuJoCo with the least
-// of its functions that give the same; and of eight states in a batch, which stand beside eight times
-// MuJoCo's one. In the end the ratios of the medians; so run with
+// of its functions that give the same; and of eight states in a batch, by registers of eight numbers as by
+// those of lesser processors, which stand beside eight times MuJoCo's one. In the end the ratios of the
+// medians; so run with
 // --benchmark_repetitions and --benchmark_enable_random_interleaving=true.
 #include <filesystem>
 
 #include "dynamics/inverse_dynamics.hpp"
+#include "dynamics/processor.hpp"
 #include "tests/bench/mujoco_pair.hpp"
 #include "tests/bench/peer_ratios.hpp"
 #include "tests/paths.hpp"
@@ -45,8 +47,9 @@ void mujoco_accelerations(Pair& p) {
   benchmark::DoNotOptimize(p.data->qacc_smooth);
 }
 
-void mujoco_accelerations_of_eight(Pair& p) {
-  for (int lane = 0; lane < Lanes::count; ++lane) mujoco_accelerations(p);
+template <Evaluate mujoco>
+void eight_times(Pair& p) {
+  for (int lane = 0; lane < Lanes::count; ++lane) mujoco(p);
 }
 
 void efforts(Pair& p) {
@@ -55,6 +58,11 @@ void efforts(Pair& p) {
   inverse_dynamics<double>(p.system, parameters, parameters.inertials, 0, p.q.data(), p.v.data(), p.a.data(),
                            w.kinematics, w.efforts, w.articulation, p.needed.data());
   benchmark::DoNotOptimize(p.needed.data());
+}
+void efforts_of_eight(Pair& p) {
+  inverse_dynamics(p.system, p.system.parameters, *p.eight, p.accelerations_of_eight, *p.batch,
+                   p.efforts_of_eight);
+  benchmark::DoNotOptimize(p.efforts_of_eight.data());
 }
 void mujoco_efforts(Pair& p) {
   place(p);
@@ -68,13 +76,26 @@ void mass_matrix(Pair& p) {
   const Parameters& parameters = p.system.parameters;
   update_kinematics<double>(p.system, parameters, parameters.inertials, 0, p.q.data(), nullptr, nullptr,
                             w.kinematics);
-  find_mass_matrix(p.system, parameters, parameters.inertials, w.kinematics, w.recursion, w.terms);
+  find_mass_matrix(p.system, parameters, parameters.inertials, w.kinematics, *w.recursion, w.terms);
   benchmark::DoNotOptimize(w.terms.A.data());
+}
+void mass_matrices_of_eight(Pair& p) {
+  find_mass_matrix(p.system, p.system.parameters, *p.eight, *p.batch);
+  benchmark::DoNotOptimize(p.batch->terms.A.data());
 }
 void mujoco_mass_matrix(Pair& p) {
   place(p);
   mj_crb(p.model, p.data);
   benchmark::DoNotOptimize(p.data->qM);
+}
+
+/// By code for processors whose registers hold so many numbers.
+template <int width, Evaluate evaluate>
+void by_registers(Pair& p) {
+  const int widest = register_width;
+  register_width = std::min(width, widest);
+  evaluate(p);
+  register_width = widest;
 }
 
 void run(benchmark::State& bench, Pair& pair, Evaluate evaluate) {
@@ -106,10 +127,22 @@ int main(int argc, char** argv) {
       benchmark::RegisterBenchmark(title.c_str(), run, std::ref(pair), ours);
       if (pair.model) benchmark::RegisterBenchmark((title + "/mujoco").c_str(), run, std::ref(pair), theirs);
     };
+    const auto add_eight = [&]<Evaluate ours, Evaluate theirs>(const std::string& what) {
+      add(what, ours, eight_times<theirs>);
+      const std::string title = std::string(name) + "/" + what;
+      const std::pair<int, Evaluate> lesser[] = {{4, by_registers<4, ours>}, {2, by_registers<2, ours>}};
+      for (const auto& [width, evaluate] : lesser)
+        if (width < register_width)
+          benchmark::RegisterBenchmark((title + "_by_" + std::to_string(width)).c_str(), run, std::ref(pair),
+                                       evaluate);
+    };
     add("accelerations", accelerations, mujoco_accelerations);
-    add("accelerations_of_eight", accelerations_of_eight, mujoco_accelerations_of_eight);
+    add_eight.operator()<accelerations_of_eight, mujoco_accelerations>("accelerations_of_eight");
     add("efforts", efforts, mujoco_efforts);
+    add_eight.operator()<efforts_of_eight, mujoco_efforts>("efforts_of_eight");
     add("mass_matrix", mass_matrix, mujoco_mass_matrix);
+    if (pair.mass_matrices)
+      add_eight.operator()<mass_matrices_of_eight, mujoco_mass_matrix>("mass_matrix_of_eight");
   }
   PeerRatios ratios("mujoco");
   benchmark::RunSpecifiedBenchmarks(&ratios);

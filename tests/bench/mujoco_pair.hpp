@@ -25,6 +25,8 @@ struct MujocoPair {
   mjModel* model = nullptr;  ///< null where MuJoCo cannot read the file
   mjData* data = nullptr;
   Eigen::VectorXd q, v, a, needed;
+  Eigen::VectorX<Lanes> accelerations_of_eight, efforts_of_eight;  ///< given, and what they need
+  bool mass_matrices = false;                                      ///< the batch has room for them
 
   /// Of an MJCF file; `disabled`: MuJoCo's mjDSBL flags beside what the file sets.
   MujocoPair(const std::string& file, int disabled) {
@@ -38,8 +40,11 @@ struct MujocoPair {
     q = system.initial.q;
     v = system.initial.v;
     a = needed = Eigen::VectorXd::Zero(system.nv);
+    workspace->recursion.emplace(system);
+    accelerations_of_eight = efforts_of_eight = Eigen::VectorX<Lanes>::Zero(system.nv);
     eight = std::make_unique<BatchState>(system);
-    batch = std::make_unique<BatchWorkspace>(system);
+    mass_matrices = system.nv <= 100;
+    batch = std::make_unique<BatchWorkspace>(system, mass_matrices);
     char error[1000] = "";
     model = mj_loadXML(file.c_str(), nullptr, error, sizeof error);
     if (!model) {
@@ -57,9 +62,15 @@ struct MujocoPair {
   MujocoPair(const MujocoPair&) = delete;
   MujocoPair& operator=(const MujocoPair&) = delete;
 
-  /// q, v and a into the batch and MuJoCo.
+  /// q, v and a into MuJoCo, and with others near them into the batch.
   void set() {
-    for (int lane = 0; lane < Lanes::count; ++lane) eight->set(lane, {0, q, v});
+    for (int lane = 0; lane < Lanes::count; ++lane) {
+      State state{0, q.array() + 0.1 * lane, v.array() * (1 + 0.1 * lane)};
+      for (const CoordinateInfo& c : system.coordinates)
+        if (c.q_size == 4) state.q.segment<4>(c.q_index).normalize();
+      eight->set(lane, state);
+      for (int i = 0; i < system.nv; ++i) accelerations_of_eight[i].set(lane, a[i] * (1 + 0.1 * lane));
+    }
     if (!model) return;
     std::copy(q.begin(), q.end(), data->qpos);
     std::copy(v.begin(), v.end(), data->qvel);

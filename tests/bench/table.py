@@ -209,12 +209,23 @@ def mujoco_section(programs):
     timings = programs.time("mujoco_bench")
     lines = ["Beside MuJoCo, the same files in one run (`mujoco_bench`):", "",
              "| scene | of | here | MuJoCo | ratio |", "| --- | --- | ---: | ---: | ---: |"]
-    for name in sorted(timings, key=lambda name: (name.split("/")[1], scene_order(name))):
-        if name.endswith("/mujoco"):
+    names = sorted(timings, key=lambda name: (name.split("/")[1], scene_order(name)))
+    for name in names:
+        if name.endswith("/mujoco") or "_by_" in name:
             continue
         scene, what = name.split("/", 1)
         ours, other = timings[name].seconds, timings.get(name + "/mujoco")
         lines.append(f"| {scene} | {what.replace('_', ' ')} | {short(ours)} | {beside(ours, other)} |")
+    lines += ["", "One of eight states in a batch beside one by itself, by registers of so many numbers (8: AVX-512, 4: AVX2, 2: any):", "",
+              "| scene | of | alone | of eight, 8 | 4 | 2 | alone over the first |", "| --- | --- | ---: | ---: | ---: | ---: | ---: |"]
+    for name in names:
+        if not name.endswith("_of_eight"):
+            continue
+        scene, what = name.removesuffix("_of_eight").split("/", 1)
+        each = [timings[n].seconds / 8 if n in timings else None for n in (name, name + "_by_4", name + "_by_2")]
+        alone = timings[f"{scene}/{what}"].seconds
+        lines.append(f"| {scene} | {what.replace('_', ' ')} | {short(alone)} | " + " | ".join(short(t) if t else "-" for t in each)
+                     + f" | {alone / each[0]:.2f} |")
     return lines + ["", spread_of(timings)] if timings else []
 
 

@@ -82,6 +82,20 @@ TEST(Checkpoint, HoldsDrivesRangesAndPeriods) {
   EXPECT_FALSE(motion.certificate.events.empty());
 }
 
+// A weight that leaves its stop and falls on it again: whether the stop pushes is not to be read off the
+// start.
+TEST(Checkpoint, HoldsWhichStopsPush) {
+  Scene scene;
+  scene.name = "stop";
+  scene.solids = {solid("weight", "world", {slide("z", Vector3d::UnitZ(), 0.05)}, {link()})};
+  scene.efforts = {{"stop", LimitSpring{{"z"}, 100, 0.1, {{0, 100}}}}};
+  for (const char* method : {"rk4", "gbs", "dop853"}) {
+    const Trajectory motion = compare(scene, rows_every(settings(method, 3, 1e-2, 1e-8), 0.1));
+    EXPECT_TRUE(motion.certificate.trusted) << motion.certificate.reason;
+    EXPECT_FALSE(motion.certificate.events.empty());
+  }
+}
+
 TEST(Checkpoint, HoldsContactsAndWhatTheyLost) {
   for (const char* name : {"bouncing_ball.toml", "block_on_slope.toml", "cradle.toml"}) {
     Scene scene = sample(name);

@@ -3,10 +3,14 @@
 
 #include <numbers>
 
+#include "each_width.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {
 namespace {
+
+using Eigen::Vector2d;
+using Eigen::VectorXd;
 
 Scene swing() {
   Scene scene = random_tree(2, {.balls = true});
@@ -32,7 +36,10 @@ Ending single(const System& system, const State& start, const SimulationSettings
           .trusted = motion.certificate.trusted};
 }
 
-TEST(Ensemble, FixedStepsAreThoseOfSingleMotions) {
+class EnsembleInRegisters : public EachWidth {};
+INSTANTIATE_TEST_SUITE_P(OfEachWidth, EnsembleInRegisters, ::testing::ValuesIn(all_widths()));
+
+TEST_P(EnsembleInRegisters, FixedStepsAreThoseOfSingleMotions) {
   const System system = compiled(swing());
   const SimulationSettings how = settings("rk4", 0.5, 0.005);
   const auto starts = members(system, 19);
@@ -48,7 +55,7 @@ TEST(Ensemble, FixedStepsAreThoseOfSingleMotions) {
   }
 }
 
-TEST(Ensemble, AdaptiveStepsServeTheLaneThatAsksForMost) {
+TEST_P(EnsembleInRegisters, AdaptiveStepsServeTheLaneThatAsksForMost) {
   const System system = compiled(swing());
   const auto starts = members(system, 8);
   const SimulationSettings fine = settings("dop853", 0.5, 0.01, 1e-12);
@@ -91,6 +98,92 @@ TEST(Ensemble, MembersMayHaveTheirOwnInertials) {
   EXPECT_GT(distance(endings[0].state, endings[4].state), 1e-2);
 }
 
+// One bar on a hinge, weightless, and one on a slide: constant efforts, so q = v t + e t^2 / 2 m.
+TEST(Ensemble, MembersMayHoldTheirOwnEfforts) {
+  Scene scene;
+  scene.gravity.setZero();
+  scene.solids = {solid("wheel", "world", {hinge("turn", Vector3d::UnitY())}, {link()}),
+                  solid("sledge", "world", {slide("way", Vector3d::UnitX())}, {link()})};
+  const System system = compiled(scene);
+  const Inertial body = link();
+  const double mass = body.mass,
+               about_axis = (body.tensor + mass * (body.centre.squaredNorm() * Matrix3d::Identity() -
+                                                   body.centre * body.centre.transpose()))(1, 1);
+  std::vector<Member> starts(11, Member{system.initial, {}, {}});
+  for (std::size_t i = 1; i < starts.size(); ++i)
+    starts[i].efforts = Vector2d(0.3 * double(i), 1 - double(i));
+  for (const char* method : {"rk4", "dopri5"}) {
+    const auto endings = need(simulate_ensemble(system, starts, settings(method, 2, 0.1, 1e-9)));
+    for (std::size_t i = 0; i < starts.size(); ++i) {
+      const Vector2d effort = i == 0 ? Vector2d(0, 0) : Vector2d(starts[i].efforts);
+      const State& start = starts[i].start;
+      EXPECT_NEAR(endings[i].state.q[0], start.q[0] + 2 * start.v[0] + 2 * effort[0] / about_axis, 1e-12);
+      EXPECT_NEAR(endings[i].state.q[1], start.q[1] + 2 * start.v[1] + 2 * effort[1] / mass, 1e-12);
+      EXPECT_TRUE(endings[i].trusted) << endings[i].reason;  // their work is in the books
+      EXPECT_LT(endings[i].energy_drift, 1e-13);
+      EXPECT_FALSE(endings[i].alone);
+    }
+  }
+}
+
+/// A constant effort on a coordinate, or on a ball in its own axes.
+struct Push {
+  Vector3d effort;
+  bool ball;
+
+  template <class T>
+  void apply(EffortScan<T>& scan) const {
+    const Eigen::Vector3<T> e = effort.cast<T>();
+    if (ball)
+      scan.turning(0, e), scan.power(e.dot(scan.turn_rate(0)));
+    else
+      scan.coordinate(0, e[0]), scan.power(e[0] * scan.rate(0));
+  }
+};
+
+/// The scene with these efforts as laws of the user's own, which no batch computes.
+Scene with_efforts(Scene scene, const System& system, const VectorXd& efforts) {
+  for (const CoordinateInfo& info : system.coordinates) {
+    Vector3d effort = Vector3d::Zero();
+    effort.head(info.v_size) = efforts.segment(info.v_index, info.v_size);
+    scene.efforts.push_back(
+        {"push " + info.name, OwnEffort({}, {{info.name}}, Push{effort, info.q_size == 4})});
+  }
+  return scene;
+}
+
+TEST(Ensemble, EffortsOfMembersAreThoseOfTheirScenes) {
+  const Scene scene = swing();
+  const System system = compiled(scene);
+  auto starts = members(system, 9);
+  Random random(3);
+  for (std::size_t i = 0; i < starts.size(); i += 2) starts[i].efforts = 0.5 * random.state(system).v;
+  const SimulationSettings how = settings("rk4", 0.5, 0.005);
+  const auto endings = need(simulate_ensemble(system, starts, how));
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    const System alike = i % 2 == 0 ? compiled(with_efforts(scene, system, starts[i].efforts)) : system;
+    EXPECT_LT(distance(endings[i].state, single(alike, starts[i].start, how).state), 1e-10) << i;
+    EXPECT_TRUE(endings[i].trusted) << endings[i].reason;
+    EXPECT_FALSE(endings[i].alone);
+  }
+}
+
+TEST(Ensemble, AMemberThatIsMadeAloneHoldsItsEffortsThere) {
+  Scene scene = chain(2, false);
+  scene.efforts = {{"stop", LimitSpring{{"h0"}, 500, 0.1, {{-0.5, 0.5}}}}};
+  const System system = compiled(scene);
+  std::vector<Member> starts(10, Member{system.initial, {}, Vector2d(0.01, 0)});
+  for (std::size_t i = 0; i < starts.size(); i += 3) starts[i].efforts[0] = 20 + double(i);
+  const SimulationSettings how = settings("dopri5", 1, 0.01, 1e-9);
+  const auto endings = need(simulate_ensemble(system, starts, how));
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    EXPECT_EQ(endings[i].alone, i % 3 == 0) << i;
+    EXPECT_TRUE(endings[i].trusted) << endings[i].reason;
+    const System alike = compiled(with_efforts(scene, system, starts[i].efforts));
+    EXPECT_LT(distance(endings[i].state, single(alike, starts[i].start, how).state), 1e-6) << i;
+  }
+}
+
 TEST(Ensemble, AMotionThatMeetsABoundIsMadeAlone) {
   Scene scene = chain(2, false);
   scene.efforts = {{"stop", LimitSpring{{"h0"}, 500, 0.1, {{-0.5, 0.5}}}}};
@@ -103,6 +196,39 @@ TEST(Ensemble, AMotionThatMeetsABoundIsMadeAlone) {
     EXPECT_EQ(endings[i].alone, i % 3 == 0) << i;
     EXPECT_TRUE(endings[i].trusted) << endings[i].reason;
     EXPECT_LT(distance(endings[i].state, single(system, starts[i].start, how).state), 1e-6);
+  }
+}
+
+// A member that simulate() calls diverged leaves its batch, and its neighbours go on as without it.
+TEST(Ensemble, AMemberBeyondAllBoundsHoldsUpNoOther) {
+  const System system = compiled(chain(2, false, 1));
+  for (const char* method : {"rk4", "dop853"})
+    for (const double wild : {3e12, 1e200}) {
+      auto starts = members(system, 8);
+      starts[5].start.v[0] = wild;
+      const SimulationSettings how = settings(method, 0.5, 0.005, 1e-9);
+      const auto endings = need(simulate_ensemble(system, starts, how, 1));
+      for (std::size_t i = 0; i < starts.size(); ++i) {
+        EXPECT_EQ(endings[i].alone, i == 5) << method << wild;
+        EXPECT_EQ(endings[i].trusted, i != 5) << endings[i].reason;
+        if (i == 5) continue;
+        EXPECT_LT(distance(endings[i].state, single(system, starts[i].start, how).state), 1e-6);
+      }
+      EXPECT_NE(endings[5].reason.find("the run ends at"), std::string::npos) << endings[5].reason;
+    }
+}
+
+// Nothing is free: the work of the drives alone sets the steps, as it does in simulate().
+TEST(Ensemble, ControlsTheWorkOfDrivesAsSingleMotionsDo) {
+  Scene scene = chain(2, false, 0.3);
+  for (Solid& one : scene.solids) one.switches.back() = driven(one.switches.back(), Sine{0.5, 20, 0, 0.1});
+  const System system = compiled(scene);
+  for (const char* method : {"gbs", "rk4_adaptive", "dop853"}) {
+    const SimulationSettings how = settings(method, 0.5, 0.05, 1e-9);
+    const auto endings = need(simulate_ensemble(system, members(system, 3), how));
+    const Trajectory alone = need(simulate(system, system.initial, how));
+    EXPECT_TRUE(alone.certificate.trusted) << alone.certificate.reason;
+    for (const Ending& ending : endings) EXPECT_TRUE(ending.trusted) << method << ending.reason;
   }
 }
 
@@ -169,6 +295,11 @@ TEST(Ensemble, RefusesWhatItCannotDo) {
   starts[1].start.t = 0;
   starts[2].inertials.resize(1);
   EXPECT_EQ(simulate_ensemble(system, starts, settings("rk4", 2, 0.01)).error().where, "member 2");
+  starts[2].inertials.clear();
+  for (const VectorXd& wrong : {VectorXd(VectorXd::Zero(3)), VectorXd(Vector2d(0, std::nan("")))}) {
+    starts[0].efforts = wrong;
+    EXPECT_EQ(simulate_ensemble(system, starts, settings("rk4", 2, 0.01)).error().where, "member 0");
+  }
   // bodies that cannot exist: the first member that has one is told, whoever comes upon it first
   starts.assign(40, Member{system.initial, system.parameters.inertials});
   const auto refused = [&](std::size_t member, auto&& change) {

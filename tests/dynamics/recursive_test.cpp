@@ -341,9 +341,10 @@ TEST(Recursive, PosesAloneGiveTheSameMassMatrix) {
     const State state = Random(seed).state(system);
     Workspace moving(system, Equations::recursive), posed(system, Equations::recursive);
     ASSERT_FALSE(update_terms(system, p, 0.2, state.q.data(), state.v.data(), moving));
+    Recursion recursion(system);
     update_kinematics<double>(system, p, p.inertials, 0.2, state.q.data(), nullptr, nullptr,
                               posed.kinematics);
-    find_mass_matrix(system, p, p.inertials, posed.kinematics, posed.recursion, posed.terms);
+    find_mass_matrix(system, p, p.inertials, posed.kinematics, recursion, posed.terms);
     const Rows same = moving.terms.A.triangularView<Eigen::Lower>(),
                A = posed.terms.A.triangularView<Eigen::Lower>();
     EXPECT_LT(relative(A, same), 1e-14) << seed;

@@ -230,6 +230,32 @@ TEST(Dicom, UnevenSpacingIsEvenedOutAndSaid) {
   EXPECT_TRUE(says(read->warnings, "unevenly spaced, 3 mm to 4 mm apart"));
 }
 
+// A scaling that is no number is none of one's own: CT numbers would be off by 1024.
+TEST(Dicom, RefusesAScalingThatIsNoNumber) {
+  for (const auto& [slope, intercept] : std::vector<std::pair<std::string, std::string>>{{"", "x1024"},
+                                                                                         {"", "--1024"},
+                                                                                         {"", "1e400"},
+                                                                                         {"", "-10x4"},
+                                                                                         {"one", ""},
+                                                                                         {"1,5", ""},
+                                                                                         {"0", ""},
+                                                                                         {"0x10", ""}}) {
+    ScratchFolder folder;
+    TestSlice slice;
+    slice.slope_text = slope, slice.intercept_text = intercept;
+    write_series(folder, slice, 3, {0, 0, 3});
+    const auto read = read_volume(folder.path());
+    ASSERT_FALSE(read) << slope << intercept;
+    EXPECT_NE(read.error().message().find("rescaling is not a number"), std::string::npos)
+        << read.error().message();
+  }
+  ScratchFolder folder;  // (blanks and a sign belong to numbers)
+  TestSlice slice;
+  slice.intercept_text = " +5.0 ";
+  write_series(folder, slice, 3, {0, 0, 3});
+  EXPECT_TRUE(read_volume(folder.path()));
+}
+
 TEST(Dicom, RefusesWhatIsNoVolume) {
   const auto refusal = [](const ScratchFolder& folder, const ReadOptions& options = {}) {
     const auto read = read_volume(folder.path(), options);

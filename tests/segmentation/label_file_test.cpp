@@ -84,6 +84,29 @@ TEST(LabelFile, LayersOf3dSlicer) {
     ASSERT_FALSE(volume);
     EXPECT_NE(volume.error().message().find("segmentation of 2 layers"), std::string::npos);
 
+    // voxels at the file's end, whatever stands before them
+    std::string skipping = text;
+    skipping.insert(skipping.find("encoding"), "byte skip: -1\n");
+    bytes.assign(skipping.begin(), skipping.end());
+    for (const char before : {'x', 'y', 'z'}) bytes.push_back(before);
+    bytes.insert(bytes.end(), c.voxels.begin(), c.voxels.end());
+    put_bytes(folder / "c.seg.nrrd", bytes);
+    const auto at_end = read_numbered_labels(folder / "c.seg.nrrd");
+    ASSERT_TRUE(at_end) << at_end.error().message();
+    EXPECT_EQ(at_end->map.voxels, expected);
+
+    // more voxels than can be counted
+    std::string many = text;
+    const std::size_t sizes = many.find("sizes: ");
+    many.replace(sizes, many.find('\n', sizes) - sizes, "sizes: 65536 65536 65536 65536");
+    bytes.assign(many.begin(), many.end());
+    bytes.insert(bytes.end(), c.voxels.begin(), c.voxels.end());
+    put_bytes(folder / "d.seg.nrrd", bytes);
+    const auto damaged = read_labels(folder / "d.seg.nrrd");
+    ASSERT_FALSE(damaged);
+    EXPECT_NE(damaged.error().message().find("damaged header: 1.84e+19 voxels"), std::string::npos)
+        << damaged.error().message();
+
     // a layer that is not there
     text.replace(text.find("Segment1_Layer:=1"), 17, "Segment1_Layer:=4");
     bytes.assign(text.begin(), text.end());

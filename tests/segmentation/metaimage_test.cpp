@@ -100,6 +100,11 @@ TEST(MetaImage, RefusesDamageInOneSentence) {
       {"LOCAL", "absent.raw", "no such file"},
       {"ElementDataFile = LOCAL", "", "no ElementDataFile"},
       {"ElementType", "ElementNumberOfChannels = 3\nElementType", "3 values per voxel"},
+      {"ElementType", "ElementToIntensityFunctionSlope = abc\nElementType", "scaling is not a number"},
+      {"ElementType", "ElementToIntensityFunctionSlope = 2x\nElementType", "scaling is not a number"},
+      {"ElementType", "ElementToIntensityFunctionSlope = 0\nElementType", "scaling is not a number"},
+      {"ElementType", "ElementToIntensityFunctionOffset = 1e999\nElementType", "scaling is not a number"},
+      {"ElementSpacing = 2 2.5 3", "ElementSpacing = 2 2.5 1e8", "is the unit right?"},
   };
   for (const auto& c : cases) {
     const auto read = read_changed(c.from, c.to);

@@ -40,5 +40,23 @@ TEST(Slabs, EachIsDoneOnce) {
     }
 }
 
+// `--threads` of the program counts for all that shares work, whoever asks for all there are.
+TEST(Slabs, AllThreadsAreAsManyAsTheProgramWasTold) {
+  const int before = all_threads;
+  for (const int told : {1, 3}) {
+    all_threads = told;
+    std::mutex mutex;
+    std::vector<std::thread::id> callers;
+    in_slabs(100, 0, [&](std::int64_t, std::int64_t) {
+      const std::lock_guard lock(mutex);
+      callers.push_back(std::this_thread::get_id());
+    });
+    EXPECT_EQ(callers.size(), std::size_t(told));
+    EXPECT_EQ(std::ranges::count(callers, std::this_thread::get_id()), 1);
+    EXPECT_EQ(aside(0) == std::launch::deferred, told == 1);
+  }
+  all_threads = before;
+}
+
 }  // namespace
 }  // namespace borelli
