@@ -42,10 +42,10 @@ std::vector<char> controlled_groups(const System& system, const Integrator& inte
 class BatchFlow : public Flow {
  public:
   /// `controlled`: see controlled_groups; if of any, the workspace has room for mass matrices.
-  BatchFlow(const System& system, BatchWorkspace& workspace, std::vector<char> controlled)
+  BatchFlow(const System& system, BatchWorkspace& workspace, const std::vector<char>& controlled)
       : system_(system),
         w_(workspace),
-        controlled_(std::move(controlled)),
+        controlled_(controlled),
         unit_energy_(controlled_.size(), Lanes(0)),
         largest_energy_(unit_energy_),
         state_(system),
@@ -196,7 +196,7 @@ class BatchFlow : public Flow {
 
   const System& system_;
   BatchWorkspace& w_;
-  const std::vector<char> controlled_;
+  const std::vector<char>& controlled_;
   std::vector<Lanes> unit_energy_, largest_energy_;  ///< per group, where any is controlled
   BatchState state_;
   Eigen::VectorX<Lanes> centre_, x_, rate_;
@@ -291,8 +291,9 @@ class BatchRun {
         settings_(settings),
         integrator_(std::move(integrator)),
         change_(change),
-        w_(system, !controlled_groups(system, *integrator_).empty()),
-        flow_(system, w_, controlled_groups(system, *integrator_)),
+        controlled_(controlled_groups(system, *integrator_)),
+        w_(system, !controlled_.empty()),
+        flow_(system, w_, controlled_),
         springs_(system),
         state_(system),
         y_(Eigen::VectorXd::Zero(flow_.size())),
@@ -470,6 +471,7 @@ class BatchRun {
   const SimulationSettings& settings_;
   std::unique_ptr<Integrator> integrator_;
   const std::optional<FastestChange>& change_;
+  const std::vector<char> controlled_;
   BatchWorkspace w_;
   BatchFlow flow_;
   Springs springs_;

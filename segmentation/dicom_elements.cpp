@@ -271,12 +271,9 @@ std::optional<std::uint16_t> DicomItem::number(std::uint32_t tag) const {
 }
 
 Result<std::optional<DicomElements>> read_dicom_elements(const std::string& path) {
-  std::error_code trouble;
-  // (a pipe would wait for who writes to it)
-  if (std::filesystem::exists(path, trouble) && !std::filesystem::is_regular_file(path, trouble))
-    return std::nullopt;
   std::FILE* const file = std::fopen(path.c_str(), "rb");
   if (!file) return bad_use(path, "cannot be opened: " + std::string(std::strerror(errno)));
+  std::error_code trouble;
   Reader reader(file, std::filesystem::file_size(path, trouble));
   DicomElements elements;
   std::array<char, 4> magic{};

@@ -52,6 +52,8 @@ void add_info(CLI::App& program, Command& command) {
   verb->callback([&command, path, quantity, options] {
     command.work = [path, quantity, options](const Command& chosen) -> Result<nlohmann::json> {
       if (!std::filesystem::exists(*path)) return bad_use(*path, "no such file or folder");
+      if (!std::filesystem::is_regular_file(*path) && !std::filesystem::is_directory(*path))
+        return bad_use(*path, "is not a regular file");  // (a pipe would wait for who writes to it)
       const bool trajectory = is_trajectory(*path);
       if (trajectory && (!quantity->empty() || options->floating))
         return bad_use(quantity->empty() ? "--floating" : "--quantity",

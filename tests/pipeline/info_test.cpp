@@ -1,5 +1,7 @@
 // `borelli info` on scenes and trajectories.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 
@@ -54,6 +56,12 @@ TEST(Info, BadScenesAndTrajectoriesEndInOneSentence) {
   EXPECT_NE(run.code, 0);
   EXPECT_EQ(run.out, "");
   EXPECT_FALSE(run.err.empty());
+  // a pipe into which nobody writes is not waited for
+  const std::string pipe = folder.write("pipe.nii", "").string();
+  ASSERT_EQ(unlink(pipe.c_str()) + mkfifo(pipe.c_str(), 0600), 0);
+  run = run_program("info " + pipe, "timeout 20");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_NE(run.err.find("is not a regular file"), std::string::npos) << run.err;
 }
 
 }  // namespace

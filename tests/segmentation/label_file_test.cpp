@@ -70,9 +70,12 @@ TEST(LabelFile, LayersOf3dSlicer) {
                          {zero[0], zero[1], zero[2], zero[3], one[0], one[1], one[2], one[3]}}}) {
     ScratchFolder folder;
     std::string text = c.header + place + keys + "\n";
-    std::vector<char> bytes(text.begin(), text.end());
-    bytes.insert(bytes.end(), c.voxels.begin(), c.voxels.end());
-    put_bytes(folder / "a.seg.nrrd", bytes);
+    const auto put = [&](const char* name, const std::string& before_voxels) {
+      std::vector<char> bytes(before_voxels.begin(), before_voxels.end());
+      bytes.insert(bytes.end(), c.voxels.begin(), c.voxels.end());
+      put_bytes(folder / name, bytes);
+    };
+    put("a.seg.nrrd", text);
     const auto read = read_numbered_labels(folder / "a.seg.nrrd");
     ASSERT_TRUE(read) << read.error().message();
     EXPECT_EQ(read->map.voxels, expected);
@@ -87,10 +90,7 @@ TEST(LabelFile, LayersOf3dSlicer) {
     // voxels at the file's end, whatever stands before them
     std::string skipping = text;
     skipping.insert(skipping.find("encoding"), "byte skip: -1\n");
-    bytes.assign(skipping.begin(), skipping.end());
-    for (const char before : {'x', 'y', 'z'}) bytes.push_back(before);
-    bytes.insert(bytes.end(), c.voxels.begin(), c.voxels.end());
-    put_bytes(folder / "c.seg.nrrd", bytes);
+    put("c.seg.nrrd", skipping + "xyz");
     const auto at_end = read_numbered_labels(folder / "c.seg.nrrd");
     ASSERT_TRUE(at_end) << at_end.error().message();
     EXPECT_EQ(at_end->map.voxels, expected);
@@ -99,9 +99,7 @@ TEST(LabelFile, LayersOf3dSlicer) {
     std::string many = text;
     const std::size_t sizes = many.find("sizes: ");
     many.replace(sizes, many.find('\n', sizes) - sizes, "sizes: 65536 65536 65536 65536");
-    bytes.assign(many.begin(), many.end());
-    bytes.insert(bytes.end(), c.voxels.begin(), c.voxels.end());
-    put_bytes(folder / "d.seg.nrrd", bytes);
+    put("d.seg.nrrd", many);
     const auto damaged = read_labels(folder / "d.seg.nrrd");
     ASSERT_FALSE(damaged);
     EXPECT_NE(damaged.error().message().find("damaged header: 1.84e+19 voxels"), std::string::npos)
@@ -109,9 +107,7 @@ TEST(LabelFile, LayersOf3dSlicer) {
 
     // a layer that is not there
     text.replace(text.find("Segment1_Layer:=1"), 17, "Segment1_Layer:=4");
-    bytes.assign(text.begin(), text.end());
-    bytes.insert(bytes.end(), c.voxels.begin(), c.voxels.end());
-    put_bytes(folder / "b.seg.nrrd", bytes);
+    put("b.seg.nrrd", text);
     const auto bad = read_labels(folder / "b.seg.nrrd");
     ASSERT_FALSE(bad);
     EXPECT_NE(bad.error().message().find("segment 1 ('skin') is value 1 of layer 4"), std::string::npos)
