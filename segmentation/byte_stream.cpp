@@ -125,7 +125,7 @@ Result<ByteSource> ByteSource::open(const std::string& path, Packing packing, st
   if (status.type() != std::filesystem::file_type::regular) {
     return bad_use(path, trouble ? "cannot be opened: " + trouble.message() : "is not a regular file");
   }
-  auto state = std::make_unique<State>();
+  auto state = std::make_unique_for_overwrite<State>();  // its buffers as they are
   state->path = path;
   state->file.reset(std::fopen(path.c_str(), "rb"));
   if (!state->file) return bad_use(path, "cannot be opened: " + reason());

@@ -59,12 +59,19 @@ void add_to_groups(std::vector<Slices>& groups, const DicomSlice& slice) {
 Result<Found> find_groups(const std::string& folder, const Progress& progress) {
   const auto files = files_below(folder);
   if (!files) return tl::unexpected(files.error());
+  std::vector<Result<Slices>> headers(files->size());
+  in_slabs(std::ssize(headers), 0, [&](std::int64_t from, std::int64_t to) {
+    for (std::int64_t k = from; k < to; ++k) {
+      const auto n = static_cast<std::size_t>(k);
+      headers[n] = read_dicom_slices((*files)[n]);
+      if (!headers[n]) return;
+      // headers are a small part of the work: the tenth of the bar, by the thread that called
+      if (from == 0 && progress) progress(0.1 * static_cast<double>(k + 1) / static_cast<double>(to));
+    }
+  });
   Found found;
-  for (std::size_t n = 0; n < files->size(); ++n) {
-    const auto slices = read_dicom_slices((*files)[n]);
+  for (const Result<Slices>& slices : headers) {
     if (!slices) return tl::unexpected(slices.error());
-    // headers are a small part of the work: the tenth of the bar
-    if (progress) progress(0.1 * static_cast<double>(n + 1) / static_cast<double>(files->size()));
     for (const DicomSlice& slice : *slices) {
       if (slice.modality == "SEG") {
         ++found.segmentations;
@@ -184,11 +191,6 @@ void blank_padding(std::span<float> row, float padding, float blank) {
   while (last > first && row[last - 1] == padding) row[--last] = blank;
 }
 
-template <class T>
-void put(std::vector<std::int16_t>& storage, std::size_t n, T value) {
-  std::memcpy(reinterpret_cast<std::byte*>(storage.data()) + n * sizeof(T), &value, sizeof(T));
-}
-
 // One scaling and 16 bits for all slices: voxels stay as stored. Else they are scaled one by one, as float32.
 bool uniform(const Slices& slices) {
   return std::ranges::all_of(slices, [&](const DicomSlice& s) {
@@ -201,23 +203,20 @@ bool uniform(const Slices& slices) {
 
 // One slice of `all`, scaled unless all slices stay as stored.
 Result<void> load_slice(const DicomSlice& slice, std::size_t k, StoredVoxels& all) {
-  const auto pixels = read_dicom_pixels(slice);
-  if (!pixels) return tl::unexpected(pixels.error());
-  const std::size_t area = pixels->size();
-  if (all.scalar != Scalar::f32) {  // two's complement: the low 16 bits are the value in either type
-    for (std::size_t n = 0; n < area; ++n)
-      put(all.storage, k * area + n, static_cast<std::int16_t>((*pixels)[n]));
-    return {};
-  }
+  const auto width = static_cast<std::size_t>(slice.columns);
+  const std::size_t area = width * static_cast<std::size_t>(slice.rows);
+  if (all.scalar != Scalar::f32)  // two's complement: the low 16 bits are the value in either type
+    return read_dicom_pixels(slice, std::span(all.storage).subspan(k * area, area));
+  std::vector<std::int32_t> pixels(area);
+  if (auto read = read_dicom_pixels(slice, std::span(pixels)); !read) return read;
   std::vector<float> values(area);
   for (std::size_t n = 0; n < area; ++n)
-    values[n] = static_cast<float>(slice.slope * (*pixels)[n] + slice.intercept);
-  const auto width = static_cast<std::size_t>(slice.columns);
+    values[n] = static_cast<float>(slice.slope * pixels[n] + slice.intercept);
   if (slice.padding && slice.modality == "CT")
     for (std::size_t row = 0; row < area; row += width)
       blank_padding(std::span(values).subspan(row, width),
                     static_cast<float>(slice.slope * *slice.padding + slice.intercept), padding_hu);
-  for (std::size_t n = 0; n < area; ++n) put(all.storage, k * area + n, values[n]);
+  std::memcpy(all.storage.data() + 2 * k * area, values.data(), area * sizeof(float));
   return {};
 }
 

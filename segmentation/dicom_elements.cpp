@@ -46,13 +46,23 @@ class Reader {
 
   Reader(std::FILE* file, std::uint64_t size) : file_(file), size_(size) {}
 
-  std::uint64_t position() const { return static_cast<std::uint64_t>(ftello(file_.get())); }
-  std::uint64_t left() const { return size_ - std::min(size_, position()); }
+  std::uint64_t position() const { return position_; }
+  std::uint64_t left() const { return size_ - std::min(size_, position_); }
   bool seek(std::uint64_t to) {
-    return to <= size_ && fseeko(file_.get(), static_cast<off_t>(to), SEEK_SET) == 0;
+    if (to > size_ || fseeko(file_.get(), static_cast<off_t>(to), SEEK_SET) != 0) return false;
+    position_ = to;
+    return true;
   }
-  bool skip(std::uint64_t count) { return count <= left() && seek(position() + count); }
-  bool read(void* to, std::size_t count) { return std::fread(to, 1, count, file_.get()) == count; }
+  bool skip(std::uint64_t count) {
+    if (count > left()) return false;
+    std::array<char, 256> dropped;  // what is that short is read sooner than sought
+    return count <= dropped.size() ? read(dropped.data(), count) : seek(position_ + count);
+  }
+  bool read(void* to, std::size_t count) {
+    const std::size_t got = std::fread(to, 1, count, file_.get());
+    position_ += got;
+    return got == count;
+  }
 
   template <class T>
   bool number(T& value) {
@@ -108,7 +118,7 @@ class Reader {
   }
 
   std::unique_ptr<std::FILE, CloseFile> file_;
-  std::uint64_t size_;
+  std::uint64_t size_, position_ = 0;
 };
 
 // Meta information, group 2: always explicit, little-endian. Leaves the reader at the data set.

@@ -119,6 +119,14 @@ Result<std::vector<std::int32_t>> bits_of(const DicomSlice& slice, const DicomEl
   return values;
 }
 
+Result<std::vector<std::int32_t>> numbers_of(const DicomSlice& slice) {
+  std::vector<std::int32_t> numbers(static_cast<std::size_t>(slice.rows) *
+                                    static_cast<std::size_t>(slice.columns));
+  if (const auto read = read_dicom_pixels(slice, std::span(numbers)); !read)
+    return tl::unexpected(read.error());
+  return numbers;
+}
+
 }  // namespace
 
 bool is_dicom_file(const std::string& path) {
@@ -173,7 +181,7 @@ Result<DicomSegmentation> read_dicom_segmentation(const std::string& path) try {
   const std::size_t area = static_cast<std::size_t>(out.grid.size[0] * out.grid.size[1]);
   for (std::size_t n = 0; n < frames.size(); ++n) {
     const Frame& frame = frames[n];
-    const auto values = binary ? bits_of(frame.slice, elements, n) : read_dicom_pixels(frame.slice);
+    const auto values = binary ? bits_of(frame.slice, elements, n) : numbers_of(frame.slice);
     if (!values) return tl::unexpected(values.error());
     const std::size_t at = static_cast<std::size_t>(frame.k) * area;
     const auto number = static_cast<std::int32_t>(frame.segment);

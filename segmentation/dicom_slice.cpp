@@ -11,6 +11,7 @@
 #include <cstring>
 #include <map>
 #include <string_view>
+#include <type_traits>
 
 #include "segmentation/byte_stream.hpp"
 #include "segmentation/dicom_elements.hpp"
@@ -158,29 +159,19 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
   return slices;
 }
 
-// HighBit and BitsStored say which bits of a stored word are its value
-std::int32_t value_of(std::uint32_t word, const DicomPixels& p) {
-  const int shift = p.high_bit + 1 - p.bits_stored;
-  const std::uint32_t mask = p.bits_stored >= 32 ? ~0u : (1u << p.bits_stored) - 1;
-  std::uint32_t value = (word >> shift) & mask;
-  if (p.is_signed && p.bits_stored < 32 && (value >> (p.bits_stored - 1) & 1)) value |= ~mask;
-  return static_cast<std::int32_t>(value);
-}
-
-Result<std::vector<std::byte>> plain_bytes(const DicomSlice& slice, std::size_t count) {
-  if (slice.pixels.bytes < count) {
+Result<void> plain_bytes(const DicomSlice& slice, std::span<std::byte> to) {
+  if (slice.pixels.bytes < to.size()) {
     return failure(
         slice.path,
         fmt::format("is cut off or damaged: it holds {} bytes of pixels where its header promises {}",
-                    slice.pixels.bytes, count));
+                    slice.pixels.bytes, to.size()));
   }
-  std::vector<std::byte> bytes(count);
   auto source = ByteSource::open(slice.path, ByteSource::Packing::plain, slice.pixels.offset);
   if (!source) return tl::unexpected(source.error());
-  const auto got = source->read(bytes);
+  const auto got = source->read(to);
   if (!got) return tl::unexpected(got.error());
-  if (*got < count) return failure(slice.path, "is cut off within its pixels");
-  return bytes;
+  if (*got < to.size()) return failure(slice.path, "is cut off within its pixels");
+  return {};
 }
 
 // One stream of all fragments; of even length, as DICOM has it.
@@ -201,8 +192,7 @@ Result<std::vector<char>> packed_stream(const DicomSlice& slice) {
 
 // GDCM's codecs unpack a picture that is put together here: GDCM's reader of files aborts on damaged ones.
 // What the codec finds (JPEG may know better than the header) replaces what the header says of the pixels.
-Result<std::vector<std::byte>> unpacked_bytes(const DicomSlice& slice, std::size_t count,
-                                              DicomPixels& p) try {
+Result<void> unpacked_bytes(const DicomSlice& slice, std::span<std::byte> to, DicomPixels& p) try {
   gdcm::Trace::DebugOff(), gdcm::Trace::WarningOff(), gdcm::Trace::ErrorOff();  // a library does not print
   const auto stream = packed_stream(slice);
   if (!stream) return tl::unexpected(stream.error());
@@ -228,8 +218,7 @@ Result<std::vector<std::byte>> unpacked_bytes(const DicomSlice& slice, std::size
   image.SetPhotometricInterpretation(gdcm::PhotometricInterpretation::MONOCHROME2);
   image.SetTransferSyntax(gdcm::TransferSyntax(syntax));
   image.SetDataElement(element);
-  std::vector<std::byte> bytes(count);
-  if (image.GetBufferLength() != count || !image.GetBuffer(reinterpret_cast<char*>(bytes.data())))
+  if (image.GetBufferLength() != to.size() || !image.GetBuffer(reinterpret_cast<char*>(to.data())))
     return failure(slice.path,
                    "has pixels that cannot be unpacked: cut off or damaged (" + slice.packing + ")");
   const gdcm::PixelFormat& format = image.GetPixelFormat();
@@ -238,7 +227,7 @@ Result<std::vector<std::byte>> unpacked_bytes(const DicomSlice& slice, std::size
                                            format.GetBitsAllocated(), p.bits_allocated));
   p.bits_stored = format.GetBitsStored(), p.high_bit = format.GetHighBit();
   p.is_signed = format.GetPixelRepresentation() == 1;
-  return bytes;
+  return {};
 } catch (const std::exception& trouble) {
   return failure(slice.path, std::string("has pixels that cannot be unpacked: ") + trouble.what());
 }
@@ -246,6 +235,46 @@ Result<std::vector<std::byte>> unpacked_bytes(const DicomSlice& slice, std::size
 bool consistent(const DicomPixels& p) {
   return p.bits_stored >= 1 && p.bits_stored <= p.bits_allocated && p.high_bit + 1 >= p.bits_stored &&
          p.high_bit < p.bits_allocated;
+}
+
+// Calls f(value), which gives the value of a stored word: HighBit and BitsStored say which bits of it that
+// is.
+template <class F>
+void with_value(const DicomPixels& p, F&& f) {
+  const int up = 31 - p.high_bit, down = 32 - p.bits_stored;
+  if (p.is_signed)
+    f([=](std::uint32_t word) { return static_cast<std::int32_t>(word << up) >> down; });
+  else
+    f([=](std::uint32_t word) { return static_cast<std::int32_t>(word << up >> down); });
+}
+
+template <class Word>
+Word in_own_order(Word word, bool turned) {
+  if constexpr (sizeof(Word) == 2) return turned ? __builtin_bswap16(word) : word;
+  if constexpr (sizeof(Word) == 4) return turned ? __builtin_bswap32(word) : word;
+  return word;
+}
+
+// values of T from words of as many bytes, in place
+template <class T>
+void decode(std::span<T> values, const DicomPixels& p) {
+  using Word = std::make_unsigned_t<T>;
+  if (p.bits_stored == 8 * int(sizeof(T)) && !p.big_endian) return;  // they are that
+  with_value(p, [&, turned = p.big_endian](const auto& value) {
+    for (T& v : values) v = static_cast<T>(value(in_own_order(static_cast<Word>(v), turned)));
+  });
+}
+
+// values of T from words of another length
+template <class Word, class T>
+void decode(std::span<const std::byte> bytes, std::span<T> values, const DicomPixels& p) {
+  with_value(p, [&, turned = p.big_endian](const auto& value) {
+    for (std::size_t n = 0; n < values.size(); ++n) {
+      Word word;
+      std::memcpy(&word, bytes.data() + n * sizeof(Word), sizeof word);
+      values[n] = static_cast<T>(value(in_own_order(word, turned)));
+    }
+  });
 }
 
 Result<DicomSlice> checked(const std::string& path, const DicomElements& elements) {
@@ -278,8 +307,8 @@ Result<std::vector<DicomSlice>> read_dicom_slices(const std::string& path) {
   return frames_of(**elements, *whole);
 }
 
-Result<std::vector<std::int32_t>> read_dicom_pixels(const DicomSlice& slice) {
-  const std::size_t count = static_cast<std::size_t>(slice.rows) * static_cast<std::size_t>(slice.columns);
+template <class T>
+Result<void> read_dicom_pixels(const DicomSlice& slice, std::span<T> to) {
   const auto width = static_cast<std::size_t>(slice.pixels.bits_allocated) / 8;
   if (slice.pixels.bits_allocated != 8 && slice.pixels.bits_allocated != 16 &&
       slice.pixels.bits_allocated != 32)
@@ -289,22 +318,24 @@ Result<std::vector<std::int32_t>> read_dicom_pixels(const DicomSlice& slice) {
   if (!consistent(p))
     return failure(slice.path, fmt::format("is a damaged DICOM file: {} bits stored up to bit {} of {}",
                                            p.bits_stored, p.high_bit, p.bits_allocated));
-  const auto bytes =
-      p.fragments.empty() ? plain_bytes(slice, count * width) : unpacked_bytes(slice, count * width, p);
-  if (!bytes) return tl::unexpected(bytes.error());
+  std::vector<std::byte> apart(width == sizeof(T) ? 0 : to.size() * width);
+  const auto bytes = width == sizeof(T) ? std::as_writable_bytes(to) : std::span(apart);
+  const auto read = p.fragments.empty() ? plain_bytes(slice, bytes) : unpacked_bytes(slice, bytes, p);
+  if (!read) return read;
   if (!consistent(p)) return failure(slice.path, "has packed pixels that contradict themselves");
 
-  std::vector<std::int32_t> values(count);
-  for (std::size_t n = 0; n < count; ++n) {
-    std::uint32_t word = 0;
-    std::memcpy(&word, bytes->data() + n * width, width);
-    if (p.big_endian)
-      word = width == 2   ? __builtin_bswap16(static_cast<std::uint16_t>(word))
-             : width == 4 ? __builtin_bswap32(word)
-                          : word;
-    values[n] = value_of(word, p);
-  }
-  return values;
+  if (width == sizeof(T))
+    decode(to, p);
+  else if (width == 1)
+    decode<std::uint8_t>(bytes, to, p);
+  else if (width == 2)
+    decode<std::uint16_t>(bytes, to, p);
+  else
+    decode<std::uint32_t>(bytes, to, p);
+  return {};
 }
+
+template Result<void> read_dicom_pixels(const DicomSlice&, std::span<std::int16_t>);
+template Result<void> read_dicom_pixels(const DicomSlice&, std::span<std::int32_t>);
 
 }  // namespace borelli

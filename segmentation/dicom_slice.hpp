@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -58,8 +59,10 @@ Result<std::optional<DicomSlice>> read_dicom_header(const std::string& path);
 /// groups that do not agree; frames packed so that they cannot be told apart.
 Result<std::vector<DicomSlice>> read_dicom_slices(const std::string& path);
 
-/// The stored (not rescaled) pixels, row by row; columns * rows of them. Errors: cut, damaged or packed in a
-/// way that cannot be unpacked here.
-Result<std::vector<std::int32_t>> read_dicom_pixels(const DicomSlice& slice);
+/// The stored (not rescaled) pixels, row by row, into `to`: columns * rows of them, of each the bits that go
+/// into T (std::int16_t or std::int32_t). Errors: cut, damaged or packed in a way that cannot be unpacked
+/// here.
+template <class T>
+Result<void> read_dicom_pixels(const DicomSlice& slice, std::span<T> to);
 
 }  // namespace borelli

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <bit>
 #include <filesystem>
+#include <future>
 #include <limits>
 #include <new>
+
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -51,7 +54,7 @@ double shear(const Grid& grid) {
   return worst;
 }
 
-Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& progress) try {
+Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& progress, const Look& look) try {
   StoredVoxels voxels{header.scalar, header.grid.count() * static_cast<std::size_t>(header.layers), {}};
   const std::size_t width = scalar_bytes(header.scalar);
   const std::size_t bytes = voxels.count * width;
@@ -66,7 +69,9 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
 
   // reserve, then grow by chunks: a header that lies touches no more memory than the file can fill
   voxels.storage.reserve((bytes + 1) / 2);
-  const bool swap = header.big_endian != (std::endian::native == std::endian::big);
+  const bool swap = width > 1 && header.big_endian != (std::endian::native == std::endian::big);
+  std::vector<std::future<void>> aside_of(static_cast<std::size_t>(all_threads));  // of the latest chunks
+  std::size_t chunks = 0;
   for (std::size_t done = 0; done < bytes;) {
     const std::size_t step = std::min(chunk, bytes - done);
     voxels.storage.resize((done + step + 1) / 2);
@@ -77,10 +82,19 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
       return failure(header.data_file, "is cut off: it holds " + std::to_string(done + *got) + " of " +
                                            std::to_string(bytes) + " bytes of voxels");
     }
-    if (swap && width > 1) reverse_bytes(target, step / width, width);
+    if (swap || look) {
+      auto& work = aside_of[chunks++ % aside_of.size()];
+      if (work.valid()) work.get();
+      work = std::async(aside(0), [&voxels, &look, target, step, swap, width, first = done / width] {
+        if (swap) reverse_bytes(target, step / width, width);
+        if (look) look(voxels, first, first + step / width);
+      });
+    }
     done += step;
     if (progress) progress(static_cast<double>(done) / static_cast<double>(bytes));
   }
+  for (auto& work : aside_of)
+    if (work.valid()) work.get();
   // checksum and length are compared at the stream's end only; damage can also make the stream longer
   if (header.packing == ByteSource::Packing::deflated) {
     if (const auto rest = source->skip(std::numeric_limits<std::uint64_t>::max()); !rest)

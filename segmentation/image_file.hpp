@@ -69,8 +69,13 @@ Result<ImageHeader> read_metaimage_header(const std::string& path);
 /// By the file's ending. Errors: no such file, an ending that is not read here, and those of the formats.
 Result<ImageHeader> read_image_header(const std::string& path);
 
+/// What is done with voxels [first, last) as soon as they are there, by other threads than the one that reads
+/// on; several at a time.
+using Look = std::function<void(const StoredVoxels& voxels, std::size_t first, std::size_t last)>;
+
 /// Errors: file shorter than its header says, damaged compressed data, too large for memory.
-Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& progress = {});
+Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& progress = {},
+                                 const Look& look = {});
 
 /// Each writes a volume; `voxels` are i16 or u8 as stored, the grid's count of them; `recorded_quantity` as
 /// above. Errors: not writable, disk full, a grid that the format cannot say.

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "segmentation/volume.hpp"
@@ -68,13 +69,23 @@ struct Region {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();         ///< mean of the voxel indices
 };
 
+/// A number of each voxel, in memory that nothing clears before it is written.
+struct RegionNumbers {
+  Grid grid;
+  std::unique_ptr<std::int32_t[]> voxels;  ///< grid.count(), i fastest
+
+  std::int32_t at(std::int64_t i, std::int64_t j, std::int64_t k) const {
+    return voxels[grid.offset(i, j, k)];
+  }
+};
+
 struct Regions {
-  Volume<std::int32_t> number;  ///< 0 outside the mask, else 1 + index into `list`
-  std::vector<Region> list;     ///< largest first
+  RegionNumbers number;      ///< 0 outside the mask, else 1 + index into `list`
+  std::vector<Region> list;  ///< largest first
 };
 
 /// Connected regions of a mask, neighbours by faces (6) or by faces, edges and corners (26).
-Regions connected_regions(const Mask& mask, int neighbours = 26);
+Regions connected_regions(const Mask& mask, int neighbours = 26, int threads = 0);
 
 /// Those of a mask's regions that `keep` says so of, given each and the largest.
 Mask kept_regions(const Mask& mask, int neighbours,

@@ -68,52 +68,29 @@ void each_block(const StoredVoxels& voxels, std::size_t first, std::size_t last,
   });
 }
 
-// As value_range, of what are_whole and at least one: of the numbers as they are stored, whose order a slope
-// keeps or turns.
+// As value_range, of what are_whole: of the numbers as they are stored, whose order a slope keeps or turns.
 template <class T>
-ValueRange whole_range(const StoredVoxels& voxels, double slope, double intercept) {
-  const bool turned = slope < 0;
-  struct Ends {
-    T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::min();
-    std::size_t at_least = 0;  // at the end that becomes the least value
-  };
-  const auto add = [turned](const Ends& more, Ends& ends) {
-    const T end = turned ? more.high : more.low, before = turned ? ends.high : ends.low;
-    if (ends.at_least == 0 || (turned ? end > before : end < before))
-      ends.at_least = more.at_least;
-    else if (end == before)
-      ends.at_least += more.at_least;
-    ends.low = std::min(ends.low, more.low), ends.high = std::max(ends.high, more.high);
-  };
+ValueRange whole_range(const StoredVoxels& voxels, double slope, double intercept, std::size_t first,
+                       std::size_t last) {
   const auto* const stored = reinterpret_cast<const T*>(voxels.bytes());
-  Ends all;
-  std::mutex mutex;
-  in_slabs(static_cast<std::int64_t>(voxels.count), 0, [&](std::int64_t first, std::int64_t last) {
-    Ends own;
-    constexpr std::int64_t together = 1 << 15;  // as in each_block; and counts of them into 16 bits
-    for (std::int64_t from = first; from < last; from += together) {
-      const std::int64_t to = std::min(from + together, last);
-      Ends ends;
-      for (std::int64_t n = from; n < to; ++n)
-        ends.low = std::min(ends.low, stored[n]), ends.high = std::max(ends.high, stored[n]);
-      const T end = turned ? ends.high : ends.low;
-      std::uint16_t equal = 0;
-      for (std::int64_t n = from; n < to; ++n) equal += stored[n] == end;
-      ends.at_least = equal;
-      add(ends, own);
-    }
-    const std::lock_guard lock(mutex);
-    add(own, all);
-  });
-  ValueRange r;
-  r.count = voxels.count;
   const auto value = [&](T x) {
     return static_cast<double>(static_cast<std::int32_t>(slope) * x + static_cast<std::int32_t>(intercept));
   };
-  r.least = value(turned ? all.high : all.low);
-  r.greatest = value(turned ? all.low : all.high);
-  r.at_least = slope == 0 ? voxels.count : all.at_least;
-  return r;
+  ValueRange all;
+  constexpr std::size_t together = 1 << 15;  // as in each_block; and counts of them into 16 bits
+  for (std::size_t from = first; from < last; from += together) {
+    const std::size_t to = std::min(from + together, last);
+    T low = std::numeric_limits<T>::max(), high = std::numeric_limits<T>::min();
+    for (std::size_t n = from; n < to; ++n) low = std::min(low, stored[n]), high = std::max(high, stored[n]);
+    const T least = slope < 0 ? high : low, greatest = slope < 0 ? low : high;
+    std::uint16_t equal = 0;
+    for (std::size_t n = from; n < to; ++n) equal += stored[n] == least;
+    all += {.least = value(least),
+            .greatest = value(greatest),
+            .count = to - from,
+            .at_least = slope == 0 ? to - from : equal};
+  }
+  return all;
 }
 
 // How many voxels lie where each reading expects them.
@@ -316,13 +293,13 @@ Changes convert_whole(std::vector<std::int16_t>& storage, std::size_t count, dou
   return changes;
 }
 
-// int16 of each value, written over the bytes that it came from
+// int16 of each value, written over the bytes that held them all
 template <class T>
 Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double slope, double intercept,
                 double low, std::int16_t fill, double padding) {
   if (sizeof(T) < 2) storage.resize(count);
   unsigned char* const bytes = reinterpret_cast<unsigned char*>(storage.data());
-  const auto one = [&](std::size_t n, Changes& changes) {
+  const auto one = [&](std::size_t n, std::size_t at, Changes& changes) {
     T stored;
     std::memcpy(&stored, bytes + n * sizeof(T), sizeof stored);
     const double value = slope * static_cast<double>(stored) + intercept;
@@ -336,23 +313,27 @@ Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double sl
       changes.below += value<low, changes.above += value> 32767;
       out = static_cast<std::int16_t>(std::lrint(std::clamp(value, low, 32767.0)));
     }
-    std::memcpy(bytes + 2 * n, &out, 2);
+    std::memcpy(bytes + 2 * at, &out, 2);
   };
-  // a result never overtakes what is still to be read: forwards where voxels shrink, backwards where they
-  // grow; where they do neither, in any order
+  // a result never overtakes what is still to be read: backwards where voxels grow, else forwards, each
+  // slab to its own beginning, from where it is moved to its place
   Changes changes;
-  if constexpr (sizeof(T) == 2) {
+  if constexpr (sizeof(T) < 2) {
+    for (std::size_t n = count; n-- > 0;) one(n, n, changes);
+  } else {
     std::mutex mutex;
-    in_slabs(static_cast<std::int64_t>(count), 0, [&](std::int64_t first, std::int64_t last) {
+    std::vector<std::pair<std::size_t, std::size_t>> slabs;
+    in_slabs(static_cast<std::int64_t>(count), 0, [&](std::int64_t from, std::int64_t to) {
+      const auto first = static_cast<std::size_t>(from), last = static_cast<std::size_t>(to);
       Changes own;
-      for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n) one(n, own);
+      for (std::size_t n = first, at = first * sizeof(T) / 2; n < last; ++n, ++at) one(n, at, own);
       const std::lock_guard lock(mutex);
       changes += own;
+      slabs.emplace_back(first, last - first);
     });
-  } else if constexpr (sizeof(T) > 2) {
-    for (std::size_t n = 0; n < count; ++n) one(n, changes);
-  } else {
-    for (std::size_t n = count; n-- > 0;) one(n, changes);
+    std::ranges::sort(slabs);
+    for (const auto& [first, length] : slabs)
+      std::memmove(bytes + 2 * first, bytes + sizeof(T) * first, 2 * length);
   }
   storage.resize(count);
   storage.shrink_to_fit();
@@ -407,41 +388,58 @@ Quantity held_as(FileQuantity quantity) {
   }
 }
 
-ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept) {
-  if (are_whole(voxels, slope, intercept) && voxels.count > 0)
+ValueRange& ValueRange::operator+=(const ValueRange& other) {
+  const bool none = not_finite == count;
+  if (other.not_finite < other.count) {
+    if (none || other.least < least)
+      at_least = other.at_least;
+    else if (other.least == least)
+      at_least += other.at_least;
+    least = none ? other.least : std::min(least, other.least);
+    greatest = none ? other.greatest : std::max(greatest, other.greatest);
+  }
+  count += other.count, not_finite += other.not_finite, fractional += other.fractional;
+  return *this;
+}
+
+ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept, std::size_t first,
+                       std::size_t last) {
+  if (are_whole(voxels, slope, intercept))
     return with_scalar(voxels.scalar, [&]<class T>(T) {
-      if constexpr (std::is_integral_v<T> && sizeof(T) <= 2) return whole_range<T>(voxels, slope, intercept);
+      if constexpr (std::is_integral_v<T> && sizeof(T) <= 2)
+        return whole_range<T>(voxels, slope, intercept, first, last);
       return ValueRange{};  // (are_whole says no of others)
     });
-  ValueRange r;
-  r.count = voxels.count;
   double least = std::numeric_limits<double>::infinity(), greatest = -least;
+  ValueRange r;
+  const auto look = [&](const auto& read, std::size_t from, std::size_t to) {
+    for (std::size_t n = from; n < to; ++n) {
+      const double v = read(n);
+      if (!std::isfinite(v)) {
+        ++r.not_finite;
+        continue;
+      }
+      r.at_least = v < least ? 1 : r.at_least + (v == least);
+      least = std::min(least, v), greatest = std::max(greatest, v);
+      r.fractional += v != std::floor(v);
+    }
+  };
+  each_block(voxels, first, last, slope, intercept, look);
+  r.count = last - first;
+  if (r.not_finite < r.count) r.least = least, r.greatest = greatest;
+  return r;
+}
+
+ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept) {
+  ValueRange all;
   std::mutex mutex;
   in_slabs(static_cast<std::int64_t>(voxels.count), 0, [&](std::int64_t first, std::int64_t last) {
-    ValueRange own;
-    own.least = std::numeric_limits<double>::infinity(), own.greatest = -own.least;
-    const auto look = [&](const auto& read, std::size_t from, std::size_t to) {
-      for (std::size_t n = from; n < to; ++n) {
-        const double v = read(n);
-        if (!std::isfinite(v)) {
-          ++own.not_finite;
-          continue;
-        }
-        own.at_least = v < own.least ? 1 : own.at_least + (v == own.least);
-        own.least = std::min(own.least, v), own.greatest = std::max(own.greatest, v);
-        own.fractional += v != std::floor(v);
-      }
-    };
-    each_block(voxels, static_cast<std::size_t>(first), static_cast<std::size_t>(last), slope, intercept,
-               look);
+    const ValueRange own = value_range(voxels, slope, intercept, static_cast<std::size_t>(first),
+                                       static_cast<std::size_t>(last));
     const std::lock_guard lock(mutex);
-    if (own.least < least) r.at_least = 0;
-    if (own.least <= least) r.at_least += own.at_least;
-    least = std::min(least, own.least), greatest = std::max(greatest, own.greatest);
-    r.not_finite += own.not_finite, r.fractional += own.fractional;
+    all += own;
   });
-  if (least <= greatest) r.least = least, r.greatest = greatest;
-  return r;
+  return all;
 }
 
 Result<QuantityReading> decide_quantity(const std::string& path, const StoredVoxels& voxels, double slope,

@@ -46,8 +46,13 @@ struct ValueRange {
   std::size_t not_finite = 0;  ///< NaN or infinite
   std::size_t fractional = 0;  ///< finite and not a whole number
   std::size_t at_least = 0;    ///< equal to the least
+
+  ValueRange& operator+=(const ValueRange& other);  ///< of these voxels and those
 };
 ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept);
+/// Of the voxels [first, last), by the thread that calls: the others need not be there yet.
+ValueRange value_range(const StoredVoxels& voxels, double slope, double intercept, std::size_t first,
+                       std::size_t last);
 
 struct QuantityReading {
   FileQuantity quantity = FileQuantity::hu;

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <mutex>
+#include <span>
 
 #include "segmentation/dicom.hpp"
 #include "segmentation/dicom_elements.hpp"
 #include "segmentation/header_text.hpp"
+#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -48,9 +51,15 @@ Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& opti
   if (header->layers > 1)
     return bad_use(path, "is a segmentation of " + std::to_string(header->layers) +
                              " layers; give it with --labels, and the scan that it belongs to as the volume");
-  auto voxels = load_voxels(*header, options.progress);
+  ValueRange range;
+  std::mutex mutex;
+  auto voxels = load_voxels(
+      *header, options.progress, [&](const StoredVoxels& some, std::size_t first, std::size_t last) {
+        const ValueRange own = value_range(some, header->slope, header->intercept, first, last);
+        const std::lock_guard lock(mutex);
+        range += own;
+      });
   if (!voxels) return tl::unexpected(voxels.error());
-  const ValueRange range = value_range(*voxels, header->slope, header->intercept);
   const auto reading = decide_quantity(path, *voxels, header->slope, header->intercept, range,
                                        options.quantity, header->recorded_quantity);
   if (!reading) return tl::unexpected(reading.error());
@@ -110,10 +119,16 @@ Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& op
   if (!scanned) return scanned;
   check_spacing(scanned->volume.grid, scanned->warnings);
   const auto& voxels = scanned->volume.voxels;
-  std::int16_t least = voxels.front(), greatest = least;
-  for (const std::int16_t value : voxels)
-    least = std::min(least, value), greatest = std::max(greatest, value);
-  scanned->least = least, scanned->greatest = greatest;
+  scanned->least = scanned->greatest = voxels.front();
+  std::mutex mutex;
+  in_slabs(std::ssize(voxels), 0, [&](std::int64_t first, std::int64_t last) {
+    std::int16_t least = voxels.front(), greatest = least;
+    for (const std::int16_t value : std::span(voxels).subspan(std::size_t(first), std::size_t(last - first)))
+      least = std::min(least, value), greatest = std::max(greatest, value);
+    const std::lock_guard lock(mutex);
+    scanned->least = std::min<double>(scanned->least, least);
+    scanned->greatest = std::max<double>(scanned->greatest, greatest);
+  });
   return scanned;
 }
 

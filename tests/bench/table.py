@@ -11,6 +11,9 @@ written. Leaves in FOLDER (bench):
     README.md     the tables, between the two lines that name this script where the file has them (tests/bench has)
     bodies.svg    nanoseconds per evaluation against the number of bodies, up to 10000, with fitted exponents
     voxels.svg    milliseconds of one thread's moments against voxels, up to 512 x 512 x 2000
+    runs.svg      seconds of whole runs, segmentation, inertia and meshes against voxels, up to as many
+
+and in FOLDER/peers/README.md, where there is one, the tables of contacts.
 
 The exponent of a curve is the slope of the least squares line through the logarithms of its sizes from 100 bodies or 1e7
 voxels on: below that what does not grow with the size still shows. --quick leaves out the largest sizes and whole runs.
@@ -383,15 +386,76 @@ def volumes_section(programs):
     return lines + ["", spread_of(timings)]
 
 
+def peers_section(programs):
+    """The summary of `peers`: rows of scenes, what the others' fastest run takes over ours; and the rest of its page."""
+    if not programs.path("peers"):
+        return [], []
+    print("peers ...", file=sys.stderr, flush=True)
+    samples = ("roundabout", "double_pendulum", "heavy_top", "spinning_plate", "shock", "andrews", "four_bar_2", "bouncing_ball",
+               "block_on_slope", "four_bar_40")
+    scenes = [ROOT / f"samples/{name}.toml" for name in samples[:2 if programs.quick else None]]
+    own = ROOT / "tests/bench/peers/scenes"
+    scenes = [*([own / "chain_7.toml"] if programs.quick else sorted(own.glob("*.toml"))), *scenes]
+    with tempfile.TemporaryDirectory() as folder:
+        programs.run(programs.path("peers"), *scenes, "-o", folder, "--budget", "0.1", "--equations", "recursive", "--methods",
+                     "dop853,dopri5,gbs,gauss16,rk4,semi_implicit_euler,cvode")
+        page = pathlib.Path(folder, "README.md").read_text(encoding="utf-8").splitlines()
+    first = next(n for n, line in enumerate(page) if line.startswith("| scene |"))
+    end = page.index("", first)
+    lines = ["Whole simulations beside Simbody, DART, Bullet and MuJoCo in one process (`peers`, with the methods and scenes of "
+             "[its page](peers/README.md)): what the fastest run of the others takes over our fastest trusted one, for errors of "
+             "position (over the scene's length) and orientation (rad), on the ground of its four, of at most so much. Bold: ours "
+             "loses. Alone: no run of theirs that took at most 0.1 s (or the first beyond) comes to it. -: less than ten times the "
+             "reference's own error.", "", *page[first:end]]
+    contacts, scene = [], ""
+    for n, line in enumerate(page):
+        if line.startswith("## "):
+            scene = line.removeprefix("## ")
+        elif line.startswith("| method | ms | position | times of impacts"):
+            contacts += [f"{scene[0].upper()}{scene[1:]}:", "", *page[n:page.index("", n)], ""]
+    return lines, contacts
+
+
+class WholeRuns:
+    """`borelli run` on volumes, and what it says of itself."""
+
+    def __init__(self, programs):
+        self.programs = programs
+        self.borelli = [programs.path("borelli")]
+        if not os.environ.get("DISPLAY") and shutil.which("xvfb-run"):
+            self.borelli = ["xvfb-run", "-a", *self.borelli]
+
+    def phantom(self, spacing, volume):
+        self.programs.run(self.borelli[-1], "phantom", "--spacing", *spacing, "--noise", "20", "-o", volume)
+
+    def voxels(self, volume):
+        info = self.programs.run(self.borelli[-1], "info", volume)
+        return next(line.split(maxsplit=1)[1] for line in info.splitlines() if line.split()[:1] == ["voxels"])
+
+    def run(self, volume, folder):
+        """Seconds of wall time, GiB at most, run.json."""
+        out = folder / "out"
+        shutil.rmtree(out, ignore_errors=True)
+        begin = time.monotonic()
+        with open(folder / "said", "w+", encoding="utf-8") as said:
+            child = subprocess.Popen([*self.borelli, "run", volume, "--sex", "male", "--pose", "standing", "-o", out],
+                                     stdout=said, stderr=said)
+            _, status, usage = os.wait4(child.pid, 0)
+            seconds = time.monotonic() - begin
+            said.seek(0)
+            if status != 0:
+                sys.exit(f"borelli run on {volume} ended with {os.waitstatus_to_exitcode(status)}: {said.read().strip()[-300:]}")
+        answer = json.loads(next(out.glob("*/run.json")).read_text(encoding="utf-8"))
+        return seconds, usage.ru_maxrss / 2**20, answer  # (of kB)
+
+
 def whole_runs_section(programs):
     """Rows of volumes: wall time from volume to report, median of three and each; memory; slowest stages."""
     if programs.quick:
         return []
-    borelli = [programs.path("borelli")]
-    if not os.environ.get("DISPLAY") and shutil.which("xvfb-run"):
-        borelli = ["xvfb-run", "-a", *borelli]
+    whole = WholeRuns(programs)
     icrp = ROOT.parent / "shared/volumes/icrp_am/AM_hu.nii.gz"
-    display = "" if len(borelli) == 1 else ", with the display that `xvfb-run` starts for the picture"
+    display = "" if len(whole.borelli) == 1 else ", with the display that `xvfb-run` starts for the picture"
     lines = [f"From a volume to the report, picture and all, wall time on all cores (`borelli run`{display}), three runs:", "",
              "| volume | voxels | median (each) | peak memory | slowest stages |", "| --- | --- | ---: | ---: | --- |"]
     with tempfile.TemporaryDirectory() as name:
@@ -401,31 +465,41 @@ def whole_runs_section(programs):
                                        ("phantom, as many voxels as a CT of 512 x 512 x 1000", ["1.465", "0.744", "1.788"],
                                         folder / "large.nii.gz")):
             if spacing:
-                programs.run(borelli[-1], "phantom", "--spacing", *spacing, "--noise", "20", "-o", volume)
+                whole.phantom(spacing, volume)
             elif not volume.exists():
                 continue
             print(f"borelli run, {title} ...", file=sys.stderr, flush=True)
-            seconds, memory = [], []
-            for _ in range(3):
-                out = folder / "out"
-                shutil.rmtree(out, ignore_errors=True)
-                begin = time.monotonic()
-                with open(folder / "said", "w+", encoding="utf-8") as said:
-                    child = subprocess.Popen([*borelli, "run", volume, "--sex", "male", "--pose", "standing", "-o", out],
-                                             stdout=said, stderr=said)
-                    _, status, usage = os.wait4(child.pid, 0)
-                    seconds.append(time.monotonic() - begin)
-                    said.seek(0)
-                    if status != 0:
-                        sys.exit(f"borelli run on {title} ended with {os.waitstatus_to_exitcode(status)}: {said.read().strip()[-300:]}")
-                memory.append(usage.ru_maxrss / 2**20)  # of kB
-            answer = json.loads(next(out.glob("*/run.json")).read_text(encoding="utf-8"))
-            info = programs.run(borelli[-1], "info", volume)
-            voxels = next(line.split(maxsplit=1)[1] for line in info.splitlines() if line.split()[:1] == ["voxels"])
-            slowest = ", ".join(f"{stage['stage']} {100 * stage['share']:.0f} %" for stage in answer["slowest"])
-            lines.append(f"| {title} | {voxels} | {statistics.median(seconds):.1f} s ({', '.join(f'{s:.1f}' for s in seconds)}) | "
+            seconds, memory, answers = zip(*(whole.run(volume, folder) for _ in range(3)))
+            slowest = ", ".join(f"{stage['stage']} {100 * stage['share']:.0f} %" for stage in answers[-1]["slowest"])
+            lines.append(f"| {title} | {whole.voxels(volume)} | {statistics.median(seconds):.1f} s ({', '.join(f'{s:.1f}' for s in seconds)}) | "
                          f"{max(memory):.2f} GiB | {slowest} |")
     return lines
+
+
+def sizes_section(programs, drawings):
+    """Whole runs and their large stages against the voxels of the volume, the phantom up to 512 x 512 x 2000."""
+    if programs.quick:
+        return []
+    whole = WholeRuns(programs)
+    curves, most = {}, 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        volume = folder / "phantom.nii.gz"
+        for spacing in (["6"], ["4"], ["3"], ["2"], ["1.465", "0.744", "1.788"], ["1.465", "0.744", "0.894"]):
+            whole.phantom(spacing, volume)
+            voxels = math.prod(int(n) for n in whole.voxels(volume).split(" x "))
+            print(f"borelli run, {voxels} voxels ...", file=sys.stderr, flush=True)
+            runs = [whole.run(volume, folder) for _ in range(3 if voxels < 1e8 else 1)]
+            most = max(most, *(memory for _, memory, _ in runs))
+            curves.setdefault("the whole run", []).append((voxels, statistics.median(seconds for seconds, _, _ in runs)))
+            for stage in ("segmentation", "inertia", "mesh"):
+                seconds = [next(s["seconds"] for s in answer["stages"] if s["stage"] == stage) for _, _, answer in runs]
+                curves.setdefault(stage, []).append((voxels, statistics.median(seconds)))
+    drawings["runs.svg"], exponents = plot("From a volume to the report: cost against voxels", "voxels", "s", curves,
+                                           FITTED_FROM["voxels"])
+    return ["![Cost of whole runs against voxels](runs.svg)", "",
+            "Whole runs and their large stages against voxels, the phantom up to as many as 512 x 512 x 2000 "
+            f"({most:.2f} GiB), fitted exponents from 1e7: " + ", ".join(f"{name} {e:.2f}" for name, e in exponents.items()) + "."]
 
 
 def main():
@@ -447,19 +521,25 @@ def main():
         sys.exit(f"{asked.out}: {error.strerror}")
     readme = os.path.join(asked.out, "README.md")
     before, after = text_around(readme)
+    peers_readme = os.path.join(asked.out, "peers", "README.md")
+    peers_before, peers_after = text_around(peers_readme)
     lines = [f"On {processor()}, medians of {asked.repetitions} in random order, of one thread's processor time, unless it is "
              "said otherwise.", ""]
     drawings = {}
+    peers, contacts = peers_section(programs)
     for section in (mujoco_section(programs), constraints_section(programs), ensemble_section(programs),
                     equations_section(programs, drawings), work_precision_section(programs), recording_section(programs),
                     floor_section(programs), moments_section(programs, drawings), volumes_section(programs),
-                    whole_runs_section(programs)):
+                    whole_runs_section(programs), sizes_section(programs, drawings), peers):
         lines += section + [""] if section else []
     for name, drawing in drawings.items():
         with open(os.path.join(asked.out, name), "w", encoding="utf-8") as file:
             file.write(drawing)
     with open(readme, "w", encoding="utf-8") as file:
         file.write("\n".join([before + BEGIN, *lines, END + after]))
+    if contacts and os.path.exists(peers_readme):
+        with open(peers_readme, "w", encoding="utf-8") as file:
+            file.write("\n".join([peers_before + BEGIN, f"On {processor()}.", "", *contacts, END + peers_after]))
     print("\n".join(lines))
 
 

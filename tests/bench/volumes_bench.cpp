@@ -6,12 +6,18 @@
 // both: `distance_to_20` finds squared distances to the mask up to 20 voxels, which is as far as segmentation
 // looks, in whole numbers, and `distance_far` all of them; ITK's (Maurer's) all within the mask, too, in
 // floats. `coarser` takes means of the scan along the patient's axes, wherever its own lie; ITK those of two
-// voxels along each of its own. Reading and regions are not shared among cores.
+// voxels along each of its own. DICOM is read as 150 slices of 512 x 512, plain and packed (JPEG lossless);
+// ITK is told the slices' files and their order, which ours finds. Unpacking one file is not shared among
+// cores, what is done with its voxels is.
 #include <fmt/core.h>
+#include <gdcmImageChangeTransferSyntax.h>
+#include <gdcmImageReader.h>
 #include <itkBinShrinkImageFilter.h>
 #include <itkConnectedComponentImageFilter.h>
+#include <itkGDCMImageIO.h>
 #include <itkImage.h>
 #include <itkImageFileReader.h>
+#include <itkImageSeriesReader.h>
 #include <itkMultiThreaderBase.h>
 #include <itkNiftiImageIO.h>
 #include <itkSignedMaurerDistanceMapImageFilter.h>
@@ -29,6 +35,7 @@
 #include "segmentation/squared_distances.hpp"
 #include "segmentation/write.hpp"
 #include "tests/bench/peer_ratios.hpp"
+#include "tests/segmentation/dicom_series.hpp"
 
 namespace borelli {
 namespace {
@@ -49,6 +56,54 @@ typename Image<T>::Pointer itk_image(const Volume<T>& volume) {
   return image;
 }
 
+/// A series of slices in a folder of its own, in their order.
+struct Series {
+  std::filesystem::path folder;
+  std::vector<std::string> files;
+};
+
+/// Of the volume's middle: `slices` of 512 x 512.
+Series write_series(const Volume<std::int16_t>& volume, const std::filesystem::path& folder, int slices) {
+  std::filesystem::create_directories(folder);
+  Series series{folder, {}};
+  TestSlice slice;
+  slice.rows = slice.columns = 512, slice.is_signed = true, slice.bits_stored = 16, slice.intercept = 0;
+  slice.pixels.resize(512 * 512);
+  const auto& [nx, ny, nz] = volume.grid.size;
+  for (int n = 0; n < slices; ++n) {
+    for (std::int64_t j = 0; j < 512; ++j)
+      for (std::int64_t i = 0; i < 512; ++i)
+        slice.pixels[static_cast<std::size_t>(512 * j + i)] =
+            static_cast<std::uint16_t>(volume.at(nx * i / 512, ny * j / 512, nz * n / slices));
+    slice.instance = fmt::format("1.2.3.1.{}", n + 1);
+    slice.position.z() = 5.0 * n;
+    series.files.push_back(folder / fmt::format("{:04}.dcm", n));
+    write_slice(series.files.back(), slice);
+  }
+  return series;
+}
+
+Series packed(const Series& plain, const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  Series series{folder, {}};
+  for (const std::string& file : plain.files) {
+    gdcm::ImageReader reader;
+    reader.SetFileName(file.c_str());
+    if (!reader.Read()) throw std::runtime_error("GDCM cannot read " + file);
+    gdcm::ImageChangeTransferSyntax change;
+    change.SetTransferSyntax(gdcm::TransferSyntax::JPEGLosslessProcess14_1);
+    change.SetInput(reader.GetImage());
+    if (!change.Change()) throw std::runtime_error("GDCM cannot pack " + file);
+    gdcm::ImageWriter writer;
+    writer.SetFile(reader.GetFile());
+    writer.SetImage(change.GetOutput());
+    series.files.push_back(folder / std::filesystem::path(file).filename());
+    writer.SetFileName(series.files.back().c_str());
+    if (!writer.Write()) throw std::runtime_error("GDCM cannot write " + series.files.back());
+  }
+  return series;
+}
+
 /// The phantom, as it is looked at.
 struct Looked {
   Scan scan;
@@ -56,7 +111,8 @@ struct Looked {
   Mask body;
   Image<std::int16_t>::Pointer grey;
   Image<std::uint8_t>::Pointer mask;
-  std::filesystem::path file;
+  std::filesystem::path folder, file;
+  Series slices, packed_slices;
 
   Looked() {
     const Phantom phantom = build_phantom({}).value();
@@ -67,12 +123,18 @@ struct Looked {
     body = body_mask(work);
     grey = itk_image<std::int16_t>(scan.grey);
     mask = itk_image<std::uint8_t>(body);
-    file = std::filesystem::temp_directory_path() /
-           fmt::format("volumes_bench_{}.nii.gz", std::random_device()());
+    folder = std::filesystem::temp_directory_path() / fmt::format("volumes_bench_{}", std::random_device()());
+    std::filesystem::create_directories(folder);
+    file = folder / "phantom.nii.gz";
     if (auto done = write_volume(file.string(), scan.grey); !done)
       throw std::runtime_error(done.error().message());
+    slices = write_series(scan.grey, folder / "slices", 150);
+    packed_slices = packed(slices, folder / "packed");
   }
-  ~Looked() { std::filesystem::remove(file); }
+  ~Looked() {
+    std::error_code ignored;
+    std::filesystem::remove_all(folder, ignored);
+  }
   Looked(const Looked&) = delete;
   Looked& operator=(const Looked&) = delete;
 };
@@ -95,6 +157,20 @@ void itk_read(const Looked& l, int) {
   reader->SetFileName(l.file.string());
   reader->Update();
 }
+
+void read_series(const Series& series) {
+  if (!read_volume(series.folder.string(), {})) throw std::runtime_error("the slices cannot be read");
+}
+void itk_read_series(const Series& series) {
+  auto reader = itk::ImageSeriesReader<Image<std::int16_t>>::New();
+  reader->SetImageIO(itk::GDCMImageIO::New());
+  reader->SetFileNames(series.files);
+  reader->Update();
+}
+void dicom(const Looked& l, int) { read_series(l.slices); }
+void itk_dicom(const Looked& l, int) { itk_read_series(l.slices); }
+void dicom_packed(const Looked& l, int) { read_series(l.packed_slices); }
+void itk_dicom_packed(const Looked& l, int) { itk_read_series(l.packed_slices); }
 
 void coarser(const Looked& l, int threads) {
   benchmark::DoNotOptimize(resampled(l.scan.grey, 2 * step, threads));
@@ -119,7 +195,9 @@ void itk_distance(const Looked& l, int) {
   filter->Update();
 }
 
-void regions(const Looked& l, int) { benchmark::DoNotOptimize(connected_regions(l.body, 6)); }
+void regions(const Looked& l, int threads) {
+  benchmark::DoNotOptimize(connected_regions(l.body, 6, threads));
+}
 void itk_regions(const Looked& l, int) {
   filtered<itk::ConnectedComponentImageFilter<Image<std::uint8_t>, Image<std::int32_t>>>(l.mask)->Update();
 }
@@ -168,6 +246,8 @@ int main(int argc, char** argv) {
     }
   };
   both("read", read, itk_read);
+  both("read_dicom", dicom, itk_dicom);
+  both("read_dicom_packed", dicom_packed, itk_dicom_packed);
   both("coarser", coarser, itk_coarser);
   both("distance_to_20", distance_to_20, itk_distance);
   both("distance_far", distance_far, itk_distance);

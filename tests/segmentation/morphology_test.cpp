@@ -163,6 +163,17 @@ TEST(Morphology, RegionsAreThoseThatSpreadingFinds) {
           EXPECT_LE(regions.list[n].voxels, regions.list[n - 1].voxels);
         }
       }
+      for (const int threads : {1, 2, 3, 20}) {  // wherever slabs meet
+        const Regions same = connected_regions(mask, neighbours, threads);
+        EXPECT_TRUE(std::equal(same.number.voxels.get(), same.number.voxels.get() + mask.grid.count(),
+                               regions.number.voxels.get()));
+        ASSERT_EQ(same.list.size(), regions.list.size());
+        for (std::size_t n = 0; n < same.list.size(); ++n) {
+          EXPECT_EQ(same.list[n].low, regions.list[n].low);
+          EXPECT_EQ(same.list[n].high, regions.list[n].high);
+          EXPECT_EQ(same.list[n].centre, regions.list[n].centre);
+        }
+      }
       const Mask small = kept_regions(mask, neighbours, [](const Region& one, const Region& largest) {
         return 2 * one.voxels < largest.voxels;
       });

@@ -126,6 +126,18 @@ struct HandMade {
     set_field<std::int16_t>(bytes, 254, 1);
     for (std::size_t i = 0; i < 12; ++i) set_field(bytes, 280 + 4 * i, rows[i]);
   }
+  // turns all that is read, after `count` voxels of `width` bytes were added
+  void to_big_endian(std::size_t width, std::size_t count) {
+    const auto turn = [&](std::size_t offset, std::size_t bytes, std::size_t n) {
+      for (std::size_t i = 0; i < n; ++i)
+        std::reverse(bytes_at(offset + i * bytes), bytes_at(offset + (i + 1) * bytes));
+    };
+    turn(0, 4, 1), turn(40, 2, 8), turn(68, 2, 4), turn(76, 4, 8), turn(108, 4, 3), turn(252, 2, 2);
+    turn(256, 4, 18), turn(352, width, count);
+  }
+  std::vector<char>::iterator bytes_at(std::size_t offset) {
+    return bytes.begin() + static_cast<std::ptrdiff_t>(offset);
+  }
   template <class T>
   void voxels(const std::vector<T>& values) {
     const auto* first = reinterpret_cast<const char*>(values.data());
@@ -164,6 +176,49 @@ TEST(Nifti, EveryScalarTypeWithSlopeAndIntercept) {
   expect_values<double>(64, {-999.6, 0.4, 40.6, 3000}, 1, 0, {-1000, 0, 41, 3000});
 }
 
+// Files of many blocks, whose voxels are turned and looked over while more are read, and converted in slabs.
+template <class T>
+void expect_blocks(std::int16_t datatype, bool big_endian, bool packed) {
+  SCOPED_TRACE(testing::Message() << "datatype " << datatype << (big_endian ? ", big endian" : "")
+                                  << (packed ? ", packed" : ""));
+  HandMade file({3, 131, 127, 150, 1, 1, 1, 1}, datatype, static_cast<std::int16_t>(8 * sizeof(T)));
+  file.sform(plain_rows);
+  std::mt19937 random(5);
+  std::uniform_int_distribution<int> value(-1000, 3000);
+  std::vector<T> stored(131 * 127 * 150);
+  std::vector<std::int16_t> expected;
+  for (T& v : stored) {
+    const int whole = value(random);
+    v = static_cast<T>(whole);
+    expected.push_back(static_cast<std::int16_t>(whole));
+  }
+  if constexpr (std::is_floating_point_v<T>) stored.back() = NAN, expected.back() = padding_hu;
+  file.voxels(stored);
+  if (big_endian) file.to_big_endian(sizeof(T), stored.size());
+  ScratchFolder folder;
+  const std::string path = folder / (packed ? "a.nii.gz" : "a.nii");
+  auto sink = ByteSink::create(path, packed ? ByteSink::Packing::gzip : ByteSink::Packing::plain);
+  ASSERT_TRUE(sink);
+  ASSERT_TRUE(sink->write(std::as_bytes(std::span(file.bytes))));
+  ASSERT_TRUE(sink->close());
+  std::vector<double> progress;
+  const auto back = read_volume(path, {FileQuantity::hu, [&](double done) { progress.push_back(done); }});
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_GT(progress.size(), 1U);
+  EXPECT_TRUE(back->volume.voxels == expected);
+  EXPECT_EQ(back->least, *std::ranges::min_element(expected));
+  EXPECT_EQ(back->greatest, *std::ranges::max_element(expected));
+}
+
+TEST(Nifti, VoxelsOfManyBlocksAreAllLookedOver) {
+  for (const bool big_endian : {false, true})
+    for (const bool packed : {false, true}) {
+      expect_blocks<std::int16_t>(4, big_endian, packed);
+      expect_blocks<float>(16, big_endian, packed);
+      expect_blocks<double>(64, big_endian, packed);
+    }
+}
+
 TEST(Nifti, MarksPaddingClampsWhatInt16CannotHoldAndSaysSo) {
   ScratchFolder folder;
   HandMade file({3, 2, 2, 2, 1, 1, 1, 1}, 16, 32);
@@ -199,14 +254,7 @@ TEST(Nifti, BigEndianAndUnits) {
   file.bytes[123] = 1;  // metres
   file.sform({0.002f, 0, 0, 0.01f, 0, 0.002f, 0, 0.02f, 0, 0, 0.003f, 0.03f});
   file.voxels<std::int16_t>({-1000, 0, 40, 3000});
-  auto swap = [&](std::size_t offset, std::size_t width, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i)
-      std::reverse(file.bytes.begin() + static_cast<long>(offset + i * width),
-                   file.bytes.begin() + static_cast<long>(offset + (i + 1) * width));
-  };
-  swap(0, 4, 1), swap(40, 2, 8), swap(68, 2, 4), swap(76, 4, 8), swap(108, 4, 3), swap(252, 2, 2),
-      swap(256, 4, 18);
-  swap(352, 2, 4);
+  file.to_big_endian(2, 4);
   put_bytes(folder / "a.nii", file.bytes);
   const auto back = read_volume(folder / "a.nii", as_hu);
   ASSERT_TRUE(back) << back.error().message();

@@ -1,7 +1,10 @@
 // What voxels hold, decided from their values: files made by hand with one reading, with two, with none.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <limits>
+#include <numeric>
 #include <random>
 
 #include "scratch_folder.hpp"
@@ -161,6 +164,32 @@ TEST(Quantity, MrKeepsItsSteps) {
   EXPECT_EQ(to_int16(fits, 1, 0, value_range(fits, 1, 0), FileQuantity::mr, warnings),
             (std::vector<std::int16_t>{0, 1, 4095}));
   EXPECT_TRUE(warnings.empty());
+}
+
+// Of pieces in any order what is found of all: also where some hold no finite value, or the least once more.
+TEST(Quantity, RangesOfPiecesMakeUpTheWholes) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const StoredVoxels voxels = floats({nan, nan, 3, 1.5F, -7, 2, nan, -7, -7, 4, 9, 9});
+  const auto expect = [&](const ValueRange& r) {
+    EXPECT_EQ(r.least, -7);
+    EXPECT_EQ(r.greatest, 9);
+    EXPECT_EQ(r.count, 12U);
+    EXPECT_EQ(r.not_finite, 3U);
+    EXPECT_EQ(r.fractional, 1U);
+    EXPECT_EQ(r.at_least, 3U);
+  };
+  expect(value_range(voxels, 1, 0));
+  std::vector<ValueRange> pieces;
+  for (const auto& [first, last] : {std::pair(0U, 2U), {2U, 4U}, {4U, 8U}, {8U, 9U}, {9U, 12U}})
+    pieces.push_back(value_range(voxels, 1, 0, first, last));
+  EXPECT_EQ(pieces[0].not_finite, 2U);
+  std::vector<std::size_t> order(pieces.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  do {
+    ValueRange whole;
+    for (const std::size_t n : order) whole += pieces[n];
+    expect(whole);
+  } while (std::ranges::next_permutation(order).found);
 }
 
 template <class T>
