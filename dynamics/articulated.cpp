@@ -3,6 +3,9 @@
 #define EIGEN_UNALIGNED_VECTORIZE 0
 #include "dynamics/articulated.hpp"
 
+#include <algorithm>
+#include <span>
+
 #include "dynamics/armature.hpp"
 #include "dynamics/articulated_side.hpp"
 #include "dynamics/articulated_step.hpp"
@@ -56,6 +59,17 @@ ArticulationOf<T>::ArticulationOf(const System& system)
       before = s;
     }
     if (body.step_count > 0) joints.back().body = int(b);
+  }
+  first_swing = joints.size();
+  if constexpr (is_lanes<T>) {
+    std::vector<char> carries(system.bodies.size(), false);
+    for (std::size_t b = 1; b < system.bodies.size(); ++b) carries[system.bodies[b].parent] = true;
+    const auto swings = std::ranges::stable_partition(joints, [&](const Joint& joint) {
+      return joint.before >= 0 || joint.drive >= 0 || joint.body < 0 || carries[joint.body] ||
+             !system.bodies[joint.body].massive ||
+             !std::holds_alternative<Rotation>(system.parameters.kinds[joint.step]);
+    });
+    first_swing = joints.size() - swings.size();
   }
 }
 
@@ -131,13 +145,23 @@ void follow_trees(const System& system, const Parameters& parameters, Articulati
   for (SideBySide& side : articulation.trees) follow_side(system, parameters, articulation, side, a);
 }
 
+template <class T>
+std::span<const Joint> swinging(const ArticulationOf<T>& articulation) {
+  return std::span(articulation.joints).subspan(articulation.first_swing);
+}
+template <class T>
+std::span<const Joint> linked(const ArticulationOf<T>& articulation) {
+  return std::span(articulation.joints)
+      .first(articulation.swung ? articulation.first_swing : articulation.joints.size());
+}
+
 /// Of extended coordinates. `given`: whether the free accelerations are; else only those of drives are read.
 template <class T>
 void move_all(const Parameters& parameters, const T* q, const T* u, const T* acceleration, bool given,
-              ArticulationOf<T>& articulation) {
+              std::span<const Joint> joints, ArticulationOf<T>& articulation) {
   articulation.placed = false;
   LinkOf<T>* const links = articulation.links.data();
-  for (const Joint& joint : articulation.joints) {
+  for (const Joint& joint : joints) {
     LinkOf<T>& link = links[joint.step];
     link.carries = false;
     const LinkOf<T>* before = link_before(joint, links);
@@ -151,6 +175,39 @@ void move_all(const Parameters& parameters, const T* q, const T* u, const T* acc
         },
         parameters.kinds[joint.step]);
   }
+}
+
+/// What is left to accelerate those that swing, and the inverse of what meets it (as Swings::find has it of
+/// one state). False where a lane's meets no inertia to speak of.
+template <class T>
+bool swing_all(const Parameters& parameters, const InertialsOf<T>& inertials, const T* q,
+               ArticulationOf<T>& articulation) {
+  const auto along = [](const Eigen::Vector3d& d, const Vector3<T>& x) -> T {
+    return d[0] * x[0] + d[1] * x[1] + d[2] * x[2];
+  };
+  for (const Joint& joint : swinging(articulation)) {
+    const Eigen::Vector3d& axis = std::get_if<Rotation>(&parameters.kinds[joint.step])->axis;
+    const Eigen::Vector3d pull =
+        parameters.placements[joint.step].X.R.transpose() * parameters.gravity;  // per kg, at q = 0
+    const VariedInertial<T>& inertial = inertials[joint.body];
+    const Vector3<T>& c = inertial.centre;
+    const Vector3<T> ahead(axis[1] * c[2] - axis[2] * c[1], axis[2] * c[0] - axis[0] * c[2],
+                           axis[0] * c[1] - axis[1] * c[0]);
+    const T about = axis[0] * along(axis, inertial.tensor.col(0)) +
+                    axis[1] * along(axis, inertial.tensor.col(1)) +
+                    axis[2] * along(axis, inertial.tensor.col(2)) + inertial.mass * ahead.squaredNorm();
+    const double armature = parameters.armatures[joint.step];
+    const T meets = about + armature;
+    if (!everywhere(meets > 2e-14 * (armature + 0.5 * inertial.tensor.trace() +
+                                     inertial.mass * c.squaredNorm())))  // as Swings::find
+      return false;
+    PivotOf<T>& pivot = articulation.pivots[joint.u];
+    const T angle = q[joint.q];
+    pivot.inverse = 1 / meets;
+    pivot.rest = inertial.mass * (along(pull, ahead) * cos(angle) -
+                                  (along(pull, c) - pull.dot(axis) * along(axis, c)) * sin(angle));
+  }
+  return true;
 }
 
 template <class T>
@@ -239,7 +296,7 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
   };
   LinkOf<T>* const links = articulation.links.data();
   PivotOf<T>* const pivots = articulation.pivots.data();
-  const std::vector<Joint>& joints = articulation.joints;
+  const std::span<const Joint> joints = linked(articulation);
   ArticulatedBody<T> carried;  // by the joint at work
   bool felt = false;           // by its body already: it carries the one before, of which that is left
   for (auto at = joints.rbegin(); at != joints.rend(); ++at) {
@@ -282,6 +339,12 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
                           joint.drive >= 0 ? drive_efforts + (joint.u - system.nv) : nullptr);
         },
         parameters.kinds[joint.step]);
+  if constexpr (is_lanes<T>)
+    if (articulation.swung)
+      for (const Joint& joint : swinging(articulation)) {
+        const PivotOf<T>& pivot = pivots[joint.u];
+        a[joint.u] = pivot.inverse * (given ? pivot.rest + given[joint.u] : pivot.rest);
+      }
   return true;
 }
 
@@ -289,7 +352,7 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
 BORELLI_INLINED_FOR_PROCESSOR
 void move_numbers(const Parameters& parameters, const double* q, const double* u, const double* acceleration,
                   bool given, Articulation& articulation) {
-  move_all(parameters, q, u, acceleration, given, articulation);
+  move_all<double>(parameters, q, u, acceleration, given, articulation.joints, articulation);
 }
 BORELLI_INLINED_FOR_PROCESSOR
 void place_numbers(const Parameters& parameters, const Kinematics& k, Articulation& articulation) {
@@ -314,10 +377,11 @@ void find_energies_of_numbers(const System& system, const Parameters& parameters
   find_energies_of(system, parameters, inertials, k, efforts, articulation, terms);
 }
 
+/// In registers.
 template <class T>
 void move_lanes(const Parameters& parameters, const T* q, const T* u, const T* acceleration, bool given,
-                ArticulationOf<T>& articulation) {
-  in_registers([]<int>(auto&... each) { move_all(each...); }, parameters, q, u, acceleration, given,
+                std::span<const Joint> joints, ArticulationOf<T>& articulation) {
+  in_registers([]<int>(auto&... each) { move_all(each...); }, parameters, q, u, acceleration, given, joints,
                articulation);
 }
 
@@ -330,10 +394,13 @@ void move_links(const System& system, const Parameters& parameters, const Inerti
   set_coordinates<T>(system, parameters, t, q, v, a, kinematics);
   const T *const positions = kinematics.q.data(), *const velocities = kinematics.u.data(),
                  *const accelerations = kinematics.acceleration.data();
+  articulation.swung = false;
   if constexpr (std::is_same_v<T, DualNumber>)
-    move_all(parameters, positions, velocities, accelerations, a != nullptr, articulation);
+    move_all<T>(parameters, positions, velocities, accelerations, a != nullptr, articulation.joints,
+                articulation);
   else if constexpr (is_lanes<T>)
-    move_lanes(parameters, positions, velocities, accelerations, a != nullptr, articulation);
+    move_lanes<T>(parameters, positions, velocities, accelerations, a != nullptr, articulation.joints,
+                  articulation);
   else
     move_numbers(parameters, positions, velocities, accelerations, a != nullptr, articulation);
   if constexpr (std::is_same_v<T, double>)
@@ -342,11 +409,18 @@ void move_links(const System& system, const Parameters& parameters, const Inerti
 }
 
 template <class T>
-void move_links_alone(const Parameters& parameters, const T* q, const T* v, ArticulationOf<T>& articulation) {
-  move_lanes(parameters, q, v, static_cast<const T*>(nullptr), false, articulation);
+void move_links_alone(const Parameters& parameters, const InertialsOf<T>& inertials, const T* q, const T* v,
+                      ArticulationOf<T>& articulation) {
+  articulation.swung =
+      !swinging(articulation).empty() &&
+      in_registers([]<int>(auto& p, auto& i, auto& x, auto& to) { return swing_all(p, i, x, to); },
+                   parameters, inertials, q, articulation);
+  move_lanes<T>(parameters, q, v, nullptr, false, linked(articulation), articulation);
 }
-template void move_links_alone(const Parameters&, const Lanes*, const Lanes*, ArticulationOf<Lanes>&);
-template void move_links_alone(const Parameters&, const Quad*, const Quad*, ArticulationOf<Quad>&);
+template void move_links_alone(const Parameters&, const InertialsOf<Lanes>&, const Lanes*, const Lanes*,
+                               ArticulationOf<Lanes>&);
+template void move_links_alone(const Parameters&, const InertialsOf<Quad>&, const Quad*, const Quad*,
+                               ArticulationOf<Quad>&);
 
 namespace {
 
@@ -355,6 +429,11 @@ template <class T>
 void place_links(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                  ArticulationOf<T>& articulation) {
   if (articulation.placed) return;
+  if constexpr (is_lanes<T>)
+    if (articulation.swung)
+      move_lanes<T>(parameters, kinematics.q.data(), kinematics.u.data(), nullptr, false,
+                    swinging(articulation), articulation);
+  articulation.swung = false;
   articulation.placed = true;
   if constexpr (std::is_same_v<T, DualNumber>)
     place_all(parameters, kinematics, articulation);

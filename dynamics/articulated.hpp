@@ -129,10 +129,14 @@ struct ArticulationOf {
   std::vector<PivotOf<T>> pivots;  ///< per extended coordinate
   std::vector<SideBySide> trees;   ///< over doubles: what is computed side by side
   std::vector<int> alone;          ///< the other bodies but the world, in order
-  std::vector<Joint> joints;       ///< their steps, in order
-  std::vector<int> frames;         ///< per body: the step after which its frame is; -1: the world
-  bool every_body_moves = true;    ///< else (welds are kept) find_accelerations does not apply
-  bool placed = false;             ///< the links' places are those of the last move_links
+  std::vector<Joint> joints;       ///< their steps, a parent's before its children's
+  /// In `joints`, of numbers side by side: from there on each is of a body that swings by itself about an
+  /// axis of the world, which is all that accelerations alone need to know of it.
+  std::size_t first_swing = 0;
+  bool swung = false;            ///< in these passes: so these were not moved
+  std::vector<int> frames;       ///< per body: the step after which its frame is; -1: the world
+  bool every_body_moves = true;  ///< else (welds are kept) find_accelerations does not apply
+  bool placed = false;           ///< the links' places are those of the last move_links
 
   /// Of body b; null: the world's.
   LinkOf<T>* link(int b) { return frames[b] < 0 ? nullptr : &links[frames[b]]; }
@@ -151,7 +155,8 @@ void move_links(const System& system, const Parameters& parameters, const Inerti
 /// are read where they lie. What follows of it, but for accelerations without efforts, asks for
 /// set_coordinates first.
 template <class T>
-void move_links_alone(const Parameters& parameters, const T* q, const T* v, ArticulationOf<T>& articulation);
+void move_links_alone(const Parameters& parameters, const InertialsOf<T>& inertials, const T* q, const T* v,
+                      ArticulationOf<T>& articulation);
 
 /// After move_links: the poses and velocities of the bodies of `kinematics` (not its accelerations, nor what
 /// it keeps per coordinate). What acts on bodies asks for them.

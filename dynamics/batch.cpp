@@ -139,7 +139,7 @@ bool accelerate(const System& system, const Parameters& parameters, const BatchS
     move_links<T>(system, parameters, w.inertials, state.t, state.q.data(), state.v.data(), nullptr,
                   w.kinematics, w.articulation);
   else
-    move_links_alone(parameters, state.q.data(), state.v.data(), w.articulation);
+    move_links_alone<T>(parameters, w.inertials, state.q.data(), state.v.data(), w.articulation);
   if (acted) {
     find_bodies<T>(system, parameters, w.inertials, w.kinematics, w.articulation);
     scan_efforts(system, parameters, w.kinematics, w.efforts);

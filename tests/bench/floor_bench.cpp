@@ -1,11 +1,15 @@
 // The human dropped on the floor (human_floor.toml, then the same as MJCF, human_contact.xml, where that is
 // here; or the scenes and models that are named; 5 s) by Moreau's time stepping at several steps, from twelve
-// heights. Tables in Markdown: processor time and real-time factor; of all falls the mean of the steps, the
-// deepest overlap, the largest error of the energy balance and most that putting apart moved; how far a
-// frictionless floor lets the horizontal momentum stray, which it cannot change; and how many are trusted.
+// heights, a fall an iteration. Counters: of a fall's processor time the median, least and most (s); the mean
+// of the steps, and of those tried in vain; of all falls the deepest overlap (m), the largest error of the
+// energy balance, in parts of what is turned over, and most that putting apart moved (J); how far a
+// frictionless floor lets the horizontal momentum stray, which it cannot change (kg m/s); and how many are
+// trusted, the label saying why one is not.
+#include <benchmark/benchmark.h>
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <filesystem>
 #include <vector>
@@ -19,43 +23,8 @@ namespace {
 
 constexpr int starts = 12;  // each a millimetre above the one before: falls so alike end in unlike heaps
 
-struct Falls {
-  std::vector<double> times;                 // s
-  double overlap = 0, moved = 0, drift = 0;  // m, J, and in parts of what is turned over: the worst of all
-  long steps = 0, rejected = 0;
-  int trusted = 0;
-  std::string first_reason;
-};
-
-Falls fall(const ModelFile& model, const System& system, const SimulationSettings& settings) {
-  Falls out;
-  for (int i = 0; i < starts; ++i) {
-    State start = system.initial;
-    start.q[2] += 1e-3 * i;
-    const std::clock_t begin = std::clock();
-    auto motion = simulate(system, start, settings);
-    out.times.push_back(double(std::clock() - begin) / CLOCKS_PER_SEC);
-    std::string reason = motion ? "" : motion.error().what;
-    if (motion) {
-      judge_passing(model.without_contact, *motion);
-      const Certificate& c = motion->certificate;
-      for (const ConstraintResidual& residual : c.residuals)
-        out.overlap = std::max(out.overlap, residual.position);
-      out.moved = std::max(out.moved, c.work_projection_size);
-      out.drift = std::max(out.drift, c.energy_drift / c.energy_turnover);
-      out.steps += c.steps_accepted;
-      out.rejected += c.steps_rejected;
-      out.trusted += c.trusted;
-      if (!c.trusted) reason = c.reason;
-    }
-    if (out.first_reason.empty()) out.first_reason = reason;
-  }
-  std::sort(out.times.begin(), out.times.end());
-  return out;
-}
-
-/// The largest horizontal momentum without friction, kg m/s (the start has none), or when the run ended.
-std::string stray_momentum(Scene scene, const SimulationSettings& settings) {
+/// The largest horizontal momentum without friction, kg m/s (the start has none); NaN where the run fails.
+double stray_momentum(Scene scene, const SimulationSettings& settings) {
   for (Constraint& constraint : scene.constraints)
     std::visit(
         [](auto& kind) {
@@ -64,38 +33,53 @@ std::string stray_momentum(Scene scene, const SimulationSettings& settings) {
         constraint.kind);
   const auto system = compile(scene);
   const auto run = simulate(*system, system->initial, settings);
-  if (!run) return run.error().what;
-  return fmt::format("{:.2g} kg m/s", run->linear_momentum.leftCols<2>().rowwise().norm().maxCoeff());
+  return run ? run->linear_momentum.leftCols<2>().rowwise().norm().maxCoeff() : std::nan("");
 }
 
-int run(const std::string& path) {
+void fall(benchmark::State& bench, const std::string& path, double step) {
   auto model = read_model(path);
-  if (!model) return fmt::print(stderr, "{}\n", model.error().message()), 2;
+  if (!model) return bench.SkipWithError(model.error().message().c_str());
   model->scene.simulation.end_time = 5;
   const auto system = compile(model->scene);
-  if (!system) return fmt::print(stderr, "{}\n", system.error().message()), 2;
-  fmt::print(
-      "{}:\n\n"
-      "| step | steps (tried in vain) | median (least, most) | real-time factor | overlap | energy off by | "
-      "put apart | momentum strays by | trusted |\n"
-      "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
-      std::filesystem::path(path).filename().string());
-  for (const double step : {1e-2, 5e-3, 2e-3, 1e-3}) {
-    SimulationSettings settings = system->settings;
-    settings.step = step;
-    settings.output_interval = 0.02;
-    const Falls falls = fall(*model, *system, settings);
-    const double time = falls.times[starts / 2];
-    fmt::print(
-        "| {:g} ms | {} ({}) | {:.0f} ({:.0f}, {:.0f}) ms | {:.0f} | {:.3f} mm | {:.2f} % | {:.2f} J | {} | "
-        "{} of {}{}{} |\n",
-        1e3 * step, falls.steps / starts, falls.rejected / starts, 1e3 * time, 1e3 * falls.times.front(),
-        1e3 * falls.times.back(), settings.end_time / time, 1e3 * falls.overlap, 100 * falls.drift,
-        falls.moved, stray_momentum(model->scene, settings), falls.trusted, starts,
-        falls.first_reason.empty() ? "" : ": ", falls.first_reason);
+  if (!system) return bench.SkipWithError(system.error().message().c_str());
+  SimulationSettings settings = system->settings;
+  settings.step = step;
+  settings.output_interval = 0.02;
+  std::vector<double> times;
+  double overlap = 0, energy = 0, moved = 0, steps = 0, rejected = 0, trusted = 0;
+  std::string first_reason;
+  for (auto _ : bench) {
+    State start = system->initial;
+    start.q[2] += 1e-3 * double(times.size());
+    const std::clock_t begin = std::clock();
+    auto motion = simulate(*system, start, settings);
+    times.push_back(double(std::clock() - begin) / CLOCKS_PER_SEC);
+    std::string reason = motion ? "" : motion.error().what;
+    if (motion) {
+      judge_passing(model->without_contact, *motion);
+      const Certificate& c = motion->certificate;
+      for (const ConstraintResidual& residual : c.residuals) overlap = std::max(overlap, residual.position);
+      moved = std::max(moved, c.work_projection_size);
+      energy = std::max(energy, c.energy_drift / c.energy_turnover);
+      steps += double(c.steps_accepted) / starts;
+      rejected += double(c.steps_rejected) / starts;
+      trusted += c.trusted;
+      if (!c.trusted) reason = c.reason;
+    }
+    if (first_reason.empty()) first_reason = reason;
   }
-  fmt::print("\n");
-  return 0;
+  std::sort(times.begin(), times.end());
+  bench.counters["median"] = times[times.size() / 2];
+  bench.counters["least"] = times.front();
+  bench.counters["most"] = times.back();
+  bench.counters["steps"] = steps;
+  bench.counters["in_vain"] = rejected;
+  bench.counters["overlap"] = overlap;
+  bench.counters["energy"] = energy;
+  bench.counters["moved"] = moved;
+  bench.counters["momentum"] = stray_momentum(model->scene, settings);
+  bench.counters["trusted"] = trusted;
+  bench.SetLabel(first_reason);
 }
 
 }  // namespace
@@ -103,6 +87,7 @@ int run(const std::string& path) {
 
 int main(int argc, char** argv) {
   using namespace borelli;
+  benchmark::Initialize(&argc, argv);
   std::vector<std::string> files(argv + 1, argv + argc);
   if (files.empty()) {
     files = {test::source_folder() + "/tests/bench/human_floor.toml"};
@@ -110,5 +95,11 @@ int main(int argc, char** argv) {
     if (std::filesystem::exists(model)) files.push_back(model);
   }
   for (const std::string& file : files)
-    if (const int failed = run(file)) return failed;
+    for (const double step : {1e-2, 5e-3, 2e-3, 1e-3})
+      benchmark::RegisterBenchmark(
+          fmt::format("{}/{:g}ms", std::filesystem::path(file).filename().string(), 1e3 * step).c_str(), fall,
+          file, step)
+          ->Iterations(starts)
+          ->Unit(benchmark::kMillisecond);
+  benchmark::RunSpecifiedBenchmarks();
 }

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """The benchmark tables and the plots of cost against size.
 
-    tests/bench/table.py [BUILD] [-o FOLDER] [--repetitions N] [--quick]
+    tests/bench/table.py [BUILD] [-o FOLDER] [--sections NAME,...] [--repetitions N] [--quick]
 
 Runs the Google Benchmark programs of BUILD (build/release), each benchmark N times in random order, and takes medians: of
-processor time, and of wall time where both cores may work. Then `borelli chart`, floor_bench, and the program's whole way
-from a volume to the report. What was not built (MuJoCo's) or has not its data is left out; where anything fails, nothing is
+processor time, and of wall time where both cores may work. Then `borelli chart`, `peers`, and the program's whole way from
+a volume to the report. What was not built (MuJoCo's) or has not its data is left out; where anything fails, nothing is
 written. Leaves in FOLDER (bench):
 
     README.md     the tables, between the two lines that name this script where the file has them (tests/bench has)
@@ -13,7 +13,8 @@ written. Leaves in FOLDER (bench):
     voxels.svg    milliseconds of one thread's moments against voxels, up to 512 x 512 x 2000
     runs.svg      seconds of whole runs, segmentation, inertia and meshes against voxels, up to as many
 
-and in FOLDER/peers/README.md, where there is one, the tables of contacts.
+With --sections (mujoco, constraints, ensemble, equations, work_precision, recording, floor, moments, volumes, whole_runs, sizes,
+peers) those alone are made anew, the file's others stay; each says on which processor it was made.
 
 The exponent of a curve is the slope of the least squares line through the logarithms of its sizes from 100 bodies or 1e7
 voxels on: below that what does not grow with the size still shows. --quick leaves out the largest sizes and whole runs.
@@ -207,7 +208,7 @@ def scene_order(name):
     return kind != "human", kind, int(scene[len(kind):] or 0)
 
 
-def mujoco_section(programs):
+def mujoco_section(programs, _):
     """Rows of scene x quantity with both times and their ratio."""
     timings = programs.time("mujoco_bench")
     lines = ["Beside MuJoCo, the same files in one run (`mujoco_bench`):", "",
@@ -219,8 +220,9 @@ def mujoco_section(programs):
         scene, what = name.split("/", 1)
         ours, other = timings[name].seconds, timings.get(name + "/mujoco")
         lines.append(f"| {scene} | {what.replace('_', ' ')} | {short(ours)} | {beside(ours, other)} |")
-    lines += ["", "One of eight states in a batch beside one by itself, by registers of so many numbers (8: AVX-512, 4: AVX2, 2: any):", "",
-              "| scene | of | alone | of eight, 8 | 4 | 2 | alone over the first |", "| --- | --- | ---: | ---: | ---: | ---: | ---: |"]
+    lines += ["", "One of eight states in a batch beside one by itself, by the processor's widest registers (AVX-512: 8 numbers, AVX2: 4), and "
+              "by those of 4 and of 2 where these are narrower:", "",
+              "| scene | of | alone | of eight, widest | 4 | 2 | alone over the first |", "| --- | --- | ---: | ---: | ---: | ---: | ---: |"]
     for name in names:
         if not name.endswith("_of_eight"):
             continue
@@ -232,7 +234,7 @@ def mujoco_section(programs):
     return lines + ["", spread_of(timings)] if timings else []
 
 
-def constraints_section(programs):
+def constraints_section(programs, _):
     """Rows of scenes held by loops: within a step, with the rank decided, MuJoCo's, and the ratio to the first."""
     timings = programs.time("constraints_bench")
     lines = ["Bodies held by loops, one evaluation, beside MuJoCo's soft rows (`constraints_bench`):", "",
@@ -252,7 +254,7 @@ def constraints_section(programs):
     return lines if timings else []
 
 
-def ensemble_section(programs):
+def ensemble_section(programs, _):
     """Rows of methods: swings per second on one core and on all, and how far they are off."""
     timings = programs.time("ensemble_bench")
     lines = ["A second of a human's free motion from a thousand starts, wall time (`ensemble_bench`); off by: the largest "
@@ -297,7 +299,7 @@ def equations_section(programs, drawings):
                     + (far if of_all and not programs.quick else "") + f" {spread_of(timings)}"]
 
 
-def work_precision_section(programs):
+def work_precision_section(programs, _):
     """Rows of scenes and methods: the quickest trusted run within each error, by `borelli chart`."""
     print("borelli chart ...", file=sys.stderr, flush=True)
     errors, repeats = (1e-3, 1e-6, 1e-9), 11 if programs.quick else 101
@@ -326,7 +328,7 @@ def work_precision_section(programs):
     return lines
 
 
-def recording_section(programs):
+def recording_section(programs, _):
     timings = programs.time("recording_bench")
     lines = ["Every step recorded, beside the end alone, in turns, wall time (`recording_bench`; what it adds is the median of "
              "pairs, in brackets least and most of the runs):", "",
@@ -338,15 +340,27 @@ def recording_section(programs):
     return lines if timings else []
 
 
-def floor_section(programs):
-    """floor_bench's own tables."""
-    if not programs.path("floor_bench"):
-        return []
-    print("floor_bench ...", file=sys.stderr, flush=True)
-    falls = programs.run(programs.path("floor_bench"))
-    return ["A human falls on the floor, 5 s without damping, from twelve heights a millimetre apart (`floor_bench`): processor "
-            "time of a fall; overlap, energy and what putting apart moved are the worst of the twelve; momentum is the horizontal "
-            "one of a floor without friction, which cannot change it.", "", *falls.strip().splitlines()]
+def floor_section(programs, _):
+    """Rows of steps, a table a model: times and errors of twelve falls."""
+    timings = programs.time("floor_bench")
+    lines = ["A human falls on the floor, 5 s without damping, from twelve heights a millimetre apart (`floor_bench`): processor "
+             "time of a fall; overlap, energy and what putting apart moved are the worst of the twelve; momentum is the horizontal "
+             "one of a floor without friction, which cannot change it."]
+    model = ""
+    for name, timing in timings.items():
+        if name.split("/")[0] != model:
+            model = name.split("/")[0]
+            lines += ["", f"{model}:", "",
+                      "| step | steps (tried in vain) | median (least, most) | real-time factor | overlap | energy off by | put apart "
+                      "| momentum strays by | trusted |",
+                      "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
+        of = timing.counter
+        middle, least, most = (1e3 * of(which) for which in ("median", "least", "most"))
+        lines.append(f"| {name.split('/')[1].removesuffix('ms')} ms | {of('steps'):.0f} ({of('in_vain'):.0f}) | {middle:.0f} ({least:.0f}, "
+                     f"{most:.0f}) ms | {5e3 / middle:.0f} | {1e3 * of('overlap'):.3f} mm | {100 * of('energy'):.2f} % | "
+                     f"{of('moved'):.2f} J | {of('momentum'):.2g} kg m/s | {of('trusted'):.0f} of 12"
+                     f"{': ' + timing.label if timing.label else ''} |")
+    return [*lines, "", spread_of(timings)] if timings else []
 
 
 def moments_section(programs, drawings):
@@ -368,7 +382,7 @@ def moments_section(programs, drawings):
                     + spread_of(timings)]
 
 
-def volumes_section(programs):
+def volumes_section(programs, _):
     """Rows of what is done with a volume: on one core and on all, ours and ITK's, and the ratio on all."""
     timings = programs.time("volumes_bench")
     lines = ["What else is done with a volume, the sample phantom of 3 mm, wall time (`volumes_bench`). Not quite the same are "
@@ -386,10 +400,10 @@ def volumes_section(programs):
     return lines + ["", spread_of(timings)]
 
 
-def peers_section(programs):
-    """The summary of `peers`: rows of scenes, what the others' fastest run takes over ours; and the rest of its page."""
+def peers_section(programs, _):
+    """Of the page of `peers` the summary, rows of scenes, what the others' fastest run takes over ours; and how contacts fare."""
     if not programs.path("peers"):
-        return [], []
+        return []
     print("peers ...", file=sys.stderr, flush=True)
     samples = ("roundabout", "double_pendulum", "heavy_top", "spinning_plate", "shock", "andrews", "four_bar_2", "bouncing_ball",
                "block_on_slope", "four_bar_40")
@@ -402,18 +416,22 @@ def peers_section(programs):
         page = pathlib.Path(folder, "README.md").read_text(encoding="utf-8").splitlines()
     first = next(n for n, line in enumerate(page) if line.startswith("| scene |"))
     end = page.index("", first)
-    lines = ["Whole simulations beside Simbody, DART, Bullet and MuJoCo in one process (`peers`, with the methods and scenes of "
-             "[its page](peers/README.md)): what the fastest run of the others takes over our fastest trusted one, for errors of "
+    entered = dict.fromkeys(line.split(": first accelerations agree")[0] for line in page if ": first accelerations agree" in line)
+    lines = [f"Whole simulations beside {', '.join(entered)} in one process (`peers`, with the methods and scenes of [its page]"
+             "(peers/README.md)): what the fastest run of the others takes over our fastest trusted one, for errors of "
              "position (over the scene's length) and orientation (rad), on the ground of its four, of at most so much. Bold: ours "
              "loses. Alone: no run of theirs that took at most 0.1 s (or the first beyond) comes to it. -: less than ten times the "
              "reference's own error.", "", *page[first:end]]
-    contacts, scene = [], ""
+    lines += ["", "Of each method with contacts the run that is off least by their four errors. Energy: how far it is from ours at the "
+              "outputs, over what is turned over. Momentum: of all bodies together, how far it is from ours there, over the largest. "
+              "Times of impacts: of balls."]
+    scene = ""
     for n, line in enumerate(page):
         if line.startswith("## "):
             scene = line.removeprefix("## ")
         elif line.startswith("| method | ms | position | times of impacts"):
-            contacts += [f"{scene[0].upper()}{scene[1:]}:", "", *page[n:page.index("", n)], ""]
-    return lines, contacts
+            lines += ["", f"{scene[0].upper()}{scene[1:]}:", "", *page[n:page.index("", n)]]
+    return lines
 
 
 class WholeRuns:
@@ -449,7 +467,7 @@ class WholeRuns:
         return seconds, usage.ru_maxrss / 2**20, answer  # (of kB)
 
 
-def whole_runs_section(programs):
+def whole_runs_section(programs, _):
     """Rows of volumes: wall time from volume to report, median of three and each; memory; slowest stages."""
     if programs.quick:
         return []
@@ -502,15 +520,26 @@ def sizes_section(programs, drawings):
             f"({most:.2f} GiB), fitted exponents from 1e7: " + ", ".join(f"{name} {e:.2f}" for name, e in exponents.items()) + "."]
 
 
+SECTIONS = {"mujoco": mujoco_section, "constraints": constraints_section, "ensemble": ensemble_section, "equations": equations_section,
+            "work_precision": work_precision_section, "recording": recording_section, "floor": floor_section,
+            "moments": moments_section, "volumes": volumes_section, "whole_runs": whole_runs_section, "sizes": sizes_section,
+            "peers": peers_section}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build", nargs="?", default="build/release")
     parser.add_argument("-o", "--out", default="bench")
+    parser.add_argument("--sections", default=",".join(SECTIONS))
     parser.add_argument("--repetitions", type=int, default=5)
     parser.add_argument("--quick", action="store_true")
     asked = parser.parse_args()
     if asked.repetitions < 1:
         parser.error(f"--repetitions is {asked.repetitions}; expected at least 1")
+    wanted = asked.sections.split(",")
+    for name in wanted:
+        if name not in SECTIONS:
+            parser.error(f"there is no section '{name}'; expected some of {', '.join(SECTIONS)}")
     programs = Programs(asked.build, asked.repetitions, asked.quick)
     for name in ("borelli", "equations_bench", "moments_bench", "volumes_bench"):
         if not programs.path(name):
@@ -520,40 +549,44 @@ def main():
     except OSError as error:
         sys.exit(f"{asked.out}: {error.strerror}")
     readme = os.path.join(asked.out, "README.md")
-    before, after = text_around(readme)
-    peers_readme = os.path.join(asked.out, "peers", "README.md")
-    peers_before, peers_after = text_around(peers_readme)
-    lines = [f"On {processor()}, medians of {asked.repetitions} in random order, of one thread's processor time, unless it is "
-             "said otherwise.", ""]
+    before, made, after = parts_of(readme)
     drawings = {}
-    peers, contacts = peers_section(programs)
-    for section in (mujoco_section(programs), constraints_section(programs), ensemble_section(programs),
-                    equations_section(programs, drawings), work_precision_section(programs), recording_section(programs),
-                    floor_section(programs), moments_section(programs, drawings), volumes_section(programs),
-                    whole_runs_section(programs), sizes_section(programs, drawings), peers):
-        lines += section + [""] if section else []
+    for name in wanted:
+        lines = SECTIONS[name](programs, drawings)
+        made[name] = [*lines, "", f"*{processor()}, medians of {asked.repetitions}.*", ""] if lines else []
     for name, drawing in drawings.items():
         with open(os.path.join(asked.out, name), "w", encoding="utf-8") as file:
             file.write(drawing)
+    lines = ["Of runs in random order, of one thread's processor time, unless it is said otherwise.", ""]
+    for name in SECTIONS:
+        lines += [f"<!-- {name} -->", *made[name]] if made.get(name) else []
     with open(readme, "w", encoding="utf-8") as file:
         file.write("\n".join([before + BEGIN, *lines, END + after]))
-    if contacts and os.path.exists(peers_readme):
-        with open(peers_readme, "w", encoding="utf-8") as file:
-            file.write("\n".join([peers_before + BEGIN, f"On {processor()}.", "", *contacts, END + peers_after]))
     print("\n".join(lines))
 
 
-def text_around(path):
-    """What a file has before and after the tables."""
+def parts_of(path):
+    """What a file has before the tables, {section: its lines}, and what it has after them."""
     if not os.path.exists(path):
-        return "", "\n"
+        return "", {}, "\n"
     with open(path, encoding="utf-8") as file:
         whole = file.read()
     before, begin, rest = whole.partition(BEGIN)
-    _, end, after = rest.partition(END)
+    tables, end, after = rest.partition(END)
     if not begin or not end:
         sys.exit(f"{path} is there and does not say where the tables belong: give another folder (-o)")
-    return before, after
+    made, name = {}, None
+    for line in tables.split("\n"):
+        if line.startswith("<!-- ") and line[5:-4] in SECTIONS:
+            name = line[5:-4]
+            made[name] = []
+        elif name:
+            made[name].append(line)
+    for lines in made.values():
+        while lines and not lines[-1]:
+            lines.pop()
+        lines.append("")
+    return before, made, after
 
 
 if __name__ == "__main__":
