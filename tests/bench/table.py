@@ -555,11 +555,11 @@ def main():
     drawings = {}
     for name in wanted:
         lines = SECTIONS[name](programs, drawings)
-        made[name] = [*lines, "", f"*{processor()}, medians of {asked.repetitions}.*", ""] if lines else []
+        made[name] = [*lines, "", f"*{processor()}.*", ""] if lines else []
     for name, drawing in drawings.items():
         with open(os.path.join(asked.out, name), "w", encoding="utf-8") as file:
             file.write(drawing)
-    lines = ["Of runs in random order, of one thread's processor time, unless it is said otherwise.", ""]
+    lines = [f"Medians of {asked.repetitions} runs in random order, of one thread's processor time, unless it is said otherwise.", ""]
     for name in SECTIONS:
         lines += [f"<!-- {name} -->", *made[name]] if made.get(name) else []
     with open(readme, "w", encoding="utf-8") as file:
