@@ -341,7 +341,7 @@ void doubt_what_holds_arms(const Anatomy& a, const Volume<std::uint8_t>& owner, 
     const auto first = a.body.voxels.begin() + static_cast<std::ptrdiff_t>(g.offset(0, 0, k));
     slice.voxels.assign(first, first + static_cast<std::ptrdiff_t>(slice.grid.count()));
     // the slice's pieces; all but the largest lie beside the trunk
-    const Regions pieces = connected_regions(slice, 6);
+    const Regions pieces = connected_regions(slice, 6, 1);
     const auto is_arm = [&](std::int32_t number) {
       if (number <= 1) return false;
       const auto voxels = pieces.list[static_cast<std::size_t>(number - 1)].voxels;

@@ -97,9 +97,9 @@ class Sets {
 
 // joins the runs of two rows that overlap, or lie no more than `gap` apart along the row
 void join_rows(const Runs& runs, std::int64_t row, std::int64_t other, std::int32_t gap, Sets& sets) {
-  const auto rows_of = [&](std::int64_t r) { return runs.row.data() + r; };
-  std::size_t a = *rows_of(row), b = *rows_of(other);
-  while (a < rows_of(row)[1] && b < rows_of(other)[1]) {
+  const std::size_t *const of_row = runs.row.data() + row, *const of_other = runs.row.data() + other;
+  std::size_t a = of_row[0], b = of_other[0];
+  while (a < of_row[1] && b < of_other[1]) {
     const Run &x = runs.list[a], &y = runs.list[b];
     if (x.first < y.last + gap && y.first < x.last + gap) sets.join(a, b);
     x.last < y.last ? ++a : ++b;

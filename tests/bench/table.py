@@ -355,7 +355,9 @@ def floor_section(programs, _):
                       "| momentum strays by | trusted |",
                       "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |"]
         of = timing.counter
-        middle, least, most = (1e3 * of(which) for which in ("median", "least", "most"))
+        middle = 1e3 * of("median")
+        least = 1e3 * min(run["least"] for run in timing.all_counters)
+        most = 1e3 * max(run["most"] for run in timing.all_counters)
         lines.append(f"| {name.split('/')[1].removesuffix('ms')} ms | {of('steps'):.0f} ({of('in_vain'):.0f}) | {middle:.0f} ({least:.0f}, "
                      f"{most:.0f}) ms | {5e3 / middle:.0f} | {1e3 * of('overlap'):.3f} mm | {100 * of('energy'):.2f} % | "
                      f"{of('moved'):.2f} J | {of('momentum'):.2g} kg m/s | {of('trusted'):.0f} of 12"
@@ -418,7 +420,7 @@ def peers_section(programs, _):
     end = page.index("", first)
     entered = dict.fromkeys(line.split(": first accelerations agree")[0] for line in page if ": first accelerations agree" in line)
     lines = [f"Whole simulations beside {', '.join(entered)} in one process (`peers`, with the methods and scenes of [its page]"
-             "(peers/README.md)): what the fastest run of the others takes over our fastest trusted one, for errors of "
+             "(peers/README.md)), times medians of three: what the fastest run of the others takes over our fastest trusted one, for errors of "
              "position (over the scene's length) and orientation (rad), on the ground of its four, of at most so much. Bold: ours "
              "loses. Alone: no run of theirs that took at most 0.1 s (or the first beyond) comes to it. -: less than ten times the "
              "reference's own error.", "", *page[first:end]]
@@ -517,7 +519,7 @@ def sizes_section(programs, drawings):
                                            FITTED_FROM["voxels"])
     return ["![Cost of whole runs against voxels](runs.svg)", "",
             "Whole runs and their large stages against voxels, the phantom up to as many as 512 x 512 x 2000 "
-            f"({most:.2f} GiB), fitted exponents from 1e7: " + ", ".join(f"{name} {e:.2f}" for name, e in exponents.items())
+            f"({most:.2f} GiB), medians of three runs, from 1e8 voxels on one; fitted exponents from 1e7: " + ", ".join(f"{name} {e:.2f}" for name, e in exponents.items())
             + ". Parts are looked for on one grid of 3 mm, whatever the scan's. Inertia at 4 mm: the planes between parts are varied over a "
             "sample of the voxels, all of them there, one of eight at 3 mm, of 27 at 2."]
 
@@ -554,8 +556,8 @@ def main():
     before, made, after = parts_of(readme)
     drawings = {}
     for name in wanted:
-        lines = SECTIONS[name](programs, drawings)
-        made[name] = [*lines, "", f"*{processor()}.*", ""] if lines else []
+        if lines := SECTIONS[name](programs, drawings):  # else what there was of it stays
+            made[name] = [*lines, "", f"*{processor()}.*", ""]
     for name, drawing in drawings.items():
         with open(os.path.join(asked.out, name), "w", encoding="utf-8") as file:
             file.write(drawing)
@@ -577,6 +579,8 @@ def parts_of(path):
     tables, end, after = rest.partition(END)
     if not begin or not end:
         sys.exit(f"{path} is there and does not say where the tables belong: give another folder (-o)")
+    if tables.strip() and not any(f"<!-- {name} -->" in tables for name in SECTIONS):
+        sys.exit(f"{path} has tables without a line for each section, such as <!-- mujoco -->: give another folder (-o)")
     made, name = {}, None
     for line in tables.split("\n"):
         if line.startswith("<!-- ") and line[5:-4] in SECTIONS:

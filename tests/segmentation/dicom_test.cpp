@@ -8,9 +8,12 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <span>
+#include <tuple>
 
 #include "dicom_series.hpp"
 #include "scratch_folder.hpp"
+#include "segmentation/dicom_slice.hpp"
 
 namespace borelli {
 namespace {
@@ -72,6 +75,57 @@ TEST(Dicom, SortsByPositionAndRescales) {
   EXPECT_TRUE(read->warnings.empty()) << read->warnings.front();
   EXPECT_TRUE(std::ranges::is_sorted(progress));
   EXPECT_EQ(progress.back(), 1);
+}
+
+// Pixels by what PS3.5, 8.1.1 says of a word, in whole numbers: its bits from HighBit down are the value.
+template <class T>
+void expect_decoded(int allocated, int stored_bits, int high_bit, bool is_signed, bool big_endian) {
+  SCOPED_TRACE(fmt::format("{} bits, {} stored up to {}, {}, {}, into {} bytes", allocated, stored_bits,
+                           high_bit, is_signed, big_endian, sizeof(T)));
+  constexpr int columns = 13, rows = 7;
+  std::mt19937 random(4);
+  std::vector<char> bytes(5, 'x');  // before the pixels
+  std::vector<T> expected;
+  for (int n = 0; n < columns * rows; ++n) {
+    const std::uint64_t word = random() % (std::uint64_t{1} << allocated);
+    for (int b = 0; b < allocated / 8; ++b)
+      bytes.push_back(static_cast<char>(word >> 8 * (big_endian ? allocated / 8 - 1 - b : b)));
+    const std::int64_t range = std::int64_t{1} << stored_bits;
+    std::int64_t value = static_cast<std::int64_t>(word >> (high_bit + 1 - stored_bits)) % range;
+    if (is_signed && value >= range / 2) value -= range;
+    expected.push_back(static_cast<T>(value));
+  }
+  ScratchFolder folder;
+  put_bytes(folder / "pixels", bytes);
+  DicomSlice slice;
+  slice.path = folder / "pixels";
+  slice.columns = columns, slice.rows = rows;
+  slice.pixels.bits_allocated = allocated, slice.pixels.bits_stored = stored_bits;
+  slice.pixels.high_bit = high_bit;
+  slice.pixels.is_signed = is_signed, slice.pixels.big_endian = big_endian;
+  slice.pixels.offset = 5, slice.pixels.bytes = bytes.size() - 5;
+  std::vector<T> pixels(columns * rows);
+  const auto read = read_dicom_pixels(slice, std::span(pixels));
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(pixels, expected);
+}
+
+TEST(Dicom, PixelsAreTheBitsThatTheHeaderNames) {
+  for (const bool is_signed : {false, true})
+    for (const bool big_endian : {false, true})
+      for (const auto& [allocated, stored_bits, high_bit] : {std::tuple(8, 8, 7),
+                                                             {8, 5, 6},
+                                                             {16, 16, 15},
+                                                             {16, 12, 11},
+                                                             {16, 12, 15},
+                                                             {16, 10, 12},
+                                                             {32, 32, 31},
+                                                             {32, 20, 27},
+                                                             {32, 1, 0}}) {
+        expect_decoded<std::int32_t>(allocated, stored_bits, high_bit, is_signed, big_endian);
+        if (allocated <= 16)
+          expect_decoded<std::int16_t>(allocated, stored_bits, high_bit, is_signed, big_endian);
+      }
 }
 
 // Behind a gantry tilted by 20 degrees the slices lean, and the table still moves along z: the grid is
