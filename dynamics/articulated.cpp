@@ -177,35 +177,21 @@ void move_all(const Parameters& parameters, const T* q, const T* u, const T* acc
   }
 }
 
-/// What is left to accelerate those that swing, and the inverse of what meets it (as Swings::find has it of
-/// one state). False where a lane's meets no inertia to speak of.
+/// What is left to accelerate those that swing, and the inverse of what meets it. False where a lane's meets
+/// no inertia to speak of.
 template <class T>
 bool swing_all(const Parameters& parameters, const InertialsOf<T>& inertials, const T* q,
                ArticulationOf<T>& articulation) {
-  const auto along = [](const Eigen::Vector3d& d, const Vector3<T>& x) -> T {
-    return d[0] * x[0] + d[1] * x[1] + d[2] * x[2];
-  };
   for (const Joint& joint : swinging(articulation)) {
-    const Eigen::Vector3d& axis = std::get_if<Rotation>(&parameters.kinds[joint.step])->axis;
-    const Eigen::Vector3d pull =
-        parameters.placements[joint.step].X.R.transpose() * parameters.gravity;  // per kg, at q = 0
-    const VariedInertial<T>& inertial = inertials[joint.body];
-    const Vector3<T>& c = inertial.centre;
-    const Vector3<T> ahead(axis[1] * c[2] - axis[2] * c[1], axis[2] * c[0] - axis[0] * c[2],
-                           axis[0] * c[1] - axis[1] * c[0]);
-    const T about = axis[0] * along(axis, inertial.tensor.col(0)) +
-                    axis[1] * along(axis, inertial.tensor.col(1)) +
-                    axis[2] * along(axis, inertial.tensor.col(2)) + inertial.mass * ahead.squaredNorm();
-    const double armature = parameters.armatures[joint.step];
-    const T meets = about + armature;
-    if (!everywhere(meets > 2e-14 * (armature + 0.5 * inertial.tensor.trace() +
-                                     inertial.mass * c.squaredNorm())))  // as Swings::find
-      return false;
+    const Eigen::Vector3d pull = parameters.placements[joint.step].X.R.transpose() * parameters.gravity;
+    const PendulumOf<T> swing =
+        find_pendulum<T>(std::get_if<Rotation>(&parameters.kinds[joint.step])->axis, pull,
+                         inertials[joint.body], parameters.armatures[joint.step]);
+    if (!swing.sound) return false;
     PivotOf<T>& pivot = articulation.pivots[joint.u];
     const T angle = q[joint.q];
-    pivot.inverse = 1 / meets;
-    pivot.rest = inertial.mass * (along(pull, ahead) * cos(angle) -
-                                  (along(pull, c) - pull.dot(axis) * along(axis, c)) * sin(angle));
+    pivot.inverse = 1 / swing.meets;
+    pivot.rest = swing.cosine * sin(angle) - swing.sine * cos(angle);
   }
   return true;
 }
@@ -287,6 +273,17 @@ void begin_body(const Body& body, const Parameters& parameters, int b, const Ine
   }
 }
 
+/// Whether a joint's body is one for let_hang, if it carries nothing and the joint is loose.
+template <class T>
+bool hangs_by(const Joint& joint, const System& system, const InertialsOf<T>& inertials,
+              const EffortSumsOf<T>* efforts) {
+  if constexpr (is_lanes<T>)
+    return joint.body >= 0 && system.bodies[joint.body].massive && inertials[joint.body].round &&
+           !(efforts && system.bodies[joint.body].touched);
+  else
+    return false;
+}
+
 template <class T>
 bool accelerate_all(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                     const KinematicsOf<T>& k, const EffortSumsOf<T>* efforts, const T* given,
@@ -303,18 +300,23 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
     const Joint& joint = *at;
     LinkOf<T>& link = links[joint.step];
     const bool loose = is_loose(joint, parameters);
-    if (joint.body >= 0)
+    const bool hangs = loose && !felt && !link.carries && hangs_by(joint, system, inertials, efforts);
+    if (joint.body >= 0 && !hangs)
       begin_body(system.bodies[joint.body], parameters, joint.body, inertials, k, efforts, link, !loose, felt,
                  carried);
     LinkOf<T>* const before = link_before(joint, links);
     const bool followed = std::visit(
         [&]<class Kind>(const Kind& kind) {
-          if (!free_step<Kind, T>(parameters.armatures[joint.step], loose,
-                                  efforts ? efforts->coordinate.data() + joint.u : nullptr,
-                                  given && joint.drive < 0 ? given + joint.u : nullptr,
-                                  joint.drive < 0 ? nullptr : k.acceleration.data() + joint.u, !before,
-                                  pivots + joint.u, carried, link))
+          const T* const acting = efforts ? efforts->coordinate.data() + joint.u : nullptr;
+          const T* const added = given && joint.drive < 0 ? given + joint.u : nullptr;
+          if (hangs) {
+            if constexpr (is_lanes<T> && turns_freely<Kind>)
+              let_hang<T>(inertials[joint.body], parameters.gravity, acting, added, !before, carried, link);
+          } else if (!free_step<Kind, T>(parameters.armatures[joint.step], loose, acting, added,
+                                         joint.drive < 0 ? nullptr : k.acceleration.data() + joint.u, !before,
+                                         pivots + joint.u, carried, link)) {
             return false;
+          }
           if (before && !stays(kind, joint.step))
             move_origin<T>(link.motion.r, carried);
           else if (!carried.extended)
@@ -334,9 +336,12 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
   for (const Joint& joint : joints)
     std::visit(
         [&]<class Kind>(const Kind& kind) {
+          const PendantOf<T>* pendant = nullptr;
+          if constexpr (is_lanes<T>)
+            if (joint.body >= 0) pendant = &inertials[joint.body].pendant;
           follow<Kind, T>(stays(kind, joint.step), turns_freely<Kind> && is_loose(joint, parameters),
-                          link_before(joint, links), pivots + joint.u, links[joint.step], a + joint.u,
-                          joint.drive >= 0 ? drive_efforts + (joint.u - system.nv) : nullptr);
+                          link_before(joint, links), pivots + joint.u, pendant, links[joint.step],
+                          a + joint.u, joint.drive >= 0 ? drive_efforts + (joint.u - system.nv) : nullptr);
         },
         parameters.kinds[joint.step]);
   if constexpr (is_lanes<T>)

@@ -73,6 +73,7 @@ struct alignas(line_alignment<T>) LinkOf {
   Eigen::Vector3<T> angular, linear;  ///< acceleration added
   bool carries = false;               ///< in the pass inwards: a child has been added to
   bool collapsed = false;  ///< a ball: its angular acceleration is -at_rest - by_push (the linear one)
+  bool hangs = false;      ///< a collapsed one that holds a pendant: at_rest is in the body's axes
 };
 
 /// What the inward pass leaves of a coordinate for the outward one.
@@ -89,8 +90,9 @@ struct SideBySide {
   SideBySide(const System& system, const AlikeTrees& trees);
 
   struct BodyOf {
-    int first_step = 0;  ///< in `steps`
-    VariedInertial<Quad> inertial;
+    int first_step = 0;                           ///< in `steps`
+    std::array<Inertial, Quad::count> inertials;  ///< of the trees' bodies as they last were
+    VariedInertial<Quad> inertial;                ///< found from these
     Eigen::Vector3<Quad> arm;  ///< from the frame's origin to the gravity centre; world axes
   };
   struct StepOf {

@@ -119,14 +119,6 @@ inline SidePlacement side_placement(const Parameters& parameters, const Each& st
   return out;
 }
 
-/// Of tensors.
-template <class F>
-void gather_symmetric(F&& of_lane, Matrix3<Quad>& to) {
-  const auto &a = of_lane(0), &b = of_lane(1), &c = of_lane(2), &d = of_lane(3);
-  for (int i = 0; i < 3; ++i)
-    for (int j = i; j < 3; ++j) to(i, j) = to(j, i) = Quad(Quad::Vector{a(i, j), b(i, j), c(i, j), d(i, j)});
-}
-
 inline Quad side_armature(const Parameters& parameters, const Each& steps) {
   return gather([&](int lane) { return parameters.armatures[steps[lane]]; });
 }
@@ -153,6 +145,16 @@ inline void swing(const Parameters& parameters, const Kinematics& k, SideBySide&
   swings.u = gather([&](int lane) { return k.u[step.u[lane]]; });
   swings.cos_q = cos(q);
   swings.sin_q = sin(q);
+}
+
+/// Where these are others than before.
+[[gnu::noinline, gnu::cold]] inline void find_inertial(const InertialsOf<double>& inertials,
+                                                       const Each& bodies, SideBySide::BodyOf& body) {
+  for (int lane = 0; lane < Quad::count; ++lane) {
+    body.inertials[lane] = inertials[bodies[lane]];
+    body.inertial.set(lane, body.inertials[lane]);
+  }
+  body.inertial.settle();
 }
 
 /// `given`: whether the accelerations of k are.
@@ -200,13 +202,10 @@ inline void move_links_of_side(const System& system, const Parameters& parameter
     const Each& each = side.trees.bodies[b];
     const LinkMotion<Quad>& motion = side.steps[end - 1].link.motion;
     if (system.bodies[each[0]].massive) {
-      const auto of = [&](int lane) -> auto& { return inertials[each[lane]]; };
-      body.inertial.mass = gather([&](int lane) { return of(lane).mass; });
-      gather(
-          [&](int lane) -> auto& { return of(lane).centre; }, body.inertial.centre);
-      gather_symmetric(
-          [&](int lane) -> auto& { return of(lane).tensor; }, body.inertial.tensor);
-      body.inertial.settle();
+      Changes changes;
+      for (int lane = 0; lane < Quad::count; ++lane) changes.add(inertials[each[lane]], body.inertials[lane]);
+      if (changes.any()) [[unlikely]]
+        find_inertial(inertials, each, body);
       body.arm = motion.R * body.inertial.centre;
     } else {
       body.arm.setZero();
@@ -312,7 +311,12 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
     const Each& each = side.trees.bodies[b];
     const int last = side.bodies[b + 1].first_step - 1;
     const LinkOf<Quad>& link = side.steps[last].link;
-    if (system.bodies[each[0]].massive) {
+    const bool touched = efforts && system.bodies[each[0]].touched;
+    const bool hangs = side.steps[last].loose && !link.carries && !touched &&
+                       system.bodies[each[0]].massive && body.inertial.round;
+    if (hangs) {
+      // at its ball
+    } else if (system.bodies[each[0]].massive) {
       put_own<false>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose, carried);
       if (link.carries) add(link.body, carried);
     } else if (link.carries) {
@@ -320,7 +324,7 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
     } else {
       carried = {};
     }
-    if (efforts && system.bodies[each[0]].touched) {
+    if (touched) {
       Vector3<Quad> force, moment;
       gather(
           [&](int lane) -> auto& { return efforts->force[each[lane]]; }, force);
@@ -341,11 +345,17 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
                 to[i] = gather([&](int lane) { return from[step.u[lane] + i]; });
               return to;
             };
-            Quad acting[Kind::nv + 1], added[Kind::nv + 1];
-            return free_step<Kind, Quad>(side_armature(parameters, step.steps), step.loose,
-                                         along(efforts ? efforts->coordinate.data() : nullptr, acting),
-                                         along(given, added), nullptr, !before,
-                                         side.pivots.data() + step.first_pivot, carried, step.link);
+            Quad room[2][Kind::nv + 1];
+            const Quad *const acting = along(efforts ? efforts->coordinate.data() : nullptr, room[0]),
+                              *const added = along(given, room[1]);
+            if constexpr (turns_freely<Kind>)
+              if (hangs && s == last) {
+                let_hang<Quad>(body.inertial, parameters.gravity, acting, added, !before, carried, step.link);
+                return true;
+              }
+            return free_step<Kind, Quad>(side_armature(parameters, step.steps), step.loose, acting, added,
+                                         nullptr, !before, side.pivots.data() + step.first_pivot, carried,
+                                         step.link);
           },
           parameters.kinds[step.steps[0]]);
       if (!followed) return false;
@@ -397,7 +407,7 @@ inline void follow_side(const System& system, const Parameters& parameters, Arti
           [&]<class Kind>(const Kind&) {
             Quad rates[Kind::nv + 1];
             follow<Kind, Quad>(step.stays, step.loose, before, side.pivots.data() + step.first_pivot,
-                               step.link, rates, nullptr);
+                               &side.bodies[b].inertial.pendant, step.link, rates, nullptr);
             for (int lane = 0; lane < Quad::count; ++lane)
               for (int i = 0; i < Kind::nv; ++i) a[step.u[lane] + i] = rates[i][lane];
           },

@@ -237,7 +237,7 @@ bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBod
   const T determinant = I.xx * inverse.xx + I.xy * inverse.xy + I.xz * inverse.xz;
   // the minors are differences: they lose as many digits as this ratio has
   const T size = I.trace();
-  if (!everywhere(determinant > 1e-5 * size * size * size) ||
+  if (!everywhere(determinant > least_roundness * size * size * size) ||
       !everywhere(size > 1e-8 * body.bound.polar_inertia()))
     return false;
   const T scale = 1 / determinant;
@@ -262,6 +262,41 @@ bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBod
     body.bias.n = torque;
   }
   return true;
+}
+
+/// The same of a body that carries nothing and that nothing acts on but through the ball's coordinates, from
+/// what is known of it in its own axes (see PendantOf).
+template <class T, class Inertia>
+void let_hang(const Inertia& inertial, const Eigen::Vector3d& gravity, const T* effort, const T* given,
+              bool at_root, ArticulatedBody<T>& body, LinkOf<T>& link) {
+  const PendantOf<T>& pendant = inertial.pendant;
+  const LinkMotion<T>& motion = link.motion;
+  const Matrix3<T>& R = motion.R;
+  const Vector3<T> w = R.transpose() * motion.w, force = motion.vdot - gravity;
+  Vector3<T> n = w.cross(pendant.I * w) + pendant.h.cross(Vector3<T>(R.transpose() * force));
+  Vector3<T> torque = Vector3<T>::Zero();
+  for (int i = 0; i < 3; ++i) {
+    if (effort) torque[i] += effort[i];
+    if (given) torque[i] += given[i];
+  }
+  const bool acted = effort || given;
+  if (acted) n -= torque;
+  const Vector3<T> at_rest = pendant.inverse * n;
+  link.at_rest = at_rest;
+  link.collapsed = link.hangs = true;
+  if (at_root) return;
+  const T mass = inertial.mass;
+  body.bias.f = mass * force + R * (w.cross(w.cross(pendant.h)) + pendant.h.cross(at_rest));
+  const Vector3<T> a = R * pendant.yields[0], b = R * pendant.yields[1];
+  const auto entry = [&](int i, int j) { return -a[i] * a[j] - b[i] * b[j]; };
+  body.M = {mass + entry(0, 0), entry(0, 1), entry(0, 2),
+            mass + entry(1, 1), entry(1, 2), mass + entry(2, 2)};
+  body.bound = bound_of(inertial);
+  body.extended = acted;
+  if (acted) {
+    flatten(body);
+    body.bias.n = R * torque;
+  }
 }
 
 /// The power of a wrench along the unit twist of a coordinate.
@@ -332,10 +367,28 @@ bool release_step(const Armature& armature, const T* effort, const T* given, con
 
 // ---- outwards: accelerations ----
 
-/// `drive_efforts` of a drive, else null.
+/// Of a pendant, which nothing follows that would ask for its acceleration.
+template <class T>
+void follow_hanging(bool stays, const LinkOf<T>* before, const PendantOf<T>& pendant, const LinkOf<T>& link,
+                    T* a) {
+  const Matrix3<T>& R = link.motion.R;
+  Vector3<T> angular = link.turning, rates = -link.at_rest;
+  if (before) {
+    angular += before->angular;
+    Vector3<T> linear = before->linear;
+    if (!stays) linear += before->angular.cross(link.motion.r);
+    rates -= pendant.inverse * pendant.h.cross(Vector3<T>(R.transpose() * linear));
+  }
+  rates -= R.transpose() * angular;
+  for (int i = 0; i < 3; ++i) a[i] = rates[i];
+}
+
+/// `pendant`: what hangs where the link does, else not read; `drive_efforts` of a drive, else null.
 template <class Kind, class T>
-void follow(bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* pivots, LinkOf<T>& link, T* a,
-            T* drive_efforts) {
+void follow(bool stays, bool loose, const LinkOf<T>* before, const PivotOf<T>* pivots,
+            const PendantOf<T>* pendant, LinkOf<T>& link, T* a, T* drive_efforts) {
+  if constexpr (is_lanes<T> && turns_freely<Kind>)
+    if (loose && link.hangs) return follow_hanging<T>(stays, before, *pendant, link, a);
   Vector3<T> angular = Vector3<T>::Zero(), linear = Vector3<T>::Zero();
   if (before) {
     angular = before->angular;
@@ -376,7 +429,7 @@ template <class Kind, class T, class Armature>
 bool free_step(const Armature& armature, bool loose, const T* effort, const T* given, const T* acceleration,
                bool at_root, PivotOf<T>* pivots, ArticulatedBody<T>& body, LinkOf<T>& link) {
   if constexpr (turns_freely<Kind>) {
-    link.collapsed = false;
+    link.collapsed = link.hangs = false;
     if (loose) {
       Vector3<T> torque = Vector3<T>::Zero();
       for (int i = 0; i < 3; ++i) {

@@ -58,38 +58,27 @@ BatchWorkspaceOf<T>::BatchWorkspaceOf(const System& system, bool mass_matrix)
       group_power(Eigen::VectorX<T>::Zero(system.groups)) {
   if (mass_matrix) recursion.emplace(system);
   for (std::size_t b = 0; b < inertials.size(); ++b) {
-    const Inertial& from = system.parameters.inertials[b];
-    VariedInertial<T>& to = inertials[b];
-    to.mass = from.mass;
-    to.centre = from.centre.cast<T>();
-    to.tensor = from.tensor.cast<T>();
-    to.settle();
+    for (int lane = 0; lane < T::count; ++lane) inertials[b].set(lane, system.parameters.inertials[b]);
+    inertials[b].settle();
   }
 }
 
 template <class T>
 void BatchWorkspaceOf<T>::set_inertial(int lane, int body, const Inertial& inertial) {
-  VariedInertial<T>& to = inertials[body];
-  to.mass.set(lane, inertial.mass);
-  for (int i = 0; i < 3; ++i) {
-    to.centre[i].set(lane, inertial.centre[i]);
-    for (int j = 0; j < 3; ++j) to.tensor(i, j).set(lane, inertial.tensor(i, j));
-  }
-  to.settle();
+  inertials[body].set(lane, inertial);
+  inertials[body].settle();
 }
 
 namespace {
 
 template <class T>
 bool finite_sums(const T* numbers, Eigen::Index count) {
-  T even = 0, odd = 0;  // zero, but where a number is none
-  const Eigen::Index pairs = count / 2;
-  for (Eigen::Index i = 0; i < pairs; ++i) {
-    even += 0 * numbers[2 * i];
-    odd += 0 * numbers[2 * i + 1];
-  }
-  if (count % 2 != 0) even += 0 * numbers[count - 1];
-  return everywhere(even + odd == 0);
+  T sums[4] = {0, 0, 0, 0};  // zero, but where a number is none
+  Eigen::Index i = 0;
+  for (; i + 4 <= count; i += 4)
+    for (int n = 0; n < 4; ++n) sums[n] += 0 * numbers[i + n];
+  for (; i < count; ++i) sums[0] += 0 * numbers[i];
+  return everywhere((sums[0] + sums[1]) + (sums[2] + sums[3]) == 0);
 }
 template <class T>
 bool all_finite(const Eigen::VectorX<T>& numbers) {
@@ -106,15 +95,7 @@ Fault accelerate_alone(const System& system, const Parameters& parameters, const
                                                         Eigen::VectorXd::Zero(system.nv)});
   auto& [single, numbers, given] = *w.alone;
   numbers = parameters;
-  for (std::size_t b = 0; b < w.inertials.size(); ++b) {
-    const VariedInertial<T>& from = w.inertials[b];
-    Inertial& to = numbers.inertials[b];
-    to.mass = from.mass[lane];
-    for (int i = 0; i < 3; ++i) {
-      to.centre[i] = from.centre[i][lane];
-      for (int j = 0; j < 3; ++j) to.tensor(i, j) = from.tensor(i, j)[lane];
-    }
-  }
+  for (std::size_t b = 0; b < w.inertials.size(); ++b) numbers.inertials[b] = w.inertials[b].lane(lane);
   if (applied)
     for (int i = 0; i < system.nv; ++i) given[i] = applied[i][lane];
   const State one = state.state(lane);

@@ -432,9 +432,7 @@ class BatchRun {
     std::for_each(state_.q.begin(), state_.q.end(), copy);
     std::for_each(state_.v.begin(), state_.v.end(), copy);
     for (VariedInertial<Lanes>& inertial : w_.inertials) {
-      copy(inertial.mass);
-      std::for_each(inertial.centre.begin(), inertial.centre.end(), copy);
-      std::for_each(inertial.tensor.reshaped().begin(), inertial.tensor.reshaped().end(), copy);
+      inertial.set(lane, inertial.lane(int(other)));
       inertial.settle();
     }
     for (Eigen::Index i = 0; i < y_.size(); i += count) y_[i + lane] = y_[i + other];

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "dynamics/pendant.hpp"
 #include "dynamics/symmetric.hpp"
 #include "dynamics/system.hpp"
 
@@ -46,11 +47,17 @@ struct alignas(line_alignment<T>) VariedInertial {
   T mass = 0;                                            ///< kg
   Eigen::Vector3<T> centre = Eigen::Vector3<T>::Zero();  ///< m, body's frame
   Eigen::Matrix3<T> tensor = Eigen::Matrix3<T>::Zero();  ///< about the gravity centre, kg m^2
-  // Of numbers side by side, found by `settle`: it would take long to find them each time.
-  bool principal = false;  ///< the body's axes are the tensor's: less is computed
+  // Of numbers side by side, found by `set` and `settle`: it would take long to find them each time. (Flags
+  // come last, so that numbers lie within lines of memory.)
   InertiaBound<T> bound;
+  PendantOf<T> pendant;
+  bool principal = false;  ///< the body's axes are the tensor's: less is computed
+  bool round = false;      ///< `pendant` is known of each
 
+  /// A lane's; settle() after the last.
+  void set(int lane, const Inertial& inertial);
   void settle();
+  Inertial lane(int lane) const;
 };
 
 /// Of one body, about the origin of its frame.
@@ -65,9 +72,31 @@ InertiaBound<T> bound_of(const VariedInertial<T>& inertial) {
 }
 
 template <class T>
+void VariedInertial<T>::set(int lane, const Inertial& inertial) {
+  mass.set(lane, inertial.mass);
+  for (int i = 0; i < 3; ++i) {
+    centre[i].set(lane, inertial.centre[i]);
+    for (int j = 0; j < 3; ++j) tensor(i, j).set(lane, inertial.tensor(i, j));
+  }
+  set_lane(lane, find_pendant(inertial), pendant);
+}
+
+template <class T>
 void VariedInertial<T>::settle() {
-  principal = has_principal_axes(tensor);
   bound = find_bound<T>(*this);
+  principal = has_principal_axes(tensor);
+  round = everywhere(pendant.roundness > least_roundness);
+}
+
+template <class T>
+Inertial VariedInertial<T>::lane(int lane) const {
+  Inertial out;
+  out.mass = mass[lane];
+  for (int i = 0; i < 3; ++i) {
+    out.centre[i] = centre[i][lane];
+    for (int j = 0; j < 3; ++j) out.tensor(i, j) = tensor(i, j)[lane];
+  }
+  return out;
 }
 
 inline bool has_principal_axes(const Inertial& inertial) { return has_principal_axes(inertial.tensor); }

@@ -12,20 +12,15 @@ void Swings::find(const Parameters& parameters) {
     const Numbers now{std::get<Rotation>(parameters.kinds[step]).axis, parameters.placements[step].X,
                       parameters.inertials[bodies_[lane]], parameters.armatures[step]};
     from_[lane] = now;
-    const auto& [mass, centre, tensor] = now.inertial;
-    // the gravity centre as it turns: still + cos q aside + sin q ahead, about the axis
-    const Vector3d still = now.axis.dot(centre) * now.axis, aside = centre - still;
-    const Vector3d ahead = now.axis.cross(centre);
-    const Vector3d weight = mass * (now.placement.R.transpose() * gravity_);
-    level.set(lane, -mass * gravity_.dot(now.placement.p) - weight.dot(still));
-    cosine.set(lane, -weight.dot(aside));
-    sine.set(lane, -weight.dot(ahead));
-    const double about = now.axis.dot(tensor * now.axis) + mass * ahead.squaredNorm();
-    const double meets = about + now.armature;
-    inertia.set(lane, about);
-    inverse.set(lane, 1 / meets);
-    // as for any coordinate (articulated_step.hpp)
-    if (!(meets > 2e-14 * (now.armature + 0.5 * tensor.trace() + mass * centre.squaredNorm()))) sound = false;
+    const Vector3d pull = now.placement.R.transpose() * gravity_;
+    const auto swing = find_pendulum<double>(now.axis, pull, now.inertial, now.armature);
+    level.set(lane, -now.inertial.mass * (gravity_.dot(now.placement.p) +
+                                          pull.dot(now.axis) * now.axis.dot(now.inertial.centre)));
+    cosine.set(lane, swing.cosine);
+    sine.set(lane, swing.sine);
+    inertia.set(lane, swing.inertia);
+    inverse.set(lane, 1 / swing.meets);
+    if (!swing.sound) sound = false;
   }
 }
 

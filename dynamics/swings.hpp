@@ -2,9 +2,45 @@
 // once as there are lanes (articulated_side.hpp).
 #pragma once
 
+#include "dynamics/changes.hpp"
 #include "dynamics/system.hpp"
 
 namespace borelli {
+
+/// Of a body that turns about an axis at rest by q, what does not change with q: its acceleration is
+/// (cosine sin q - sine cos q + effort) / meets. SI.
+template <class T>
+struct PendulumOf {
+  T inertia;       ///< about the axis, kg m^2
+  T meets;         ///< that and the rotor's
+  T cosine, sine;  ///< potential energy: a constant + cosine cos q + sine sin q, J
+  bool sound;      ///< else (in some lane) it meets no inertia to speak of
+};
+
+/// `axis` (of unit length) and `gravity` in the axes of the body's frame at q = 0.
+template <class T, class Inertia>
+PendulumOf<T> find_pendulum(const Eigen::Vector3d& axis, const Eigen::Vector3d& gravity,
+                            const Inertia& inertial, double armature) {
+  const auto along = [](const Eigen::Vector3d& d, const Eigen::Vector3<T>& x) -> T {
+    return d[0] * x[0] + d[1] * x[1] + d[2] * x[2];
+  };
+  const T mass = inertial.mass;
+  const Eigen::Vector3<T>& c = inertial.centre;
+  // the gravity centre as it turns: still + cos q aside + sin q ahead, about the axis
+  const Eigen::Vector3<T> ahead(axis[1] * c[2] - axis[2] * c[1], axis[2] * c[0] - axis[0] * c[2],
+                                axis[0] * c[1] - axis[1] * c[0]);
+  PendulumOf<T> out;
+  out.cosine = mass * (gravity.dot(axis) * along(axis, c) - along(gravity, c));
+  out.sine = -mass * along(gravity, ahead);
+  out.inertia = axis[0] * along(axis, inertial.tensor.col(0)) +
+                axis[1] * along(axis, inertial.tensor.col(1)) +
+                axis[2] * along(axis, inertial.tensor.col(2)) + mass * ahead.squaredNorm();
+  out.meets = out.inertia + armature;
+  // as for any coordinate (articulated_step.hpp)
+  out.sound =
+      everywhere(out.meets > 2e-14 * (armature + 0.5 * inertial.tensor.trace() + mass * c.squaredNorm()));
+  return out;
+}
 
 class Swings {
  public:
@@ -33,41 +69,17 @@ class Swings {
     Inertial inertial;
     double armature;
   };
-  using Words = Quad::Mask::Vector;
-
-  /// To a bit, so that what is no number is seen too.
-  template <class Value>
-  static void compare(const Value& now, const Value& before, Words& differ, long long& rest) {
-    constexpr int count = sizeof(Value) / sizeof(double);
-    static_assert(sizeof(Value) == count * sizeof(double), "numbers alone, without gaps");
-    const char *a = reinterpret_cast<const char*>(&now), *b = reinterpret_cast<const char*>(&before);
-    int i = 0;
-    for (; i + Quad::count <= count; i += Quad::count) {
-      Words x, y;
-      __builtin_memcpy(&x, a + i * sizeof(double), sizeof x);
-      __builtin_memcpy(&y, b + i * sizeof(double), sizeof y);
-      differ |= x ^ y;
-    }
-    for (; i < count; ++i) {
-      long long x, y;
-      __builtin_memcpy(&x, a + i * sizeof(double), sizeof x);
-      __builtin_memcpy(&y, b + i * sizeof(double), sizeof y);
-      rest |= x ^ y;
-    }
-  }
-
   bool changed(const Parameters& parameters) const {
-    Words differ{};
-    long long rest = !found_;
-    compare(parameters.gravity, gravity_, differ, rest);
+    Changes changes;
+    changes.add(parameters.gravity, gravity_);
     for (int lane = 0; lane < Quad::count; ++lane) {
       const Numbers& before = from_[lane];
-      compare(std::get_if<Rotation>(&parameters.kinds[steps_[lane]])->axis, before.axis, differ, rest);
-      compare(parameters.placements[steps_[lane]].X, before.placement, differ, rest);
-      compare(parameters.inertials[bodies_[lane]], before.inertial, differ, rest);
-      compare(parameters.armatures[steps_[lane]], before.armature, differ, rest);
+      changes.add(std::get_if<Rotation>(&parameters.kinds[steps_[lane]])->axis, before.axis);
+      changes.add(parameters.placements[steps_[lane]].X, before.placement);
+      changes.add(parameters.inertials[bodies_[lane]], before.inertial);
+      changes.add(parameters.armatures[steps_[lane]], before.armature);
     }
-    return rest != 0 || !Quad::Mask(differ == 0).all();
+    return !found_ || changes.any();
   }
 
   void find(const Parameters& parameters);

@@ -245,6 +245,70 @@ TEST_P(BatchInRegisters, BarsThatSwingAloneAreSingleStatesWithTheirOwnInertials)
   expect_single(moved);
 }
 
+/// Bodies held by balls, with nothing on them: any, one held at its gravity centre, an upright one, one so
+/// thin that its ball follows axis by axis; and one of the world's, and one at its carrier's origin.
+Scene pendants() {
+  Random random(11);
+  Scene scene;
+  scene.solids = {solid("beam", "world", {hinge("turn", random.direction())}, {random.inertia().inertial()})};
+  const Inertial any = random.inertia().inertial();
+  Inertial centred = any, upright = any, thin = any;
+  centred.centre.setZero();
+  upright.centre = {0, 0, -0.3};
+  upright.tensor = Eigen::Vector3d(0.2, 0.3, 0.1).asDiagonal();
+  thin.centre = {0, 0, 0.5};
+  thin.tensor = Eigen::Vector3d(1, 1, 5e-5).asDiagonal();
+  for (const auto& [name, inertial] :
+       {std::pair{"any", any}, {"centred", centred}, {"upright", upright}, {"thin", thin}})
+    scene.solids.push_back(
+        solid(name, "beam", {fixed(random.vector(1)), ball(std::string("ball_") + name)}, {inertial}));
+  scene.solids.push_back(solid("free", "world", {ball("ball_free")}, {any}));
+  scene.solids.push_back(solid("at", "beam", {ball("ball_at")}, {any}));
+  return scene;
+}
+
+TEST_P(BatchInRegisters, PendantsAreSingleStatesWithTheirOwnInertials) {
+  const System system = compiled(pendants());
+  compare(system, 40, 1e-12, "pendants");
+  BatchState batch(system);
+  BatchWorkspace w(system);
+  std::vector<System> varied(count, system);
+  Random random(12);
+  Eigen::VectorX<Lanes> given(system.nv);
+  for (int lane = 0; lane < count; ++lane) {
+    batch.set(lane, Random(50 + lane).state(system));
+    for (int i = 0; i < system.nv; ++i) given[i].set(lane, random.number(-1, 1));
+    for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+      varied[lane].parameters.inertials[b] = random.inertia().inertial();
+      w.set_inertial(lane, int(b), varied[lane].parameters.inertials[b]);
+    }
+  }
+  const auto hanging = [&] {
+    return std::ranges::count_if(w.articulation.links, [](const auto& link) { return link.hangs; });
+  };
+  const auto expect_single = [&](const Lanes* applied) {
+    ASSERT_TRUE(accelerate(system, system.parameters, batch, w, applied));
+    for (int lane = 0; lane < count; ++lane) {
+      const State state = batch.state(lane);
+      Workspace one(system, Equations::recursive);
+      const Eigen::VectorXd of_lane = lane_of(given, lane);
+      ASSERT_FALSE(accelerate(system, varied[lane].parameters, state.t, state.q.data(), state.v.data(), {},
+                              one, applied ? of_lane.data() : nullptr));
+      EXPECT_LT(relative(lane_of(w.a, lane), one.a), 1e-12);
+    }
+  };
+  expect_single(given.data());
+  EXPECT_EQ(hanging(), 6);
+  expect_single(nullptr);
+  // one lane's thin body takes all lanes of it the longer way
+  Inertial& thin = varied[3].parameters.inertials[2];
+  thin.centre = {0.4, 0, 0};
+  thin.tensor = Eigen::Vector3d(5e-5, 1, 1).asDiagonal();
+  w.set_inertial(3, 2, thin);
+  expect_single(given.data());
+  EXPECT_EQ(hanging(), 5);
+}
+
 // What rounding may have made is left to what decides of one state: a needle's inertia about its own axis,
 // and none at all.
 TEST_P(BatchInRegisters, ABarThatHardlyResistsIsLeftToSingleStates) {

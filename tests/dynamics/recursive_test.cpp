@@ -463,11 +463,7 @@ TEST(Recursive, ABodysBoundIsNoLessThanItsInertia) {
     for (int lane = 0; lane < Lanes::count; ++lane) {
       const double part = 1. / (1 + lane);
       each.push_back({part * mass, part * centre, part * inertial.tensor});
-      eight.mass.set(lane, each[lane].mass);
-      for (int a = 0; a < 3; ++a) {
-        eight.centre[a].set(lane, each[lane].centre[a]);
-        for (int b = 0; b < 3; ++b) eight.tensor(a, b).set(lane, each[lane].tensor(a, b));
-      }
+      eight.set(lane, each[lane]);
     }
     eight.settle();
     const InertiaBound<Lanes> bounds = bound_of(eight);
