@@ -32,7 +32,7 @@ constexpr double projection_steps[] = {1, 10, 0.1, 100};
 // equations are off by it times the change of the impulses, so after the last solve by nothing. Of the first
 // solves, which find the modes, it is larger: dependent contacts that contradict each other by little are not
 // to send each other far off.
-constexpr double first_damping = 1e-2, damping_falls = 0.1, least_damping = 1e-8;
+constexpr double first_damping = 1e-2, damping_falls = 0.1, least_damping = 1e-5;
 
 // The same, of proximal points.
 constexpr double first_proximal = 1e-2, least_proximal = 1e-6, most_proximal = 10;
@@ -125,8 +125,12 @@ void eliminate_from(const double* a, int symmetric, int stride, int count, doubl
       }
     }
     for (int r = 0; r < at_once; ++r) {
+      if (j + block <= symmetric) {
+        L::load(part[r]).store(rows[r] + j);
+        continue;
+      }
       sums[r].store(rows[r] + j);
-      for (int l = 0; j + l < std::min(j + block, symmetric); ++l) rows[r][j + l] = part[r][l];
+      for (int l = 0; j + l < symmetric; ++l) rows[r][j + l] = part[r][l];
     }
   }
 }
@@ -175,52 +179,140 @@ bool eliminate(double* a, int symmetric, int n, int stride, double* parts, doubl
   return true;
 }
 
+/// Chosen columns of rows of n numbers, in ascending order.
+template <int width>
+class Columns {
+ public:
+  /// `picks`: room.
+  Columns(const int* columns, int count, int n, std::vector<ColumnPick>& picks)
+      : columns_(columns), count_(count), picks_(picks) {
+    picks_.clear();
+    for (int j = 0; in_registers_of_block && n >= block && j < count;) {
+      ColumnPick& pick = picks_.emplace_back();
+      pick.first = std::min(columns[j], n - block);
+      pick.to = j;
+      for (int lane = 0; j < count && columns[j] < pick.first + block; ++j, ++lane)
+        pick.each[lane] = columns[j] - pick.first;
+    }
+  }
+
+  /// Those of a row, from the one at `begin` on or from some before it; behind the last, `block` - 1 more may
+  /// be written.
+  void copy(const double* from, int begin, double* to) const {
+    if constexpr (in_registers_of_block) {
+      auto pick = picks_.begin();
+      while (pick != picks_.end() && pick->to + block <= begin) ++pick;
+      for (; pick != picks_.end(); ++pick) {
+        typename Register<width>::Words each;
+        __builtin_memcpy(&each, pick->each, sizeof each);
+        using Tile = LanesOf<width, width>;
+        Tile(__builtin_shuffle(Tile::load(from + pick->first).vector(), each)).store(to + pick->to);
+      }
+    }
+    for (int j = begin; picks_.empty() && j < count_; ++j) to[j] = from[columns_[j]];
+  }
+
+ private:
+#ifdef BORELLI_REGISTERS
+  static constexpr bool in_registers_of_block = width == block;  // a permutation's each
+#else
+  static constexpr bool in_registers_of_block = false;
+#endif
+  const int* columns_;
+  int count_;
+  std::vector<ColumnPick>& picks_;
+};
+
 /// u += by * row, n numbers.
 BORELLI_INLINED_FOR_PROCESSOR
 void add_row(const double* row, double by, int n, double* u) {
   for (int i = 0; i < n; ++i) u[i] += by * row[i];
 }
 
-/// u += G p: n rows of `stride` numbers, which are n columns too; four at once.
-BORELLI_INLINED_FOR_PROCESSOR
-void add_product(const double* G, Eigen::Index stride, const double* p, int n, double* __restrict u) {
-  int r = 0;
-  for (; r + 4 <= n; r += 4) {
-    const double *a = G + r * stride, *b = a + stride, *c = b + stride, *d = c + stride;
-    for (int i = 0; i < n; ++i) u[i] += (p[r] * a[i] + p[r + 1] * b[i]) + (p[r + 2] * c[i] + p[r + 3] * d[i]);
+/// u += G p, of `tiles` registers of columns from `begin` on; the last ends at n at most.
+template <int tiles, int width>
+void add_tiles(const double* G, Eigen::Index stride, const double* p, int begin, int n, double* u) {
+  using Tile = LanesOf<width, width>;
+  int first[tiles];
+  Tile sums[tiles];
+  for (int t = 0; t < tiles; ++t) {
+    first[t] = std::min(begin + t * width, n - width);
+    sums[t] = Tile::load(u + first[t]);
   }
-  for (; r < n; ++r)
-    for (int i = 0; i < n; ++i) u[i] += p[r] * G[r * stride + i];
+  for (int r = 0; r < n; ++r, G += stride)
+    for (int t = 0; t < tiles; ++t) sums[t] += p[r] * Tile::load(G + first[t]);
+  for (int t = 0; t < tiles; ++t) sums[t].store(u + first[t]);
+}
+
+/// u += G p: n rows of `stride` numbers, which are n columns too.
+template <int width>
+void add_product(const double* G, Eigen::Index stride, const double* p, int n, double* u) {
+  constexpr int most = 8;  // registers at once
+  if (n < width) {
+    for (int r = 0; r < n; ++r)
+      for (int i = 0; i < n; ++i) u[i] += p[r] * G[r * stride + i];
+    return;
+  }
+  int begin = 0;
+  // (as many at a time that the last ones hold a whole register, and write no column of those before)
+  for (int left = (n + width - 1) / width, groups = (left + most - 1) / most; groups > 0; --groups) {
+    const int tiles = (left + groups - 1) / groups;
+    [&]<int... count>(std::integer_sequence<int, count...>) {
+      ((tiles == count + 1 ? add_tiles<count + 1, width>(G, stride, p, begin, n, u) : void()), ...);
+    }
+    (std::make_integer_sequence<int, most>());
+    begin += tiles * width;
+    left -= tiles;
+  }
 }
 
 }  // namespace
 
+/// To u_, what they change of it.
+void ContactSolver::add_impulses(const ContactProblem& c, const VectorXd& p) {
+  in_registers(
+      [&]<int width>() { add_product<width>(c.G.data(), c.G.cols(), p.data(), 3 * c.count, u_.data()); });
+}
+
 void ContactSolver::update_velocity(const ContactProblem& c, const VectorXd& p) {
   const int n = 3 * c.count;
   u_.head(n) = c.free.head(n);
-  add_product(c.G.data(), c.G.cols(), p.data(), n, u_.data());
+  add_impulses(c, p);
 }
 
-double ContactSolver::residual(const ContactProblem& c, const VectorXd& p, const VectorXd& u) {
-  double most = 0;
+void ContactSolver::find_responses(const ContactProblem& c) {
+  responses_.clear();
   for (int i = 0; i < c.count; ++i) {
     const int row = 3 * i;
-    const double own = c.G(row, row), across = std::max(c.G(row + 1, row + 1), c.G(row + 2, row + 2));
-    if (own <= 0) continue;
-    const double normal = std::max(0., p[row] - step_ * (u[row] - c.target[i]) / own);
-    double off = std::abs(normal - p[row]) * own;
-    if (across > 0) {
-      const Vector2d t = on_friction_cone(p.segment<2>(row + 1) - step_ * u.segment<2>(row + 1) / across,
-                                          c.friction[i] * normal);
-      const double friction_off = (t - p.segment<2>(row + 1)).norm() * across;
-      off = std::max(off, friction_off);
+    const double own = c.G(row, row), x = c.G(row + 1, row + 1), y = c.G(row + 2, row + 2);
+    const double across = std::max(x, y);
+    responses_.push_back({{own, x, y}, across, step_ / own, step_ / across});
+  }
+}
+
+/// After find_responses.
+double ContactSolver::residual(const ContactProblem& c, const VectorXd& p, const VectorXd& u) {
+  double most = 0;  // squared
+  for (int i = 0; i < c.count; ++i) {
+    const int row = 3 * i;
+    const Response& response = responses_[i];
+    if (response.own[0] <= 0) continue;
+    const double normal = std::max(0., p[row] - response.normal_step * (u[row] - c.target[i]));
+    const double closes = (normal - p[row]) * response.own[0];
+    double off = closes * closes;
+    if (response.across > 0) {
+      const Vector2d before(p[row + 1], p[row + 2]);
+      Vector2d to = before - response.across_step * Vector2d(u[row + 1], u[row + 2]);
+      const double limit = c.friction[i] * normal, size = to.squaredNorm();
+      if (size > limit * limit) to *= limit / std::sqrt(size);
+      off = std::max(off, (response.across * (to - before)).squaredNorm());
     }
     if (off > most) {
       most = off;
       worst_ = i;
     }
   }
-  return most;
+  return std::sqrt(most);
 }
 
 /// Projected Gauss-Seidel.
@@ -248,6 +340,38 @@ void ContactSolver::sweep(const ContactProblem& c, int times, VectorXd& p) {
   }
 }
 
+/// The equations of the modes at hand, and their solution.
+template <int width>
+bool ContactSolver::solve_modes(const ContactProblem& c, int symmetric, int stride) {
+  const int n = 3 * c.count, m = int(equations_.size()), slides = int(slides_.size());
+  for (int i = 0; i < slides; ++i) {
+    const Slide& slide = slides_[i];
+    const double *x = c.G.row(slide.row + 1).data(), *y = c.G.row(slide.row + 2).data();
+    double* __restrict across = turned_.row(i).data();
+    for (int r = 0; r < n; ++r) across[r] = slide.x * x[r] + slide.y * y[r];
+  }
+  const Columns<width> columns(rows_.data(), symmetric, n, picks_);
+  double* const numbers = numbers_.data()->each;
+  for (int k = 0; k < m; ++k) {
+    const Equation& equation = equations_[k];
+    const double* const from =
+        equation.slide < 0 ? c.G.row(rows_[k]).data() : turned_.row(equation.slide).data();
+    double* const row = numbers + k * stride;
+    columns.copy(from, k < symmetric ? k & ~(block - 1) : 0, row);
+    for (int i = 0; i < slides; ++i) {
+      const Slide& slide = slides_[i];
+      const double normal = from[slide.row], x = from[slide.row + 1], y = from[slide.row + 2];
+      row[slide.unknown] = slide.x * x + slide.y * y;
+      row[symmetric + i] = normal + slide.with_x * x + slide.with_y * y;
+    }
+    LanesOf<block, width>(0.).store(row + m);
+    row[k] += equation.gives;
+    row[m] = equation.right;
+  }
+  double* const solution = numbers + m * stride;
+  return eliminate<width>(numbers, symmetric, m, stride, solution + stride, solution);
+}
+
 /// change_: from p to the solution of what the modes of p make linear. A contact that opens has none; of one
 /// that touches u_n = target, of one that sticks u_t = 0, and of one that slides, with d = p_t - r u_t and a
 /// = d / |d|,  p_t = mu p_n a + mu p_n / |d| (1 - a a^T) d. So what slides has two unknowns: p_n, which
@@ -258,86 +382,48 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
   equations_.clear();
   slides_.clear();
   change_.head(n) = -p.head(n);
-  const auto hold = [&](int row, double target) {
-    const double gives = damping * c.G(row, row);
+  const auto hold = [&](int row, double own, double target) {
+    const double gives = damping * own;
     rows_.push_back(row);
     equations_.push_back({gives, target - c.free[row] + gives * p[row]});
   };
   for (int i = 0; i < c.count; ++i) {
     const int row = 3 * i;
-    const double own = c.G(row, row), across = std::max(c.G(row + 1, row + 1), c.G(row + 2, row + 2));
-    const double normal = own > 0 ? p[row] - step_ * (u_[row] - c.target[i]) / own : 0;
+    const Response& response = responses_[i];
+    const double across = response.across;
+    const double normal = response.own[0] > 0 ? p[row] - response.normal_step * (u_[row] - c.target[i]) : 0;
     if (normal <= 0) continue;
     const double limit = c.friction[i] * normal;
     if (limit > 0 && across > 0) {
-      const Vector2d d = p.segment<2>(row + 1) - step_ * u_.segment<2>(row + 1) / across;
-      if (const double size = d.norm(); size > limit) {
-        const double x = d[0] / size, y = d[1] / size, near = damping * across;
+      const Vector2d d(p[row + 1] - response.across_step * u_[row + 1],
+                       p[row + 2] - response.across_step * u_[row + 2]);
+      if (const double squared = d.squaredNorm(); squared > limit * limit) {
+        const double size = std::sqrt(squared), x = d[0] / size, y = d[1] / size, near = damping * across;
         rows_.push_back(row + 1);
         equations_.push_back(
-            {across / step_ * (size - limit) / limit + near,
+            {across / step_ * std::max(0., size - limit) / limit + near,
              y * (c.free[row + 1] - near * p[row + 1]) - x * (c.free[row + 2] - near * p[row + 2]),
              int(slides_.size())});
         slides_.push_back({row, int(rows_.size()) - 1, c.friction[i] * x, c.friction[i] * y, -y, x});
         continue;
       }
     }
-    hold(row, c.target[i]);
-    for (int r = row + 1; r < row + 3 && limit > 0; ++r)
-      if (c.G(r, r) > 0) hold(r, 0);
+    hold(row, response.own[0], c.target[i]);
+    for (int r : {1, 2})
+      if (limit > 0 && response.own[r] > 0) hold(row + r, response.own[r], 0);
   }
   const int symmetric = int(rows_.size());
-  for (const Slide& slide : slides_) hold(slide.row, c.target[slide.row / 3]);
+  for (const Slide& slide : slides_)
+    hold(slide.row, responses_[slide.row / 3].own[0], c.target[slide.row / 3]);
   const int m = int(rows_.size()), stride = (m + block) & ~(block - 1);
   if (m == 0) return true;
   static_assert(sizeof(Line) == block * sizeof(double));
   if (const std::size_t room = std::size_t(m + symmetric + 2) * stride / block; numbers_.size() < room)
     numbers_.resize(room);
-  double* const numbers = numbers_.data()->each;
   ++solves_;
-  rows_.resize(stride, 0);  // whole blocks of them are copied
-  // of what slides both unknowns' columns, over all rows
-  const int slides = int(slides_.size());
-  if (turned_.rows() < 2 * slides || turned_.cols() < n) turned_.resize(2 * c.count, n);
-  for (int i = 0; i < slides; ++i) {
-    const Slide& slide = slides_[i];
-    const double *normal = c.G.row(slide.row).data(), *x = c.G.row(slide.row + 1).data(),
-                 *y = c.G.row(slide.row + 2).data();
-    double *across = turned_.row(2 * i).data(), *along = turned_.row(2 * i + 1).data();
-    for (int r = 0; r < n; ++r) {
-      across[r] = slide.x * x[r] + slide.y * y[r];
-      along[r] = normal[r] + slide.with_x * x[r] + slide.with_y * y[r];
-    }
-  }
-  for (int k = 0; k < m; ++k) {
-    const Equation& equation = equations_[k];
-    double* const row = numbers + k * stride;
-    const double* from =
-        equation.slide < 0 ? c.G.row(rows_[k]).data() : turned_.row(2 * equation.slide).data();
-    for (int j = k < symmetric ? k & ~(block - 1) : 0; j < m; j += block)
-      for (int i = 0; i < block; ++i) row[j + i] = from[rows_[j + i]];
-    if (equation.slide < 0) {
-      const double* column = turned_.data() + rows_[k];
-      for (int i = 0; i < slides; ++i, column += 2 * turned_.cols()) {
-        row[slides_[i].unknown] = column[0];
-        row[symmetric + i] = column[turned_.cols()];
-      }
-    } else {
-      for (int i = 0; i < slides; ++i) {
-        const Slide& slide = slides_[i];
-        const double x = from[slide.row + 1], y = from[slide.row + 2];
-        row[slide.unknown] = slide.x * x + slide.y * y;
-        row[symmetric + i] += slide.with_x * x + slide.with_y * y;
-      }
-    }
-    std::fill(row + m, row + stride, 0.);
-    row[k] += equation.gives;
-    row[m] = equation.right;
-  }
-  double* const solution = numbers + m * stride;
-  if (!in_registers([]<int width>(auto&... each) { return eliminate<width>(each...); }, numbers, symmetric, m,
-                    stride, solution + stride, solution))
-    return false;
+  if (turned_.rows() < int(slides_.size()) || turned_.cols() < n) turned_.resize(c.count, n);
+  if (!in_registers([&]<int width>() { return solve_modes<width>(c, symmetric, stride); })) return false;
+  const double* const solution = numbers_.data()->each + m * stride;
   for (int k = 0; k < m; ++k) {
     if (!std::isfinite(solution[k])) return false;
     const int slide = equations_[k].slide;
@@ -355,6 +441,7 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
 double ContactSolver::newton(const ContactProblem& c, double scale, double enough, double damping,
                              VectorXd& p) {
   const int n = 3 * c.count;
+  find_responses(c);
   update_velocity(c, p);
   double best = residual(c, p, u_);
   best_.head(n) = p.head(n);
@@ -364,7 +451,7 @@ double ContactSolver::newton(const ContactProblem& c, double scale, double enoug
     if (!find_direction(c, p, damping)) break;
     damping = std::max(std::min(least_damping, damping), damping_falls * damping);
     p.head(n) += change_.head(n);
-    add_product(c.G.data(), c.G.cols(), change_.data(), n, u_.data());
+    add_impulses(c, change_);
     const double left = residual(c, p, u_);
     if (left >= best) continue;
     if (left < 0.5 * best) idle = 0;
@@ -399,6 +486,7 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
     // (no nearer to the point than two thirds of how near that is)
     const double enough = std::max(2. / 3 * std::min(best, scale), settled * scale);
     const bool solved = newton(soft_, scale, enough, 0, p) <= std::max(enough, near_enough * scale);
+    find_responses(c);
     update_velocity(c, p);
     const double left = residual(c, p, u_);
     if (left < best) {
@@ -428,6 +516,7 @@ double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) 
     step_ = step;
     proximal_points(c, scale, p);
     step_ = 1;
+    find_responses(c);
     update_velocity(c, p);
     left = residual(c, p, u_);
     if (left < best) {

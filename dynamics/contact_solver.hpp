@@ -32,6 +32,12 @@ struct ContactProblem {
   std::vector<double> friction;  ///< of the contacts
 };
 
+/// Some of eight columns that lie side by side, and where they go.
+struct ColumnPick {
+  int first, to;
+  long long each[8] = {};  ///< from the first
+};
+
 class ContactSolver {
  public:
   /// `impulse` (3n, N s): a guess, and the solution. What is left, in parts of `scale` (m/s): by how much
@@ -44,16 +50,26 @@ class ContactSolver {
   static constexpr double settled = 1e-8, nearly = 3e-5;
 
  private:
+  void find_responses(const ContactProblem& problem);
   double residual(const ContactProblem& problem, const Eigen::VectorXd& p, const Eigen::VectorXd& u);
+  void add_impulses(const ContactProblem& problem, const Eigen::VectorXd& p);
   void update_velocity(const ContactProblem& problem, const Eigen::VectorXd& p);
   void sweep(const ContactProblem& problem, int times, Eigen::VectorXd& p);
   double newton(const ContactProblem& problem, double scale, double enough, double damping,
                 Eigen::VectorXd& p);
   void proximal_points(const ContactProblem& problem, double scale, Eigen::VectorXd& p);
   bool find_direction(const ContactProblem& problem, const Eigen::VectorXd& p, double damping);
+  template <int width>
+  bool solve_modes(const ContactProblem& problem, int symmetric, int stride);
 
   Eigen::VectorXd u_, change_, best_, start_, point_, best_point_;
   ContactProblem soft_;
+  /// Of a contact's rows to their own impulses, 1/kg; the larger of those across; and the projection's steps,
+  /// kg.
+  struct Response {
+    double own[3], across, normal_step, across_step;
+  };
+  std::vector<Response> responses_;
   /// Of one solve: what the unknown gives way by, the right side, and of what slides which it is.
   struct Equation {
     double gives, right;
@@ -64,7 +80,8 @@ class ContactSolver {
     int row, unknown;
     double with_x, with_y, x, y;
   };
-  RowsOf<double> turned_;  ///< of each slide both unknowns' columns
+  std::vector<ColumnPick> picks_;
+  RowsOf<double> turned_;  ///< of each slide the row across
   std::vector<int> rows_;  ///< of the unknowns
   std::vector<Equation> equations_;
   std::vector<Slide> slides_;

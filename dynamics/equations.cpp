@@ -20,8 +20,7 @@ Workspace::Workspace(const System& system, Equations equations)
       drive_efforts(Eigen::VectorXd::Zero(system.driven_nv)),
       group_power(Eigen::VectorXd::Zero(system.groups)),
       wanted(multipliers),
-      correction(a),
-      friction(system) {
+      correction(a) {
   if (equations == Equations::recursive && system.rows > 0) recursion.emplace(system);
 }
 

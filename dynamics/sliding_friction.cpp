@@ -8,15 +8,18 @@
 
 namespace borelli {
 
-SlidingFriction::SlidingFriction(const System& system) {
+namespace {
+
+void make_room(const System& system, SlidingFriction& f) {
   const auto count = Eigen::Index(system.contacts.size());
-  sliding.reserve(system.contacts.size());
-  force = speed = gain = normal = Eigen::VectorXd::Zero(count);
-  response = Rows::Zero(count, system.nv);
-  multipliers = Rows::Zero(count, count == 0 ? 0 : system.rows);
-  D = Rows::Zero(count, count);
-  row = Eigen::VectorXd::Zero(count == 0 ? 0 : system.rows);
+  f.force = f.speed = f.gain = f.normal = Eigen::VectorXd::Zero(count);
+  f.response = Rows::Zero(count, system.nv);
+  f.multipliers = Rows::Zero(count, system.rows);
+  f.D = Rows::Zero(count, count);
+  f.row = Eigen::VectorXd::Zero(system.rows);
 }
+
+}  // namespace
 
 void add_sliding_friction(const System& system, const Parameters& parameters, Workspace& w) {
   SlidingFriction& f = w.friction;
@@ -28,6 +31,7 @@ void add_sliding_friction(const System& system, const Parameters& parameters, Wo
     if (w.rows.modes[i].touch == Touch::sliding && system.contacts[i].tangents && friction_of(int(i)) > 0)
       f.sliding.push_back(int(i));
   const int count = int(f.sliding.size());
+  if (count > 0 && f.force.size() == 0) make_room(system, f);
   for (int k = 0; k < count; ++k) {
     const int i = f.sliding[k];
     w.correction = -friction_of(i) * w.rows.slip.row(i).head(system.nv).transpose();

@@ -16,9 +16,8 @@ namespace borelli {
 
 struct Workspace;
 
-/// Scratch and result for one System.
+/// Scratch and result for one System; without room until something slides.
 struct SlidingFriction {
-  explicit SlidingFriction(const System& system);
   std::vector<int> sliding;  ///< contacts that slide with friction
   Eigen::VectorXd force;     ///< per contact: the friction force, N, against the slip
   Eigen::VectorXd speed;     ///< per contact: of the slip, m/s
