@@ -19,7 +19,7 @@ namespace {
 // each proximal point, of which so many may come no nearer, and fewer where it is near enough
 constexpr int most_solves = 20, most_idle = 6, most_idle_near = 2;
 // sweeps before the first proximal point, and where no proximal point came near
-constexpr int first_sweeps = 10, sweeps_between = 300;
+constexpr int first_sweeps = 5, sweeps_between = 300;
 constexpr double rounding = 1e-14;  // a part of the velocities
 // what laying the impulses on their cones at last may add to is left room for
 constexpr double near_enough = 1. / 3 * ContactSolver::nearly;
@@ -505,11 +505,9 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
 double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) {
   const Eigen::Index n = 3 * Eigen::Index(c.count);
   if (u_.size() < n)
-    for (VectorXd* x : {&u_, &change_, &best_, &start_, &point_, &best_point_}) x->resize(n);
-  start_.head(n) = p.head(n);
-  double left = newton(c, scale, settled * scale, first_damping, p),
-         best = std::numeric_limits<double>::infinity();
-  if (left > near_enough * scale) p.head(n) = start_.head(n);
+    for (VectorXd* x : {&u_, &change_, &best_, &best_of_all_, &point_, &best_point_}) x->resize(n);
+  double left = newton(c, scale, settled * scale, first_damping, p), best = left;
+  if (left > near_enough * scale) best_of_all_.head(n) = p.head(n);
   for (const double step : projection_steps) {
     if (left <= near_enough * scale) break;
     if (step != 1) sweep(c, sweeps_between, p);
@@ -521,10 +519,10 @@ double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) 
     left = residual(c, p, u_);
     if (left < best) {
       best = left;
-      start_.head(n) = p.head(n);  // (the start has served)
+      best_of_all_.head(n) = p.head(n);
     }
   }
-  if (best < left) p.head(n) = start_.head(n);
+  if (best < left) p.head(n) = best_of_all_.head(n);
   for (int i = 0; i < c.count; ++i) {  // what Newton's method leaves of rounding outside of the laws' bounds
     p[3 * i] = std::max(0., p[3 * i]);
     p.segment<2>(3 * i + 1) = on_friction_cone(p.segment<2>(3 * i + 1), c.friction[i] * p[3 * i]);

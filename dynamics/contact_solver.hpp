@@ -62,7 +62,7 @@ class ContactSolver {
   template <int width>
   bool solve_modes(const ContactProblem& problem, int symmetric, int stride);
 
-  Eigen::VectorXd u_, change_, best_, start_, point_, best_point_;
+  Eigen::VectorXd u_, change_, best_, best_of_all_, point_, best_point_;
   ContactProblem soft_;
   /// Of a contact's rows to their own impulses, 1/kg; the larger of those across; and the projection's steps,
   /// kg.
