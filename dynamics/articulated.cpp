@@ -250,6 +250,13 @@ void find_energies_of(const System& system, const Parameters& parameters, const 
   }
 }
 
+/// What efforts do to a body, at its frame's origin.
+template <class T>
+Wrench<T> applied_to(int b, const KinematicsOf<T>& k, const EffortSumsOf<T>& efforts, const LinkOf<T>& link) {
+  const Vector3<T> d = k.bodies[b].g - link.place.p;
+  return {efforts.moment[b] + d.cross(efforts.force[b]), efforts.force[b]};
+}
+
 /// What a body carries, at its frame: itself and what its children let it feel, less what acts on it. Of one
 /// of them (`felt`) `carried` holds that already.
 template <class T>
@@ -266,20 +273,18 @@ void begin_body(const Body& body, const Parameters& parameters, int b, const Ine
   }
   if (link.carries) add(link.body, carried);
   if (efforts && body.touched) {
-    const Vector3<T> d = k.bodies[b].g - link.place.p;
-    carried.bias.n -= efforts->moment[b] + d.cross(efforts->force[b]);
-    carried.bias.f -= efforts->force[b];
+    const Wrench<T> applied = applied_to(b, k, *efforts, link);
+    carried.bias.n -= applied.n;
+    carried.bias.f -= applied.f;
     carried.extended = true;
   }
 }
 
-/// Whether a joint's body is one for let_hang, if it carries nothing and the joint is loose.
+/// Whether a joint's body is a pendant, if it carries nothing and the joint is loose.
 template <class T>
-bool hangs_by(const Joint& joint, const System& system, const InertialsOf<T>& inertials,
-              const EffortSumsOf<T>* efforts) {
+bool is_pendant(const Joint& joint, const System& system, const InertialsOf<T>& inertials) {
   if constexpr (is_lanes<T>)
-    return joint.body >= 0 && system.bodies[joint.body].massive && inertials[joint.body].round &&
-           !(efforts && system.bodies[joint.body].touched);
+    return joint.body >= 0 && system.bodies[joint.body].massive && inertials[joint.body].round;
   else
     return false;
 }
@@ -300,7 +305,7 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
     const Joint& joint = *at;
     LinkOf<T>& link = links[joint.step];
     const bool loose = is_loose(joint, parameters);
-    const bool hangs = loose && !felt && !link.carries && hangs_by(joint, system, inertials, efforts);
+    const bool hangs = loose && !felt && !link.carries && is_pendant<T>(joint, system, inertials);
     if (joint.body >= 0 && !hangs)
       begin_body(system.bodies[joint.body], parameters, joint.body, inertials, k, efforts, link, !loose, felt,
                  carried);
@@ -310,8 +315,18 @@ bool accelerate_all(const System& system, const Parameters& parameters, const In
           const T* const acting = efforts ? efforts->coordinate.data() + joint.u : nullptr;
           const T* const added = given && joint.drive < 0 ? given + joint.u : nullptr;
           if (hangs) {
-            if constexpr (is_lanes<T> && turns_freely<Kind>)
-              let_hang<T>(inertials[joint.body], parameters.gravity, acting, added, !before, carried, link);
+            if constexpr (is_lanes<T> && turns_freely<Kind>) {
+              const auto hang = [&](const Wrench<T>* applied) {
+                let_hang<T>(inertials[joint.body], parameters.gravity, applied, acting, added, !before,
+                            carried, link);
+              };
+              if (efforts) {
+                const Wrench<T> applied = applied_to(joint.body, k, *efforts, link);
+                hang(&applied);
+              } else {
+                hang(nullptr);
+              }
+            }
           } else if (!free_step<Kind, T>(parameters.armatures[joint.step], loose, acting, added,
                                          joint.drive < 0 ? nullptr : k.acceleration.data() + joint.u, !before,
                                          pivots + joint.u, carried, link)) {

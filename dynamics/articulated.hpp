@@ -73,7 +73,7 @@ struct alignas(line_alignment<T>) LinkOf {
   Eigen::Vector3<T> angular, linear;  ///< acceleration added
   bool carries = false;               ///< in the pass inwards: a child has been added to
   bool collapsed = false;  ///< a ball: its angular acceleration is -at_rest - by_push (the linear one)
-  bool hangs = false;      ///< a collapsed one that holds a pendant: at_rest is in the body's axes
+  bool hangs = false;      ///< of a pendant: it has only at_rest, in the body's axes (see PendantOf)
 };
 
 /// What the inward pass leaves of a coordinate for the outward one.

@@ -312,27 +312,31 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
     const int last = side.bodies[b + 1].first_step - 1;
     const LinkOf<Quad>& link = side.steps[last].link;
     const bool touched = efforts && system.bodies[each[0]].touched;
-    const bool hangs = side.steps[last].loose && !link.carries && !touched &&
-                       system.bodies[each[0]].massive && body.inertial.round;
-    if (hangs) {
-      // at its ball
-    } else if (system.bodies[each[0]].massive) {
-      put_own<false>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose, carried);
-      if (link.carries) add(link.body, carried);
-    } else if (link.carries) {
-      carried = link.body;
-    } else {
-      carried = {};
-    }
-    if (touched) {
+    const auto find_applied = [&] {
       Vector3<Quad> force, moment;
       gather(
           [&](int lane) -> auto& { return efforts->force[each[lane]]; }, force);
       gather(
           [&](int lane) -> auto& { return efforts->moment[each[lane]]; }, moment);
-      carried.bias.n -= moment + body.arm.cross(force);
-      carried.bias.f -= force;
-      carried.extended = true;
+      return Wrench<Quad>{moment + body.arm.cross(force), force};
+    };
+    const bool hangs = side.steps[last].loose && !link.carries && system.bodies[each[0]].massive &&
+                       body.inertial.round;  // at its ball
+    if (!hangs) {
+      if (system.bodies[each[0]].massive) {
+        put_own<false>(body.inertial, parameters.gravity, link.motion, !side.steps[last].loose, carried);
+        if (link.carries) add(link.body, carried);
+      } else if (link.carries) {
+        carried = link.body;
+      } else {
+        carried = {};
+      }
+      if (touched) {
+        const Wrench<Quad> applied = find_applied();
+        carried.bias.n -= applied.n;
+        carried.bias.f -= applied.f;
+        carried.extended = true;
+      }
     }
     for (int s = last; s >= body.first_step; --s) {
       SideBySide::StepOf& step = side.steps[s];
@@ -350,7 +354,16 @@ inline bool free_side(const System& system, const Parameters& parameters, const 
                               *const added = along(given, room[1]);
             if constexpr (turns_freely<Kind>)
               if (hangs && s == last) {
-                let_hang<Quad>(body.inertial, parameters.gravity, acting, added, !before, carried, step.link);
+                const auto hang = [&](const Wrench<Quad>* applied) {
+                  let_hang<Quad>(body.inertial, parameters.gravity, applied, acting, added, !before, carried,
+                                 step.link);
+                };
+                if (touched) {
+                  const Wrench<Quad> applied = find_applied();
+                  hang(&applied);
+                } else {
+                  hang(nullptr);
+                }
                 return true;
               }
             return free_step<Kind, Quad>(side_armature(parameters, step.steps), step.loose, acting, added,

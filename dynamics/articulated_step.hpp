@@ -264,29 +264,31 @@ bool collapse(const Vector3<T>& torque, bool acted, bool at_root, ArticulatedBod
   return true;
 }
 
-/// The same of a body that carries nothing and that nothing acts on but through the ball's coordinates, from
-/// what is known of it in its own axes (see PendantOf).
+/// The same of a body that carries nothing, from what is known of it in its own axes (see PendantOf).
+/// `applied`: what acts on it, at its frame's origin; or null.
 template <class T, class Inertia>
-void let_hang(const Inertia& inertial, const Eigen::Vector3d& gravity, const T* effort, const T* given,
-              bool at_root, ArticulatedBody<T>& body, LinkOf<T>& link) {
+void let_hang(const Inertia& inertial, const Eigen::Vector3d& gravity, const Wrench<T>* applied,
+              const T* effort, const T* given, bool at_root, ArticulatedBody<T>& body, LinkOf<T>& link) {
   const PendantOf<T>& pendant = inertial.pendant;
   const LinkMotion<T>& motion = link.motion;
   const Matrix3<T>& R = motion.R;
-  const Vector3<T> w = R.transpose() * motion.w, force = motion.vdot - gravity;
-  Vector3<T> n = w.cross(pendant.I * w) + pendant.h.cross(Vector3<T>(R.transpose() * force));
-  Vector3<T> torque = Vector3<T>::Zero();
+  const Vector3<T> w = R.transpose() * motion.w, fall = motion.vdot - gravity;
+  Vector3<T> n = w.cross(pendant.I * w) + pendant.h.cross(Vector3<T>(R.transpose() * fall));
+  Vector3<T> torque = Vector3<T>::Zero();  // of the ball
   for (int i = 0; i < 3; ++i) {
     if (effort) torque[i] += effort[i];
     if (given) torque[i] += given[i];
   }
   const bool acted = effort || given;
   if (acted) n -= torque;
+  if (applied) n -= R.transpose() * applied->n;
   const Vector3<T> at_rest = pendant.inverse * n;
   link.at_rest = at_rest;
   link.collapsed = link.hangs = true;
   if (at_root) return;
   const T mass = inertial.mass;
-  body.bias.f = mass * force + R * (w.cross(w.cross(pendant.h)) + pendant.h.cross(at_rest));
+  body.bias.f = mass * fall + R * (w.cross(w.cross(pendant.h)) + pendant.h.cross(at_rest));
+  if (applied) body.bias.f -= applied->f;
   const Vector3<T> a = R * pendant.yields[0], b = R * pendant.yields[1];
   const auto entry = [&](int i, int j) { return -a[i] * a[j] - b[i] * b[j]; };
   body.M = {mass + entry(0, 0), entry(0, 1), entry(0, 2),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "dynamics/impact.hpp"
 #include "dynamics/lanes.hpp"
@@ -290,9 +291,10 @@ void ContactSolver::find_responses(const ContactProblem& c) {
   }
 }
 
-/// After find_responses.
+/// After find_responses, as is find_direction.
 double ContactSolver::residual(const ContactProblem& c, const VectorXd& p, const VectorXd& u) {
   double most = 0;  // squared
+  worst_ = 0;
   for (int i = 0; i < c.count; ++i) {
     const int row = 3 * i;
     const Response& response = responses_[i];
@@ -302,9 +304,8 @@ double ContactSolver::residual(const ContactProblem& c, const VectorXd& p, const
     double off = closes * closes;
     if (response.across > 0) {
       const Vector2d before(p[row + 1], p[row + 2]);
-      Vector2d to = before - response.across_step * Vector2d(u[row + 1], u[row + 2]);
-      const double limit = c.friction[i] * normal, size = to.squaredNorm();
-      if (size > limit * limit) to *= limit / std::sqrt(size);
+      const Vector2d to = on_friction_cone(before - response.across_step * Vector2d(u[row + 1], u[row + 2]),
+                                           c.friction[i] * normal);
       off = std::max(off, (response.across * (to - before)).squaredNorm());
     }
     if (off > most) {

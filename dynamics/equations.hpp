@@ -1,5 +1,6 @@
 // The equations of motion at one state, solved: A(q) a + B(q, v) = Q(q, v, t) + L^T lambda, L a + E = 0.
-// All scratch is in the Workspace: nothing allocates, but once for A, B and Q of a scene without rows.
+// All scratch is in the Workspace: nothing allocates, but once for A, B and Q of a scene without rows, and
+// once where a contact slides.
 #pragma once
 
 #include <optional>

@@ -38,8 +38,8 @@ struct ShockResult {
 
 /// Friction no larger than its limit: projected on Coulomb's cone (a disc, the normal part being given).
 inline Eigen::Vector2d on_friction_cone(const Eigen::Vector2d& friction, double limit) {
-  const double size = friction.norm();
-  return size > limit ? Eigen::Vector2d(friction * (limit / size)) : friction;
+  const double squared = friction.squaredNorm();
+  return squared > limit * limit ? Eigen::Vector2d(friction * (limit / std::sqrt(squared))) : friction;
 }
 
 /// Contacts that approach more slowly than `rest_speed` do not rebound.

@@ -12,6 +12,7 @@ namespace {
 
 void make_room(const System& system, SlidingFriction& f) {
   const auto count = Eigen::Index(system.contacts.size());
+  f.sliding.reserve(system.contacts.size());
   f.force = f.speed = f.gain = f.normal = Eigen::VectorXd::Zero(count);
   f.response = Rows::Zero(count, system.nv);
   f.multipliers = Rows::Zero(count, system.rows);
@@ -28,10 +29,11 @@ void add_sliding_friction(const System& system, const Parameters& parameters, Wo
     return surface_of(parameters.constraints[system.contacts[i].constraint].kind).friction;
   };
   for (std::size_t i = 0; i < system.contacts.size(); ++i)
-    if (w.rows.modes[i].touch == Touch::sliding && system.contacts[i].tangents && friction_of(int(i)) > 0)
+    if (w.rows.modes[i].touch == Touch::sliding && system.contacts[i].tangents && friction_of(int(i)) > 0) {
+      if (f.force.size() == 0) make_room(system, f);
       f.sliding.push_back(int(i));
+    }
   const int count = int(f.sliding.size());
-  if (count > 0 && f.force.size() == 0) make_room(system, f);
   for (int k = 0; k < count; ++k) {
     const int i = f.sliding[k];
     w.correction = -friction_of(i) * w.rows.slip.row(i).head(system.nv).transpose();

@@ -163,25 +163,52 @@ TEST_P(BatchInRegisters, LanesAreSingleStatesOfRandomScenes) {
   EXPECT_GT(compared, 15);
 }
 
-TEST_P(BatchInRegisters, LanesMayHaveTheirOwnInertials) {
-  const System system = compiled(random_tree(3, {.balls = true}));
-  BatchState batch(system);
-  BatchWorkspace w(system);
-  std::vector<System> varied(count, system);
-  Random random(5);
-  for (int lane = 0; lane < count; ++lane) {
-    batch.set(lane, Random(9).state(system));
-    for (std::size_t b = 1; b < system.bodies.size(); ++b) {
-      if (!system.bodies[b].massive) continue;
-      varied[lane].parameters.inertials[b] = random.inertia().inertial();
-      w.set_inertial(lane, int(b), varied[lane].parameters.inertials[b]);
+/// Eight states, each with inertials of its own and given efforts.
+struct OwnInertials {
+  OwnInertials(const System& of, unsigned seed) : system(of), batch(of), w(of), each(count), given(of.nv) {
+    Random random(seed);
+    for (int lane = 0; lane < count; ++lane) {
+      batch.set(lane, Random(seed + lane).state(system));
+      for (int i = 0; i < system.nv; ++i) given[i].set(lane, random.number(-1, 1));
+      each[lane].resize(system.bodies.size());
+      for (std::size_t b = 1; b < system.bodies.size(); ++b)
+        if (system.bodies[b].massive) set(lane, int(b), random.inertia().inertial());
     }
   }
-  ASSERT_TRUE(accelerate(system, system.parameters, batch, w));
-  for (int lane = 0; lane < count; ++lane) {
-    State state = batch.state(lane);
-    const Eigen::VectorXd a = need(evaluate(varied[lane], state)).acceleration;
-    EXPECT_LT(relative(lane_of(w.a, lane), a), 1e-12);
+  void set(int lane, int body, const Inertial& inertial) {
+    each[lane][body] = inertial;
+    w.set_inertial(lane, body, inertial);
+  }
+
+  /// After accelerate() with `p` and what was given (or not): `a` against each state by itself.
+  void expect_single(const Parameters& p, const Eigen::VectorX<Lanes>& a, bool acted = true) {
+    for (int lane = 0; lane < count; ++lane) {
+      Parameters own = p;
+      own.inertials = each[lane];
+      const State state = batch.state(lane);
+      const Eigen::VectorXd applied = lane_of(given, lane);
+      Workspace one(system, Equations::recursive);
+      ASSERT_FALSE(accelerate(system, own, state.t, state.q.data(), state.v.data(), {}, one,
+                              acted ? applied.data() : nullptr));
+      EXPECT_LT(relative(lane_of(a, lane), one.a), 1e-12);
+      EXPECT_NEAR(w.terms.kinetic[lane], one.terms.kinetic, 1e-12 * (1 + std::abs(one.terms.kinetic)));
+      EXPECT_NEAR(w.terms.potential[lane], one.terms.potential, 1e-12 * (1 + std::abs(one.terms.potential)));
+    }
+  }
+
+  const System& system;
+  BatchState batch;
+  BatchWorkspace w;
+  std::vector<std::vector<Inertial>> each;  ///< of a lane's bodies
+  Eigen::VectorX<Lanes> given;
+};
+
+TEST_P(BatchInRegisters, LanesMayHaveTheirOwnInertials) {
+  const System system = compiled(random_tree(3, {.balls = true}));
+  OwnInertials own(system, 5);
+  for (const bool acted : {true, false}) {
+    ASSERT_TRUE(accelerate(system, system.parameters, own.batch, own.w, acted ? own.given.data() : nullptr));
+    own.expect_single(system.parameters, own.w.a, acted);
   }
 }
 
@@ -206,37 +233,16 @@ Scene bars_and_chain() {
 TEST_P(BatchInRegisters, BarsThatSwingAloneAreSingleStatesWithTheirOwnInertials) {
   const System system = compiled(bars_and_chain());
   compare(system, 20, 1e-12, "bars and a chain");
-  BatchState batch(system);
-  BatchWorkspace w(system);
+  OwnInertials own(system, 30);
+  BatchWorkspace& w = own.w;
   EXPECT_EQ(w.articulation.joints.size() - w.articulation.first_swing, 5U);
-  std::vector<System> varied(count, system);
-  Random random(6);
-  Eigen::VectorX<Lanes> given(system.nv);
-  for (int lane = 0; lane < count; ++lane) {
-    batch.set(lane, Random(30 + lane).state(system));
-    for (int i = 0; i < system.nv; ++i) given[i].set(lane, random.number(-1, 1));
-    for (std::size_t b = 1; b < system.bodies.size(); ++b) {
-      varied[lane].parameters.inertials[b] = random.inertia().inertial();
-      w.set_inertial(lane, int(b), varied[lane].parameters.inertials[b]);
-    }
-  }
   const auto expect_single = [&](const Parameters& p) {
-    ASSERT_TRUE(accelerate(system, p, batch, w, given.data(), Wanted::accelerations));
+    ASSERT_TRUE(accelerate(system, p, own.batch, w, own.given.data(), Wanted::accelerations));
     EXPECT_TRUE(w.articulation.swung);
     const Eigen::VectorX<Lanes> a = w.a;
-    find_energies(system, p, batch, w);
+    find_energies(system, p, own.batch, w);
     EXPECT_FALSE(w.articulation.swung);
-    for (int lane = 0; lane < count; ++lane) {
-      Parameters own = p;
-      own.inertials = varied[lane].parameters.inertials;
-      const State state = batch.state(lane);
-      const Eigen::VectorXd applied = lane_of(given, lane);
-      Workspace one(system, Equations::recursive);
-      ASSERT_FALSE(accelerate(system, own, state.t, state.q.data(), state.v.data(), {}, one, applied.data()));
-      EXPECT_LT(relative(lane_of(a, lane), one.a), 1e-12);
-      EXPECT_NEAR(w.terms.kinetic[lane], one.terms.kinetic, 1e-12 * (1 + std::abs(one.terms.kinetic)));
-      EXPECT_NEAR(w.terms.potential[lane], one.terms.potential, 1e-12 * (1 + std::abs(one.terms.potential)));
-    }
+    own.expect_single(p, a);
   };
   expect_single(system.parameters);
   Parameters moved = system.parameters;  // nothing of before is kept
@@ -270,43 +276,22 @@ Scene pendants() {
 TEST_P(BatchInRegisters, PendantsAreSingleStatesWithTheirOwnInertials) {
   const System system = compiled(pendants());
   compare(system, 40, 1e-12, "pendants");
-  BatchState batch(system);
-  BatchWorkspace w(system);
-  std::vector<System> varied(count, system);
-  Random random(12);
-  Eigen::VectorX<Lanes> given(system.nv);
-  for (int lane = 0; lane < count; ++lane) {
-    batch.set(lane, Random(50 + lane).state(system));
-    for (int i = 0; i < system.nv; ++i) given[i].set(lane, random.number(-1, 1));
-    for (std::size_t b = 1; b < system.bodies.size(); ++b) {
-      varied[lane].parameters.inertials[b] = random.inertia().inertial();
-      w.set_inertial(lane, int(b), varied[lane].parameters.inertials[b]);
-    }
-  }
-  const auto hanging = [&] {
-    return std::ranges::count_if(w.articulation.links, [](const auto& link) { return link.hangs; });
+  Scene pulled = pendants();
+  pulled.efforts = {{"pull", Force{{"any", {0.1, -0.2, 0.3}}, {2, 3, -1}}},
+                    {"twist", Torque{{"centred"}, {1, -2, 3}}}};
+  compare(compiled(pulled), 41, 1e-12, "pendants that are pulled");
+  OwnInertials own(system, 50);
+  const auto expect_single = [&](bool acted, int hanging) {
+    const Lanes* const given = acted ? own.given.data() : nullptr;
+    ASSERT_TRUE(accelerate(system, system.parameters, own.batch, own.w, given));
+    own.expect_single(system.parameters, own.w.a, acted);
+    EXPECT_EQ(std::ranges::count_if(own.w.articulation.links, [](const auto& link) { return link.hangs; }),
+              hanging);
   };
-  const auto expect_single = [&](const Lanes* applied) {
-    ASSERT_TRUE(accelerate(system, system.parameters, batch, w, applied));
-    for (int lane = 0; lane < count; ++lane) {
-      const State state = batch.state(lane);
-      Workspace one(system, Equations::recursive);
-      const Eigen::VectorXd of_lane = lane_of(given, lane);
-      ASSERT_FALSE(accelerate(system, varied[lane].parameters, state.t, state.q.data(), state.v.data(), {},
-                              one, applied ? of_lane.data() : nullptr));
-      EXPECT_LT(relative(lane_of(w.a, lane), one.a), 1e-12);
-    }
-  };
-  expect_single(given.data());
-  EXPECT_EQ(hanging(), 6);
-  expect_single(nullptr);
+  for (const bool acted : {true, false}) expect_single(acted, 6);
   // one lane's thin body takes all lanes of it the longer way
-  Inertial& thin = varied[3].parameters.inertials[2];
-  thin.centre = {0.4, 0, 0};
-  thin.tensor = Eigen::Vector3d(5e-5, 1, 1).asDiagonal();
-  w.set_inertial(3, 2, thin);
-  expect_single(given.data());
-  EXPECT_EQ(hanging(), 5);
+  own.set(3, 2, {1, {0.4, 0, 0}, Eigen::Vector3d(5e-5, 1, 1).asDiagonal()});
+  for (const bool acted : {true, false}) expect_single(acted, 5);
 }
 
 // What rounding may have made is left to what decides of one state: a needle's inertia about its own axis,

@@ -168,6 +168,31 @@ TEST_P(ContactSolverInRegisters, KeepsTheLawsInAPlane) {
   }
 }
 
+// One solver for many problems, with room for more rows than they have.
+TEST_P(ContactSolverInRegisters, LeavesNothingOfAProblemToTheNext) {
+  Draw draw{std::mt19937(13)};
+  ContactSolver solver;
+  for (const int count : {24, 1, 9, 2, 3, 22, 1}) {
+    const ContactProblem alone = draw.contacts(count, 60, 0.4);
+    ContactProblem roomy = alone;
+    roomy.G = MatrixXd::Constant(3 * count + 5, 3 * count + 7, NAN);
+    roomy.G.topLeftCorner(3 * count, 3 * count) = alone.G;
+    const double scale = alone.free.cwiseAbs().maxCoeff();
+    VectorXd p = VectorXd::Zero(3 * count + 4), expected = VectorXd::Zero(3 * count);
+    EXPECT_LT(solver.solve(roomy, scale, p), ContactSolver::nearly) << count;
+    ContactSolver fresh;
+    fresh.solve(alone, scale, expected);
+    EXPECT_EQ(p.head(3 * count), expected) << count;
+    expect_laws(alone, p.head(3 * count), 1e-5);
+    ContactProblem apart = alone;
+    for (int i = 0; i < count; ++i) apart.free[3 * i] = 1;
+    p.setZero();
+    EXPECT_EQ(solver.solve(apart, scale, p), 0) << count;
+    EXPECT_EQ(p.cwiseAbs().maxCoeff(), 0) << count;
+    EXPECT_LT(solver.worst(), count);
+  }
+}
+
 // Bodies that are pressed on from all sides and rub: impulses as large as friction lets them be hold against
 // each other. Masses far apart, as of hands and trunks. (Newton's method alone leaves one of eleven
 // unsettled.)

@@ -250,6 +250,55 @@ TEST(Recursive, AlikeBallsAtTheirCarriersOriginEqualLagrange) {
   EXPECT_EQ(balls_first, 1);
 }
 
+// Hands on balls, side by side, on arms and on the world: what is known of them in their own axes is found
+// again when they change.
+TEST(Recursive, PendantsFollowTheirInertials) {
+  for (const bool on_arms : {true, false}) {
+    Random random(3);
+    Scene scene;
+    scene.gravity = random.vector(10);
+    scene.solids.push_back(solid("trunk", "world", free_switches("trunk"), {random.inertia().inertial()}));
+    for (int i = 0; i < 4; ++i) {
+      const std::string arm = fmt::format("arm{}", i), hand = fmt::format("hand{}", i);
+      if (on_arms)
+        scene.solids.push_back(
+            solid(arm, "trunk", {fixed(random.vector(0.5)), ball("q" + arm)}, {random.inertia().inertial()}));
+      scene.solids.push_back(solid(hand, on_arms ? arm : "world",
+                                   {fixed(random.vector(0.5)), ball("q" + hand)},
+                                   {random.inertia().inertial()}));
+    }
+    for (const bool pulled : {false, true}) {
+      if (pulled) scene.efforts = {{"pull", Force{{"hand1", random.vector(1)}, random.vector(3)}}};
+      const System system = compiled(scene);
+      const State state = random.state(system);
+      Pair w(system);
+      ASSERT_EQ(w.recursive.articulation.trees.size(), 1);
+      const Eigen::VectorXd efforts = Eigen::VectorXd::LinSpaced(system.nv, -1, 2);
+      Parameters p = system.parameters;
+      const SideBySide& side = w.recursive.articulation.trees[0];
+      const int hand = side.trees.bodies.back()[2], step = side.steps.back().steps[2];
+      for (int which = 0; which <= 8; ++which) {
+        SCOPED_TRACE(which);
+        Inertial& inertial = p.inertials[hand];
+        if (which == 1) inertial.mass *= 3;
+        if (which == 2) inertial.centre[1] += 0.2;
+        if (which == 3) inertial.tensor(2, 2) *= 1.5;
+        if (which == 4) p.gravity = random.vector(10);
+        if (which == 5) inertial = {2, {0, 0, 0.3}, Eigen::Vector3d(1, 1, 4e-5).asDiagonal()};  // thin
+        if (which == 6) inertial = random.inertia().inertial();
+        if (which == 7) p.armatures[step] = 0.3;
+        if (which == 8) p.armatures[step] = 0;
+        for (const double* given : {efforts.data(), static_cast<const double*>(nullptr)}) {
+          ASSERT_FALSE(accelerate(system, p, 0, state.q.data(), state.v.data(), {}, w.lagrange, given));
+          ASSERT_FALSE(accelerate(system, p, 0, state.q.data(), state.v.data(), {}, w.recursive, given));
+          EXPECT_EQ(side.steps.back().link.hangs, which != 5 && which != 7);
+          EXPECT_LT(relative(w.recursive.a, w.lagrange.a), 1e-11);
+        }
+      }
+    }
+  }
+}
+
 // Accelerations that were given are forgotten where none are.
 TEST(Recursive, MotionWithoutAccelerationsIsThatOfOneNeverGivenAny) {
   for (const Equations equations : {Equations::lagrange, Equations::recursive}) {
