@@ -34,10 +34,10 @@ struct Ending {
 };
 
 /// The motions from their starts to settings.end_time, in the order of `members`. `threads`: 0: all cores.
-/// Methods: the explicit ones (euler, rk2, rk4, rk4_adaptive, dopri5, dop853, gbs and its fixed orders);
-/// settings.output_interval and accuracy are not for ensembles. Fails where no motion could be made: a scene
-/// that batches refuse, settings that make no sense, starts and efforts that do not fit, members' bodies that
-/// cannot exist (check_physical).
+/// Methods: the explicit ones (euler, rk2, rk4, rk4_adaptive, dopri5, dop853, gbs and its fixed orders),
+/// gauss16, semi_implicit_euler and verlet; settings.output_interval and accuracy are not for ensembles.
+/// Fails where no motion could be made: a scene that batches refuse, settings that make no sense, starts and
+/// efforts that do not fit, members' bodies that cannot exist (check_physical).
 Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::vector<Member>& members,
                                               const SimulationSettings& settings, int threads = 0);
 

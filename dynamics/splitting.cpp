@@ -54,7 +54,10 @@ Attempt VelocityVerlet::attempt(Flow& flow, double t, double h, const Eigen::Vec
     double worst = 0;
     for (Eigen::Index i = n; i < 2 * n; ++i) {
       const double next = y[i] + 0.5 * h * first_[i];
-      worst = std::max(worst, std::abs(next - half_[i]) / flow.error_scale()[i]);
+      if (const double moved = std::abs(next - half_[i]) / flow.error_scale()[i]; !(moved <= worst)) {
+        worst = moved;
+        failed.worst = int(i);
+      }
       half_[i] = next;
     }
     const auto verdict = settling.after(worst);

@@ -396,6 +396,15 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   if (!(options.step >= finest_step && options.step <= coarsest_step))
     return bad_use("segmentation", fmt::format("the work grid's step is {:.6g} mm: choose {:g} to {:g} mm",
                                                options.step, finest_step, coarsest_step));
+  constexpr double largest_scan = 5000;  // mm: the work grid spans the whole of it
+  const Eigen::Array3d extent =
+      volume.grid.spacing().array() *
+      Eigen::Map<const Eigen::Array<std::int64_t, 3, 1>>(volume.grid.size.data()).cast<double>();
+  if (extent.maxCoeff() > largest_scan)
+    return failure("segmentation",
+                   fmt::format("the scan is {:.3g} x {:.3g} x {:.3g} m large, and no body is: "
+                               "is the unit of its voxels right?",
+                               extent[0] / 1e3, extent[1] / 1e3, extent[2] / 1e3));
   const auto progress = [&](double share, std::string_view what) {
     if (options.progress) options.progress(share, what);
   };

@@ -99,7 +99,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   Falls falls(file);
-  for (const char* method : {"dop853", "gbs"})
+  for (const char* method : {"dop853", "gbs", "gauss16"})
     for (const double tolerance : {1e-3, 1e-6, 1e-9})
       for (const int threads : {1, 0})
         benchmark::RegisterBenchmark(

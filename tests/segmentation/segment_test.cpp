@@ -367,6 +367,13 @@ TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
     EXPECT_NE(refused.error().message().find("choose 1 to 6 mm"), std::string::npos)
         << refused.error().message();
   }
+  const Eigen::Matrix3d axes = volume.grid.axes;
+  volume.grid.axes *= 200 / volume.grid.spacing()[2];  // 30 of them are 6 m
+  const auto large = segment(volume);
+  ASSERT_FALSE(large);
+  EXPECT_NE(large.error().message().find("x 6 m large, and no body is"), std::string::npos)
+      << large.error().message();
+  volume.grid.axes = axes;
   volume.voxels.clear();
   EXPECT_FALSE(segment(volume));
 }
