@@ -21,22 +21,19 @@ double known_left(const BlockRows& W, int row, double& left) {
 
 ConstraintSolver::ConstraintSolver(const System& system)
     : system_(system),
-
       order_(system.rows),
       scale_(Eigen::VectorXd::Zero(system.rows)),
       length_(scale_),
       longest_(scale_),
       unit_(system),
-      W_(system.rows, system.nv),
-      basis_(std::min(system.rows, system.nv), system.nv),
-      R_(Rows::Zero(system.rows, basis_.rows())),
+      W_(0, system.nv),
+      basis_(W_),
       left_(scale_),
       unit_multipliers_(scale_),
       rest_(scale_),
-      pivot_(Eigen::VectorXd::Zero(basis_.rows())),
+      pivot_(Eigen::VectorXd::Zero(std::min(system.rows, system.nv))),
       largest_(pivot_),
       z_(pivot_),
-      G_(Rows::Zero(z_.size(), z_.size())),
       s_(z_),
       y_(Eigen::VectorXd::Zero(W_.padded_columns())) {
   std::iota(order_.begin(), order_.end(), 0);
@@ -79,24 +76,24 @@ void ConstraintSolver::prepare(const Rows& L, const Rows& F, bool decide, RowSet
 void ConstraintSolver::begin(bool decide) {
   if (!decide) return;
   std::iota(order_.begin(), order_.end(), 0);
-  rank_ = int(basis_.rows());
+  rank_ = int(pivot_.size());
   nearness_ = 1;
 }
 
 /// The factor by the rows' Gram matrix. False: a row is too near to the others for it, and nothing is
 /// decided.
 bool ConstraintSolver::eliminate(bool decide) {
-  unit_.multiply();
+  unit_.multiply(decide);
   begin(decide);
   for (int k = 0; k < rank_; ++k) {
     if (decide) {
-      const int farthest = unit_.farthest();
-      if (farthest < 0) return false;
-      if (is_empty(farthest)) {  // and so are all that are left
+      const int next = unit_.next();
+      if (next < 0) return false;
+      if (is_empty(next)) {  // and so are all that are left
         rank_ = k;
         break;
       }
-      order_[k] = farthest;
+      order_[k] = next;
     }
     const int row = order_[k];
     const double left = unit_.left(row);
@@ -115,6 +112,12 @@ bool ConstraintSolver::eliminate(bool decide) {
 
 /// The factor with an orthonormal basis of the rows.
 void ConstraintSolver::orthonormalise(bool decide) {
+  if (W_.rows() < system_.rows) {  // room that healthy rows do without
+    W_ = BlockRows(system_.rows, system_.nv);
+    basis_ = BlockRows(pivot_.size(), system_.nv);
+    R_.resize(system_.rows, pivot_.size());
+    G_.resize(pivot_.size(), pivot_.size());
+  }
   for (int r = 0; r < system_.rows; ++r) {
     W_.clear(r);
     const std::span<const int> columns = unit_.columns(r);

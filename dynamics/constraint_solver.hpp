@@ -7,10 +7,12 @@
 // Gram-Schmidt orthogonalization, 1994). Rows that lie in the span depend on the others: they take no part in
 // y, and the multipliers are the least that give the same y.
 //
+// Where no row comes near to the others, their Gram matrix is eliminated instead (sparse_rows.hpp), at a cost
+// that grows with the number of loops as good as linearly. The basis takes room of rows x rank, which is made
+// when first it is needed.
+//
 // A row has entries on the branches that its constraint ties only. Rows are kept in blocks of columns, with a
-// mask of those that are not empty, and what has no block in common is orthogonal as it is. Rows that share
-// nothing with those taken before are still whole, so they are the farthest and come first: many loops tied
-// to their neighbours are taken like the odd and even rows of a tridiagonal system, and little fills in.
+// mask of those that are not empty, and what has no block in common is orthogonal as it is.
 //
 // At a singular position (a four-bar flattened) rows that are independent elsewhere become dependent. Close
 // to it the direction in which such a row holds is known to rounding over the distance only, and steps that

@@ -206,7 +206,7 @@ void ConstraintScan<T>::residual(int r, const T& h, const T& partial_rate, const
 
 /// From the first to the last column that along, about and coordinate may write of.
 template <class T>
-void ConstraintScan<T>::clear() {
+auto ConstraintScan<T>::clear() -> Columns {
   const Action& action = *this->action_;
   int first = int(rows_.L.cols()), last = -1;
   const auto hold = [&](int u) {
@@ -224,6 +224,18 @@ void ConstraintScan<T>::clear() {
     if (const int u = this->at_coordinate(i).u; u >= 0) hold(u);
   for (int r = action.first_row; r < action.first_row + action.row_count; ++r)
     for (int u = first; u <= last; ++u) rows_.L(r, u) = T(0);
+  return last < 0 ? Columns{0, 0} : Columns{first, last + 1 - first};
+}
+
+/// The rows of the constraint that `scan` has turned to, with their rates.
+template <class T>
+void find_rows(ConstraintScan<T>& scan, const Action& action, const ConstraintKind& kind,
+               const KinematicsOf<T>& kinematics, ConstraintRowsOf<T>& rows) {
+  const auto [first, count] = scan.clear();
+  std::visit([&](const auto& constraint) { constraint.evaluate(scan); }, kind);
+  const auto u = kinematics.u.segment(first, count);
+  for (int r = action.first_row; r < action.first_row + action.row_count; ++r)
+    rows.rate[r] = rows.L.row(r).segment(first, count).dot(u) + rows.partial_rate[r];
 }
 
 /// Empties the rows that contact i does not hold in its mode.
@@ -251,24 +263,20 @@ template <class T>
 void scan_constraints(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                       ConstraintRowsOf<T>& rows) {
   using Detail = typename ConstraintRowsOf<T>::Detail;
-  if (rows.detail != Detail::rows) {
-    rows.rate.setZero();
-  } else {
-    rows.E.setZero();
-  }
+  const bool whole = rows.detail == Detail::rows, some_far = !whole && !rows.far.empty();
+  (whole ? rows.E : rows.rate).setZero();
   rows.degenerate = -1;
   ConstraintScan<T> scan(system, parameters, kinematics, rows);
-  const bool some_far = rows.detail != Detail::rows && !rows.far.empty();
   for (std::size_t i = 0; i < system.constraints.size(); ++i) {
     if (some_far && rows.far[i]) continue;
+    const ConstraintKind& kind = parameters.constraints[i].kind;
     scan.turn_to(system.constraints[i]);
-    if (rows.detail == Detail::rows) scan.clear();
-    std::visit([&](const auto& constraint) { constraint.evaluate(scan); }, parameters.constraints[i].kind);
+    if (whole)
+      find_rows(scan, system.constraints[i], kind, kinematics, rows);
+    else
+      std::visit([&](const auto& constraint) { constraint.evaluate(scan); }, kind);
   }
-  if (rows.detail != Detail::rows) return;
-  rows.rate.noalias() = rows.L * kinematics.u;
-  rows.rate += rows.partial_rate;
-  if (!rows.every_row)
+  if (whole && !rows.every_row)
     for (std::size_t i = 0; i < system.contacts.size(); ++i) mask_contact(system, int(i), rows);
 }
 
@@ -278,10 +286,7 @@ void scan_constraint(const System& system, const Parameters& parameters, const K
   rows.E.segment(action.first_row, action.row_count).setZero();
   ConstraintScan<double> scan(system, parameters, kinematics, rows);
   scan.turn_to(action);
-  scan.clear();
-  std::visit([&](const auto& kind) { kind.evaluate(scan); }, parameters.constraints[constraint].kind);
-  for (int r = action.first_row; r < action.first_row + action.row_count; ++r)
-    rows.rate[r] = rows.L.row(r).dot(kinematics.u) + rows.partial_rate[r];
+  find_rows(scan, action, parameters.constraints[constraint].kind, kinematics, rows);
 }
 
 #define BORELLI_EFFORTS_OVER(T)    \

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "dynamics/branch_sparse.hpp"
@@ -11,6 +12,11 @@
 namespace borelli {
 
 namespace {
+
+// of the square of what is left of the farthest row
+constexpr double far_enough = 0.1;
+
+constexpr double no_claim = -std::numeric_limits<double>::infinity();
 
 /// Marks the free columns that an action's sites and coordinates depend on, closed under ancestors.
 void mark_columns(const System& system, const Action& action, std::vector<char>& marked) {
@@ -37,7 +43,10 @@ SparseRows::SparseRows(const System& system)
       spread_(system.nv, 0.0),
       words_((system.rows + 63) / 64),
       relatives_(std::size_t(system.rows) * words_, 0),
-      left_(system.rows, 0.0) {
+      degree_(system.rows, 0),
+      left_(system.rows, 0.0),
+      claim_(left_),
+      blocks_((system.rows + Block::rows - 1) / Block::rows) {
   std::vector<char> marked(system.nv);
   int numbers = 0;
   for (const Action& action : system.constraints) {
@@ -111,14 +120,16 @@ void SparseRows::relate(int i, int j, double product) {
   products_(i, j) = product;
   relatives_[i * words_ + j / 64] |= std::uint64_t(1) << (j % 64);
   relatives_[j * words_ + i / 64] |= std::uint64_t(1) << (i % 64);
+  ++degree_[i], ++degree_[j];
 }
 
-void SparseRows::multiply() {
+void SparseRows::multiply(bool ordered) {
   if (first_neighbour_.empty()) find_neighbours();
   if (products_.size() == 0) products_.setZero(Eigen::Index(left_.size()), Eigen::Index(left_.size()));
   entries_.clear();
   first_entry_.assign(1, 0);
   std::fill(relatives_.begin(), relatives_.end(), 0);
+  std::fill(degree_.begin(), degree_.end(), 0);
   for (int i = 0; i < int(left_.size()); ++i) {
     add_to(spread_.data(), 1, i);
     left_[i] = dot(i, spread_.data());
@@ -130,55 +141,100 @@ void SparseRows::multiply() {
     }
     for (const int u : columns(i)) spread_[u] = 0;
   }
+  ordered_ = ordered;
+  if (!ordered) return;
+  enough_ = far_enough;  // of a unit row
+  for (int i = 0; i < int(left_.size()); ++i) make_claim(i);
 }
 
 namespace {
 
 /// The greatest of n numbers that are above `least`; else that.
 BORELLI_INLINED_FOR_PROCESSOR
-double greatest_of(const double* x, std::size_t n, double least) {
-  constexpr std::size_t width = 8;
+double greatest_of(const double* x, int n, double least) {
+  constexpr int width = 8;
   double of_each[width];
   std::fill_n(of_each, width, least);
-  std::size_t i = 0;
+  int i = 0;
   for (; i + width <= n; i += width)
-    for (std::size_t c = 0; c < width; ++c) of_each[c] = x[i + c] > of_each[c] ? x[i + c] : of_each[c];
+    for (int c = 0; c < width; ++c) of_each[c] = x[i + c] > of_each[c] ? x[i + c] : of_each[c];
   for (; i < n; ++i) of_each[0] = x[i] > of_each[0] ? x[i] : of_each[0];
   return *std::max_element(of_each, of_each + width);
 }
 
 }  // namespace
 
-int SparseRows::farthest() const {
-  const double most = greatest_of(left_.data(), left_.size(), gone);
-  if (most == gone) return -1;
-  const double enough = most > 0 ? most / (1 + 1e-6) : most;
-  return int(std::find_if(left_.begin(), left_.end(), [=](double left) { return left >= enough; }) -
-             left_.begin());
+void SparseRows::make_claim(int row) {
+  // (what is left of a unit row is 1 at most)
+  claim_[row] = left_[row] >= enough_ ? left_[row] - 2 * degree_[row] : no_claim;
+  blocks_[row / Block::rows].known = false;
+}
+
+double SparseRows::greatest_claim() {
+  double greatest = no_claim;
+  for (Block& block : blocks_) {
+    if (!block.known) {
+      const int first = int(&block - blocks_.data()) * Block::rows;
+      block.claim =
+          greatest_of(claim_.data() + first, std::min(Block::rows, int(left_.size()) - first), no_claim);
+      block.known = true;
+    }
+    greatest = std::max(greatest, block.claim);
+  }
+  return greatest;
+}
+
+int SparseRows::next() {
+  double claim = greatest_claim();
+  if (claim == no_claim) {  // what is left of any falls only: it need not be looked at before
+    const double most = greatest_of(left_.data(), int(left_.size()), gone);
+    if (most == gone) return -1;
+    enough_ = most > 0 ? far_enough * most : most;
+    for (int row = 0; row < int(left_.size()); ++row) make_claim(row);
+    claim = greatest_claim();
+  }
+  const double left = claim + 2 * std::ceil(-claim / 2);  // (see make_claim)
+  const double as_good = left > 0 ? claim - 1e-6 * left : claim;
+  const auto block =
+      std::find_if(blocks_.begin(), blocks_.end(), [=](const Block& one) { return one.claim >= as_good; });
+  const auto first = claim_.begin() + (block - blocks_.begin()) * Block::rows;
+  return int(std::find_if(first, claim_.end(), [=](double one) { return one >= as_good; }) - claim_.begin());
 }
 
 void SparseRows::eliminate(int row) {
   const double pivot = std::sqrt(left_[row]);
   left_[row] = gone;
+  if (ordered_) make_claim(row);
   entries_.push_back({row, pivot});
   const std::size_t first = entries_.size();
   const std::uint64_t* const own = relatives_.data() + row * words_;
-  for (int w = 0; w < words_; ++w)
+  int first_word = words_, last_word = -1;
+  for (int w = 0; w < words_; ++w) {
+    if (own[w] == 0) continue;
+    first_word = std::min(first_word, w);
+    last_word = w;
     for (std::uint64_t set = own[w]; set; set &= set - 1) {
       const int i = w * 64 + std::countr_zero(set);
       entries_.push_back({i, products_(std::min(row, i), std::max(row, i)) / pivot});
       relatives_[i * words_ + row / 64] &= ~(std::uint64_t(1) << (row % 64));
+      --degree_[i];
     }
+  }
   for (std::size_t a = first; a < entries_.size(); ++a) {
     const auto [i, c] = entries_[a];
     left_[i] -= c * c;
     double* const products = products_.row(i).data();
     std::uint64_t* const of_i = relatives_.data() + i * words_;
-    for (int w = i / 64; w < words_; ++w)  // what has had no product with it begins at zero
-      for (std::uint64_t fresh = own[w] & ~of_i[w]; fresh; fresh &= fresh - 1)
-        products[w * 64 + std::countr_zero(fresh)] = 0;
-    for (int w = 0; w < words_; ++w) of_i[w] |= own[w];
+    of_i[i / 64] |= std::uint64_t(1) << (i % 64);  // (it is in `own`, too)
+    for (int w = first_word; w <= last_word; ++w)
+      for (std::uint64_t fresh = own[w] & ~of_i[w]; fresh; fresh &= fresh - 1) {
+        const int j = w * 64 + std::countr_zero(fresh);
+        ++degree_[i];
+        if (j > i) products[j] = 0;  // what has had no product with it begins at zero
+      }
+    for (int w = first_word; w <= last_word; ++w) of_i[w] |= own[w];
     of_i[i / 64] &= ~(std::uint64_t(1) << (i % 64));
+    if (ordered_) make_claim(i);
     for (std::size_t b = a + 1; b < entries_.size(); ++b) products[entries_[b].row] -= c * entries_[b].value;
   }
   first_entry_.push_back(int(entries_.size()));

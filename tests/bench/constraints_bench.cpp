@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   using namespace borelli;
   benchmark::Initialize(&argc, argv);
   std::vector<std::unique_ptr<MujocoPair>> pairs;
-  for (const int n : {1, 2, 5, 10, 20, 40, 80}) {
+  for (const int n : {1, 2, 5, 10, 20, 40, 80, 160, 320, 640}) {
     MujocoPair& pair = *pairs.emplace_back(pair_of(windows(n)));
     for (int i = 0; i < pair.system.nv; ++i) {  // all cranks lean, all couplers stay level
       const bool crank = pair.system.coordinates[std::size_t(i)].solid.starts_with("crank");

@@ -30,20 +30,30 @@ void expect_factor(const System& system, const State& state, std::vector<int> or
   }
   const Eigen::MatrixXd gram = dense * dense.transpose();
   const Eigen::MatrixXd R = gram.llt().matrixL();
-  rows.multiply();
+  const auto place = [&](int r) { return std::find(order.begin(), order.end(), r) - order.begin(); };
+  Eigen::MatrixXd left = gram;
+  rows.multiply(true);
   for (std::size_t k = 0; k < order.size(); ++k) {
-    // the first of those of which most is left
-    const int farthest = rows.farthest();
-    ASSERT_GE(farthest, 0);
-    for (int r = 0; r < system.rows; ++r)
-      EXPECT_LT(rows.left(r), rows.left(farthest) * (r < farthest ? 1 : 1 + 2e-6)) << r << ", " << farthest;
+    // what is taken next is near to the farthest, and changes the fewest rows of all that are as near
+    const int next = rows.next();
+    ASSERT_GE(next, 0);
+    const Eigen::VectorXd square = left.diagonal();
+    EXPECT_NEAR(rows.left(next), square[place(next)], 1e-10);
+    EXPECT_GE(rows.left(next), 0.099 * square.maxCoeff());
+    const auto changes = [&](Eigen::Index r) { return (left.row(r).array().abs() > 1e-14).count(); };
+    for (Eigen::Index r = 0; r < square.size(); ++r)
+      if (square[r] > 0.201 * square.maxCoeff()) {
+        EXPECT_LE(changes(place(next)), changes(r)) << r;
+      }
     EXPECT_NEAR(std::sqrt(rows.left(order[k])), R(k, k), 1e-10 * R(k, k));
     rows.eliminate(order[k]);
     EXPECT_EQ(rows.left(order[k]), SparseRows::gone);
     Eigen::VectorXd column = Eigen::VectorXd::Zero(order.size());
-    for (const SparseRows::Entry& e : rows.column(int(k)))
-      column[std::find(order.begin(), order.end(), e.row) - order.begin()] = e.value;
+    for (const SparseRows::Entry& e : rows.column(int(k))) column[place(e.row)] = e.value;
     EXPECT_LT((column - R.col(k)).norm(), 1e-10 * R.norm()) << "column " << k;
+    left -= R.col(k) * R.col(k).transpose();
+    left.row(k).setZero();
+    left.col(k).setZero();
   }
   // b by rows; what the order does not name stays zero
   const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(order.size(), -1, 2);
