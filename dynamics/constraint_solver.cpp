@@ -1,6 +1,7 @@
 #include "dynamics/constraint_solver.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 
 #include "dynamics/branch_sparse.hpp"
@@ -150,6 +151,7 @@ bool ConstraintSolver::counts(int k, double distance) {
 }
 
 void ConstraintSolver::remember() {
+  std::sort(pivot_.begin(), pivot_.begin() + rank_, std::greater());  // (as where the farthest comes first)
   for (int k = 0; k < rank_; ++k) largest_[k] = std::max(largest_[k], pivot_[k]);
   longest_ = longest_.cwiseMax(length_);
   remembered_ = std::max(remembered_, rank_);

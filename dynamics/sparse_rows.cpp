@@ -13,8 +13,9 @@ namespace borelli {
 
 namespace {
 
-// of the square of what is left of the farthest row
-constexpr double far_enough = 0.1;
+// of the square of what is left of the farthest row: where many rows hang together, as little is left of some
+// in any order that fills in little
+constexpr double far_enough = 1e-3;
 
 constexpr double no_claim = -std::numeric_limits<double>::infinity();
 

@@ -39,9 +39,9 @@ class SparseRows {
   /// The square of what is left of row r beside those eliminated; of a row eliminated: `gone`.
   double left(int r) const { return left_[r]; }
   static constexpr double gone = -1;
-  /// Of the rows of which most is left, to a factor of ten (of the square), one that changes the fewest
-  /// others (Markowitz, Management Science 3, 1957); of these the farthest, of rows equally far, to 1e-6, the
-  /// first. -1: of none is it a number.
+  /// Of rows of length 1 at most, and of those of which most is left, to a thousandth of its square, one that
+  /// changes the fewest others (Markowitz, Management Science 3, 1957); of these the farthest, of rows
+  /// equally far, to 1e-6, the first. -1: of none is it a number.
   int next();
   /// Makes a row, of which something is left, the next of the factor.
   void eliminate(int row);

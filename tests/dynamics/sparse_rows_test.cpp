@@ -26,7 +26,9 @@ void expect_factor(const System& system, const State& state, std::vector<int> or
     rows.measure(system, w.factor, r);
     Eigen::VectorXd whole = w.rows.L.row(r).head(system.nv);  // with whatever stands outside its columns
     solve_transposed(system, w.factor, whole.data());
-    dense.row(at - order.begin()) = whole;
+    const double length = whole.norm();
+    dense.row(at - order.begin()) = whole / length;
+    for (std::size_t i = 0; i < rows.columns(r).size(); ++i) rows.row(r)[i] /= length;
   }
   const Eigen::MatrixXd gram = dense * dense.transpose();
   const Eigen::MatrixXd R = gram.llt().matrixL();
@@ -34,15 +36,15 @@ void expect_factor(const System& system, const State& state, std::vector<int> or
   Eigen::MatrixXd left = gram;
   rows.multiply(true);
   for (std::size_t k = 0; k < order.size(); ++k) {
-    // what is taken next is near to the farthest, and changes the fewest rows of all that are as near
+    // what is taken next is not much nearer than the farthest, and changes the fewest rows of all such
     const int next = rows.next();
     ASSERT_GE(next, 0);
     const Eigen::VectorXd square = left.diagonal();
     EXPECT_NEAR(rows.left(next), square[place(next)], 1e-10);
-    EXPECT_GE(rows.left(next), 0.099 * square.maxCoeff());
+    EXPECT_GE(rows.left(next), 0.99e-3 * square.maxCoeff());
     const auto changes = [&](Eigen::Index r) { return (left.row(r).array().abs() > 1e-14).count(); };
     for (Eigen::Index r = 0; r < square.size(); ++r)
-      if (square[r] > 0.201 * square.maxCoeff()) {
+      if (square[r] > 1.01e-3) {
         EXPECT_LE(changes(place(next)), changes(r)) << r;
       }
     EXPECT_NEAR(std::sqrt(rows.left(order[k])), R(k, k), 1e-10 * R(k, k));
