@@ -13,9 +13,9 @@ namespace borelli {
 
 namespace {
 
-// of the square of what is left of the farthest row: where many rows hang together, as little is left of some
-// in any order that fills in little
-constexpr double far_enough = 1e-3;
+// of the square of what is left of the farthest row: near a singular position little is left of many rows,
+// which would all be tied to each other if they came last
+constexpr double far_enough = 1e-6;
 
 constexpr double no_claim = -std::numeric_limits<double>::infinity();
 

@@ -39,7 +39,7 @@ class SparseRows {
   /// The square of what is left of row r beside those eliminated; of a row eliminated: `gone`.
   double left(int r) const { return left_[r]; }
   static constexpr double gone = -1;
-  /// Of rows of length 1 at most, and of those of which most is left, to a thousandth of its square, one that
+  /// Of rows of length 1 at most, and of those of which most is left, to a millionth of its square, one that
   /// changes the fewest others (Markowitz, Management Science 3, 1957); of these the farthest, of rows
   /// equally far, to 1e-6, the first. -1: of none is it a number.
   int next();
