@@ -215,7 +215,7 @@ void Certifier::observe_residuals(double t, const State& state, const Workspace&
       rows.velocity = row;
     }
     const double acceleration =
-        std::abs(workspace.rows.E[row] + workspace.rows.L.row(row).head(system_.nv).dot(workspace.a));
+        std::abs(workspace.rows.E[row] + workspace.solver.along(workspace.rows.L, row, workspace.a));
     if (acceleration > residual.acceleration) {
       residual.acceleration = acceleration;
       residual.acceleration_time = t;

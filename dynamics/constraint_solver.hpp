@@ -53,9 +53,11 @@ class ConstraintSolver {
   /// set count as empty.
   void prepare(const Rows& L, const Rows& F, bool decide, RowSet set = RowSet::all);
 
-  /// b <- b - L x over the coordinates that each row's constraint ties; x: nv numbers.
+  /// Row r of L times x (nv numbers), over the coordinates that its constraint ties.
+  double along(const Rows& L, int r, const Eigen::VectorXd& x) const { return unit_.dot(L, r, x.data()); }
+  /// b <- b - L x, so.
   void take_from(Eigen::VectorXd& b, const Rows& L, const Eigen::VectorXd& x) const {
-    for (int r = 0; r < system_.rows; ++r) b[r] -= unit_.dot(L, r, x.data());
+    for (int r = 0; r < system_.rows; ++r) b[r] -= along(L, r, x);
   }
 
   /// The least correction x (nv numbers, by the mass matrix) with L x = b on the independent rows.
