@@ -51,9 +51,10 @@ TEST_P(EnsembleInRegisters, FixedStepsAreThoseOfSingleMotions) {
       EXPECT_EQ(endings[i].steps, 100);
       EXPECT_EQ(endings[i].state.t, 0.5);
       // rounding, 1e-15 a step, times what half a second of swinging makes of it
-      const Ending by_itself = single(system, starts[i].start, how);
-      EXPECT_LT(distance(endings[i].state, by_itself.state), 1e-10) << method;
-      EXPECT_EQ(endings[i].trusted, by_itself.trusted) << method << endings[i].reason;
+      EXPECT_LT(distance(endings[i].state, single(system, starts[i].start, how).state), 1e-10) << method;
+      // (of the first order, 5 ms are too long)
+      EXPECT_EQ(endings[i].trusted, method != std::string("semi_implicit_euler"))
+          << method << endings[i].reason;
     }
   }
 }

@@ -13,6 +13,14 @@
 namespace borelli::test {
 namespace {
 
+/// Row r of L over the mass matrix' factor, of length 1.
+void take_unit_row(SparseRows& rows, int r, const System& system, const Workspace& w) {
+  const std::span<const int> columns = rows.columns(r);
+  for (std::size_t i = 0; i < columns.size(); ++i) rows.row(r)[i] = w.rows.L(r, columns[i]);
+  rows.measure(system, w.factor, r);
+  Eigen::Map<Eigen::VectorXd>(rows.row(r), Eigen::Index(columns.size())).normalize();
+}
+
 /// Eliminates the rows of a scene's constraints in the order, which names all that are not empty.
 void expect_factor(const System& system, const State& state, std::vector<int> order) {
   Workspace w(system);
@@ -23,13 +31,10 @@ void expect_factor(const System& system, const State& state, std::vector<int> or
     rows.clear(r);
     const auto at = std::find(order.begin(), order.end(), r);
     if (at == order.end()) continue;
-    for (std::size_t i = 0; i < rows.columns(r).size(); ++i) rows.row(r)[i] = w.rows.L(r, rows.columns(r)[i]);
-    rows.measure(system, w.factor, r);
+    take_unit_row(rows, r, system, w);
     Eigen::VectorXd whole = w.rows.L.row(r).head(system.nv);  // with whatever stands outside its columns
     solve_transposed(system, w.factor, whole.data());
-    const double length = whole.norm();
-    dense.row(at - order.begin()) = whole / length;
-    for (std::size_t i = 0; i < rows.columns(r).size(); ++i) rows.row(r)[i] /= length;
+    dense.row(at - order.begin()) = whole.normalized();
   }
   const Eigen::MatrixXd gram = dense * dense.transpose();
   const Eigen::MatrixXd R = gram.llt().matrixL();
@@ -99,12 +104,7 @@ TEST(SparseRows, FillInLittleInTheOrderThatTheyFind) {
       rows.clear(r);
       if (w.rows.L.row(r).head(system.nv).norm() < 1e-9) continue;
       ++present;
-      double square = 0;
-      for (std::size_t i = 0; i < rows.columns(r).size(); ++i)
-        rows.row(r)[i] = w.rows.L(r, rows.columns(r)[i]);
-      rows.measure(system, w.factor, r);
-      for (std::size_t i = 0; i < rows.columns(r).size(); ++i) square += rows.row(r)[i] * rows.row(r)[i];
-      for (std::size_t i = 0; i < rows.columns(r).size(); ++i) rows.row(r)[i] /= std::sqrt(square);
+      take_unit_row(rows, r, system, w);
     }
     EXPECT_EQ(present, 80);
     rows.multiply(true);
