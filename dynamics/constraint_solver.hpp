@@ -45,7 +45,7 @@ class ConstraintSolver {
   /// coasting through costs falls with it, what rounding costs rises with its inverse square: 1e-16 / 1e-8.
   static constexpr double nearness_tolerance = 1e-4, nearness_share = 1e-3;
   /// Rows farther from those before them than this, unit rows, are told apart by their Gram matrix: to 1e-8
-  /// of the distance's square.
+  /// of the distance's square, and to 1e-2 where rows of which but a millionth was left went before.
   static constexpr double healthy_distance = 1e-4;
 
   /// Takes in L (rows x size; its free columns) and the factor F of the mass matrix. With `decide` it also
@@ -55,7 +55,7 @@ class ConstraintSolver {
 
   /// Row r of L times x (nv numbers), over the coordinates that its constraint ties.
   double along(const Rows& L, int r, const Eigen::VectorXd& x) const { return unit_.dot(L, r, x.data()); }
-  /// b <- b - L x, so.
+  /// b <- b - L x, row by row as along() has it.
   void take_from(Eigen::VectorXd& b, const Rows& L, const Eigen::VectorXd& x) const {
     for (int r = 0; r < system_.rows; ++r) b[r] -= along(L, r, x);
   }

@@ -156,10 +156,11 @@ class ConstraintScan : public SiteReader<T> {
                  ConstraintRowsOf<T>& rows)
       : SiteReader<T>(system, parameters, kinematics), rows_(rows) {}
 
-  /// Empties the constraint's rows of L where they can have entries: the columns from `first` on.
+  /// Columns of L, one after the other.
   struct Columns {
     int first, count;
   };
+  /// Empties the constraint's rows of L where they can have entries, and tells where that is.
   Columns clear();
   /// dh/dt of row r contains f . (velocity of the solid's point at p_W).
   void along(int r, int site, const Eigen::Vector3<T>& p_W, const Eigen::Vector3<T>& f) {
