@@ -87,6 +87,7 @@ void SparseRows::find_neighbours() {
     std::sort(neighbours_.begin() + first_neighbour_.back(), neighbours_.end());
   }
   first_neighbour_.push_back(int(neighbours_.size()));
+  products_.setZero(Eigen::Index(left_.size()), Eigen::Index(left_.size()));
 }
 
 void SparseRows::clear(int r) { std::fill_n(row(r), columns(r).size(), 0.0); }
@@ -126,7 +127,6 @@ void SparseRows::relate(int i, int j, double product) {
 
 void SparseRows::multiply(bool ordered) {
   if (first_neighbour_.empty()) find_neighbours();
-  if (products_.size() == 0) products_.setZero(Eigen::Index(left_.size()), Eigen::Index(left_.size()));
   entries_.clear();
   first_entry_.assign(1, 0);
   std::fill(relatives_.begin(), relatives_.end(), 0);

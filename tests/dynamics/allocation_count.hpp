@@ -1,4 +1,4 @@
-// How often the test program has called malloc, by which Eigen and operator new both come; defined in
+// How often the test program has asked for memory, as Eigen and operator new both do; defined in
 // allocation_test.cpp. Sanitizers have allocators of their own: nothing is counted there.
 #pragma once
 
