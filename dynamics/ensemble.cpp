@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <mutex>
 #include <span>
 
@@ -109,15 +110,25 @@ class Springs {
   std::vector<QuaternionOf<Lanes>> turns_;     ///< per torsion spring
 };
 
+/// Asked at every step, by any thread.
+using GoOn = std::function<bool()>;
+
+Ending stopped() {
+  Ending ending;
+  ending.reason = "stopped on request";
+  return ending;
+}
+
 /// Makes motions eight at a time; one per thread.
 class BatchRun {
  public:
   BatchRun(const System& system, const SimulationSettings& settings, std::unique_ptr<Integrator> integrator,
-           const std::optional<FastestChange>& change)
+           const std::optional<FastestChange>& change, const GoOn& go_on)
       : system_(system),
         settings_(settings),
         integrator_(std::move(integrator)),
         change_(change),
+        go_on_(go_on),
         controlled_(controlled_groups(system, *integrator_)),
         w_(system, !controlled_.empty()),
         flow_(system, w_, controlled_),
@@ -129,7 +140,7 @@ class BatchRun {
     if (change) longest_ = longest_step_in_periods * change->period;
   }
 
-  /// Up to eight motions. Those that have to be made alone are only marked so.
+  /// Up to eight motions. Those that have to be made alone are only marked so; all where it may not go on.
   void run(std::span<const Member> members, std::span<Ending> endings) {
     take_in(members);
     for (Ending& ending : endings) ending.alone = false;
@@ -141,6 +152,10 @@ class BatchRun {
     const double steps = std::max(1.0, std::ceil((end - start) / settings_.step - 1e-9));
     double number = 0;  // of the fixed step made last
     while (begin() && state_.t < end) {
+      if (!go_on_()) {
+        for (Ending& ending : endings) ending.alone = true;
+        return;
+      }
       const bool adaptive = integrator_->adaptive();
       const double left = end - state_.t;
       const double wanted = std::min(step, longest_);
@@ -296,6 +311,7 @@ class BatchRun {
   const SimulationSettings& settings_;
   std::unique_ptr<Integrator> integrator_;
   const std::optional<FastestChange>& change_;
+  const GoOn& go_on_;
   const std::vector<char> controlled_;
   BatchWorkspace w_;
   BatchFlow flow_;
@@ -348,17 +364,24 @@ System holding(const System& system, const Eigen::VectorXd& efforts) {
   return out;
 }
 
-Ending run_alone(const System& system, const Member& member, const SimulationSettings& settings) {
+Ending run_alone(const System& system, const Member& member, const SimulationSettings& settings,
+                 const GoOn& go_on) {
   SimulationSettings own = settings;
   own.output_interval = std::max(settings.end_time - member.start.t, 1e-300);
-  Ending ending;
-  ending.alone = true;
+  if (!go_on()) return stopped();
+  Observer observer;
+  bool goes_on = true;
+  observer.progress = [&](double) { return goes_on = go_on(); };
   const auto motion = [&] {
-    if (member.inertials.empty() && member.efforts.size() == 0) return simulate(system, member.start, own);
+    if (member.inertials.empty() && member.efforts.size() == 0)
+      return simulate(system, member.start, own, observer);
     System varied = member.efforts.size() > 0 ? holding(system, member.efforts) : system;
     if (!member.inertials.empty()) varied.parameters.inertials = member.inertials;
-    return simulate(varied, member.start, own);
+    return simulate(varied, member.start, own, observer);
   }();
+  if (!goes_on) return stopped();
+  Ending ending;
+  ending.alone = true;
   if (!motion) {
     ending.reason = fmt::format("{}: {}", motion.error().where, motion.error().what);
     return ending;
@@ -417,7 +440,8 @@ Result<void> check_inertials(const System& system, const Member& member, std::si
 }  // namespace
 
 Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::vector<Member>& members,
-                                              const SimulationSettings& settings, int threads) {
+                                              const SimulationSettings& settings, int threads,
+                                              const std::function<bool(std::size_t made)>& progress) {
   if (auto ok = check(system, members, settings); !ok) return tl::unexpected(ok.error());
   std::vector<Ending> endings(members.size());
   if (members.empty()) return endings;
@@ -436,18 +460,28 @@ Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::v
       }
     return refused == members.size();
   };
+  std::mutex telling;
+  std::atomic<std::size_t> made = 0;
+  std::atomic<bool> stops = false;
+  const GoOn go_on = [&] {
+    if (!progress) return true;
+    if (const std::unique_lock turn(telling, std::try_to_lock); turn && !stops) stops = !progress(made);
+    return !stops;
+  };
   const auto work = [&] {
-    BatchRun run(system, settings, *make_integrator(settings.method, settings.tolerance), change);
+    BatchRun run(system, settings, *make_integrator(settings.method, settings.tolerance), change, go_on);
     for (std::size_t i; (i = next++) < batches;) {
       const std::size_t first = i * count, size = std::min<std::size_t>(count, members.size() - first);
       if (!may_run(first, size)) continue;
       run.run(std::span(members).subspan(first, size), std::span(endings).subspan(first, size));
       for (std::size_t m = first; m < first + size; ++m)
-        if (endings[m].alone) endings[m] = run_alone(system, members[m], settings);
+        if (endings[m].alone) endings[m] = run_alone(system, members[m], settings, go_on);
+      made += size;
     }
   };
   in_slabs(std::int64_t(batches), threads, [&](std::int64_t, std::int64_t) { work(); });
   if (!fine) return tl::unexpected(fine.error());
+  if (progress && !stops) progress(made);
   return endings;
 }
 

@@ -7,6 +7,8 @@
 // events, verdict and reasons.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "dynamics/system.hpp"
@@ -25,7 +27,7 @@ struct Member {
 /// How a motion ended. In a batch it is trusted if the energy balance of each independent group holds, as
 /// simulate() judges it, and if fixed steps follow what the scene prescribes in time.
 struct Ending {
-  State state;  ///< at settings.end_time; empty where there is none
+  State state;  ///< at settings.end_time; empty where the motion did not come to it
   bool trusted = false;
   std::string reason;       ///< why not; empty when trusted
   double energy_drift = 0;  ///< of the worst group, in parts of what it turned over
@@ -38,7 +40,10 @@ struct Ending {
 /// gauss16, semi_implicit_euler and verlet; settings.output_interval and accuracy are not for ensembles.
 /// Fails where no motion could be made: a scene that batches refuse, settings that make no sense, starts and
 /// efforts that do not fit, members' bodies that cannot exist (check_physical).
+/// `progress` is told how many motions are made, at every step, by one thread at a time. Where it returns
+/// false, the motions that are not made yet have no state, and say so; they may be made by another call.
 Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::vector<Member>& members,
-                                              const SimulationSettings& settings, int threads = 0);
+                                              const SimulationSettings& settings, int threads = 0,
+                                              const std::function<bool(std::size_t made)>& progress = {});
 
 }  // namespace borelli

@@ -1,6 +1,7 @@
 // Many motions at once against each by itself.
 #include "dynamics/ensemble.hpp"
 
+#include <algorithm>
 #include <numbers>
 
 #include "each_width.hpp"
@@ -85,6 +86,54 @@ TEST(Ensemble, DoesNotHangOnThreads) {
   for (std::size_t i = 0; i < starts.size(); ++i) {
     EXPECT_EQ(one[i].state.q, three[i].state.q);
     EXPECT_EQ(one[i].state.v, three[i].state.v);
+  }
+}
+
+TEST(Ensemble, TellsHowFarItIsAndStopsWhereItIsAskedTo) {
+  Scene scene = chain(2, false);
+  scene.efforts = {{"stop", LimitSpring{{"h0"}, 500, 0.1, {{-0.5, 0.5}}}}};
+  const System system = compiled(scene);
+  std::vector<Member> starts(40, Member{system.initial, {}});
+  starts[3].start.v[0] = starts[30].start.v[0] = 4;  // made alone
+  const SimulationSettings how = settings("dopri5", 1, 0.01, 1e-9);
+  for (const int threads : {1, 3}) {
+    const auto whole = need(simulate_ensemble(system, starts, how, threads));
+    std::vector<std::size_t> told;
+    const auto watched = need(simulate_ensemble(system, starts, how, threads, [&](std::size_t made) {
+      told.push_back(made);
+      return true;
+    }));
+    EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+    EXPECT_EQ(told.front(), 0u);
+    EXPECT_EQ(told.back(), 40u);
+    EXPECT_GT(told.size(), 5u * 20);  // every step, and not each batch only
+    for (std::size_t i = 0; i < starts.size(); ++i) EXPECT_EQ(watched[i].state.q, whole[i].state.q);
+    for (const std::size_t enough : {0, 8, 24}) {
+      int after = 0;
+      auto endings = need(simulate_ensemble(system, starts, how, threads, [&](std::size_t made) {
+        if (made >= enough) ++after;
+        return made < enough;
+      }));
+      EXPECT_EQ(after, 1);  // and nothing is asked any more
+      std::vector<Member> left;
+      std::vector<std::size_t> places;
+      for (std::size_t i = 0; i < starts.size(); ++i) {
+        if (endings[i].reason != "stopped on request") {
+          EXPECT_EQ(endings[i].state.q, whole[i].state.q);
+          EXPECT_TRUE(endings[i].trusted);
+          continue;
+        }
+        EXPECT_FALSE(endings[i].trusted || endings[i].alone);
+        EXPECT_EQ(endings[i].state.q.size(), 0);
+        left.push_back(starts[i]);
+        places.push_back(i);
+      }
+      EXPECT_LE(left.size(), 40 - enough);
+      EXPECT_GE(left.size() + 8 * (threads == 1 ? 0 : threads), 40 - enough);  // (others may just end)
+      const auto rest = need(simulate_ensemble(system, left, how, threads));
+      for (std::size_t k = 0; k < rest.size(); ++k)
+        EXPECT_LT(distance(rest[k].state, whole[places[k]].state), 1e-6);  // (other neighbours, other steps)
+    }
   }
 }
 
