@@ -393,7 +393,9 @@ void ContactEvents::log_changes(double t, const std::vector<ContactMode>& before
     const Touch was = before[i].touch, is = modes_[i].touch;
     const std::string& name = system_.contacts[i].name;
     const bool rubs = friction_of(int(i)) > 0;
-    if (was == is) continue;
+    const double *from = before[i].slip, *to = modes_[i].slip;
+    const bool turned = was == Touch::sliding && from[0] * to[0] + from[1] * to[1] < 0;
+    if (was == is && !(is == Touch::sliding && turned)) continue;
     if (was == Touch::open) log.push_back({t, "contact_closed", name});
     if (is == Touch::open)
       log.push_back({t, "contact_opened", name});

@@ -58,7 +58,7 @@ Inertial read_inertial(TomlTable& table) {
         "or give mass or density within shape");
   out.tensor = read_tensor(table, *tensor);
   if (const auto fine = check_physical(out, table.what(), Extent::may_be_bar_or_point); !fine)
-    table.refuse(*tensor, fine.error().what);
+    table.refuse(out.mass > 0 ? *tensor : table.require("mass"), fine.error().what);
   return out;
 }
 

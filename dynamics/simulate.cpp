@@ -438,7 +438,8 @@ class Run {
     if (auto done = pass_events(h); !done) return done;
     const double made = landing_.state.t < t ? landing_.state.t - from : h;
     if (auto done = record_between(h, landing_.state.t); !done) return done;
-    if (auto done = sample(h); !done) return done;
+    if (auto done = sample_between(h, landing_.state.t); !done) return done;
+    take_sample(landing_.state);
     if (const ContactStep* step = steps_contacts() ? integrator_.contact_step() : nullptr) {
       landing_.work.add_event(step->group_work);
       landing_.work.add_projection(step->group_projection);
@@ -551,6 +552,7 @@ class Run {
       if (!*found) return {};
       // rows before it now, while what it may change is as it was
       if (auto done = record_between(h, between_.state.t); !done) return done;
+      if (auto done = sample_between(h, between_.state.t); !done) return done;
       if (auto done = look_between(between_); !done) return done;
       energy_before_event_ = probe().terms.group_kinetic + probe().terms.group_potential;
       const auto after = watch_->handle(between_, probe(), certifier_->events());
@@ -608,15 +610,12 @@ class Run {
     samples_->cover(state);
   }
 
-  /// The samples that are due within the step of h, up to where it landed.
-  Result<void> sample(double h) {
-    const double until = landing_.state.t;
-    for (double at = next_sample(); at <= until; at = next_sample()) {
-      if (at < until) {
-        if (auto done = path_.glance((at - state_.t) / h, row_); !done) return diverged(done.error());
-        row_.state.t = at;
-      }
-      take_sample(at < until ? row_.state : landing_.state);
+  /// The samples that are due within the step of h, before time `until`.
+  Result<void> sample_between(double h, double until) {
+    for (double at = next_sample(); at < until; at = next_sample()) {
+      if (auto done = path_.glance((at - state_.t) / h, row_); !done) return diverged(done.error());
+      row_.state.t = at;
+      take_sample(row_.state);
     }
     return {};
   }

@@ -31,6 +31,8 @@ using Eigen::Vector3i;
 constexpr double pass_band = 0.03;
 constexpr int iterations = 30;
 
+constexpr double largest_loss = 0.005;  // of a part's volume
+
 /// Smallest box of voxels of one label, in indices; empty where last < first.
 struct VoxelBox {
   std::array<std::int64_t, 3> first{1, 1, 1}, last{0, 0, 0};
@@ -69,7 +71,9 @@ struct Shares {
 /// Blocks of one voxel, or of as many as lie within twice the tolerance: a finer surface would only be
 /// thinned out again.
 Vector3i blocks_for(const Grid& grid, double tolerance_mm) {
+  constexpr double most = 64;  // (so that sums of a block's voxels fit into 32 bits)
   return (2 * tolerance_mm * grid.spacing().cwiseInverse() + Vector3d::Constant(1e-9))
+      .cwiseMin(most)
       .cast<int>()
       .cwiseMax(1);
 }
@@ -115,6 +119,9 @@ vtkSmartPointer<vtkPolyData> smooth_surface(const vtkSmartPointer<vtkImageData>&
   edges->ComputeGradientsOff();
   edges->ComputeScalarsOff();
   edges->SetValue(0, 127.5);
+  edges->Update();
+  if (edges->GetOutput()->GetNumberOfPolys() == 0)
+    return edges->GetOutput();  // (of which VTK would complain)
   vtkNew<vtkWindowedSincPolyDataFilter> smooth;
   smooth->SetInputConnection(edges->GetOutputPort());
   smooth->SetPassBand(pass_band);
@@ -187,18 +194,31 @@ Mesh to_mesh(const TriangleSurface& surface, const std::string& name) {
   return mesh;
 }
 
-Mesh part_mesh(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, double tolerance) {
+TriangleSurface surface_within(const LabelMap& labels, std::uint8_t label, const VoxelBox& box,
+                               double tolerance_mm) {
   const Grid& grid = labels.grid;
   const double volume = static_cast<double>(box.voxels) * grid.voxel_volume();
-  const Vector3i block = blocks_for(grid, 1e3 * tolerance);
-  const Shares shares = shares_of(labels, label, box, block);
+  const Shares shares = shares_of(labels, label, box, blocks_for(grid, tolerance_mm));
   // half a voxel: what the labels leave open
   const double most = 0.5 * grid.spacing().cwiseProduct(shares.block).minCoeff();
   TriangleSurface surface = placed(*smooth_surface(shares.image), shares, grid);
   restore_volume(surface, volume, most);
-  if (tolerance > 0) {
-    surface = decimate(surface, 1e3 * tolerance);
+  if (tolerance_mm > 0) {
+    surface = decimate(surface, tolerance_mm);
     restore_volume(surface, volume, most);
+  }
+  return surface;
+}
+
+Mesh part_mesh(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, double tolerance) {
+  const double volume = static_cast<double>(box.voxels) * labels.grid.voxel_volume();
+  const double finest = 0.05 * labels.grid.spacing().minCoeff();  // mm
+  double tolerance_mm = 1e3 * tolerance;
+  TriangleSurface surface = surface_within(labels, label, box, tolerance_mm);
+  // what is thinner than the tolerance would lose its form
+  while (tolerance_mm > 0 && std::abs(volume_of(surface) / volume - 1) > largest_loss) {
+    tolerance_mm = tolerance_mm > finest ? tolerance_mm / 2 : 0;
+    surface = surface_within(labels, label, box, tolerance_mm);
   }
   return to_mesh(surface, labels.names[label]);
 }

@@ -28,8 +28,9 @@ struct Mesh {
 };
 
 struct MeshOptions {
-  /// How far the surface may lie from the one before decimation, m; 0 keeps every triangle. (Before that,
-  /// smoothing moves the surface by a fraction of a voxel.)
+  /// How far the surface may lie from the one before decimation, m; 0 keeps every triangle. Of a part that
+  /// would lose or gain volume it is halved until it does not. (Before that, smoothing moves the surface by a
+  /// fraction of a voxel.)
   double tolerance = 0.001;
   int threads = 0;                       ///< 0: as many as the machine has; the meshes do not depend on it
   std::function<bool(double)> progress;  ///< share done, 0 to 1; false: stop

@@ -52,6 +52,8 @@ struct StageObserver {
   std::function<void(const Stage&, double fraction)> progress = [](const Stage&, double) {};
   std::function<void(const Stage&, double seconds)> ends = [](const Stage&, double) {};
   std::function<void(const Stage&)> skipped = [](const Stage&) {};
+  /// Of a stage that ended or was skipped, what its record warns of.
+  std::function<void(const Stage&, const std::string& warning)> warns = [](const Stage&, const auto&) {};
   /// At once, though stages beside it may still be at work; not of one that is to end since another failed.
   std::function<void(const Stage&, const Error&)> fails = [](const Stage&, const Error&) {};
 };

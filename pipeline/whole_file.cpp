@@ -68,8 +68,13 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-// what stands against a file in `folder`, "" where nothing does
-std::string obstacle(const fs::path& folder) {
+// what a file of that name is called until it is whole
+std::string partial_name(const std::string& name) {
+  return ".partial-" + std::to_string(getpid()) + "-" + name;
+}
+
+// what stands against a file of that name in `folder`, "" where nothing does
+std::string obstacle(const fs::path& folder, const std::string& name) {
   std::error_code problem;
   std::vector<fs::path> missing;
   fs::path there = folder;
@@ -83,7 +88,7 @@ std::string obstacle(const fs::path& folder) {
     if (problem) found = "the folder " + next->string() + " cannot be made: " + problem.message();
   }
   if (found.empty()) {
-    const fs::path probe = folder / (".partial-" + std::to_string(getpid()) + "-probe");
+    const fs::path probe = folder / partial_name(name);
     const int file = open(probe.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
     if (file < 0)
       found = "the folder " + folder.string() + ": " + std::strerror(errno);
@@ -119,15 +124,20 @@ void stop_writing() noexcept {
   }
 }
 
-Result<void> check_writable(const fs::path& path) {
+Result<void> check_writable(const fs::path& path, const std::vector<fs::path>& inputs) {
   if (auto fine = check_no_folder(path); !fine) return fine;
-  if (const std::string found = obstacle(folder_of(path)); !found.empty())
+  std::error_code absent;
+  for (const fs::path& input : inputs)
+    if (fs::equivalent(path, input, absent))
+      return bad_use(path.string(),
+                     "is what this command reads, and would be written over; name another file");
+  if (const std::string found = obstacle(folder_of(path), path.filename().string()); !found.empty())
     return failure(path.string(), "cannot be written: " + found);
   return {};
 }
 
 Result<void> check_folder_writable(const fs::path& folder, const std::vector<std::string>& names) {
-  if (const std::string found = obstacle(folder); !found.empty())
+  if (const std::string found = obstacle(folder, "probe"); !found.empty())
     return failure(folder.string(), "cannot be written to: " + found);
   for (const std::string& name : names)
     if (auto fine = check_no_folder(folder / name); !fine) return fine;
@@ -142,7 +152,7 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
   if (problem) return failure(folder.string(), "cannot make this folder: " + problem.message());
 
   // hidden, so that a person does not take it for a result; the extension stays, since writers choose by it
-  const fs::path beside = folder / (".partial-" + std::to_string(getpid()) + "-" + path.filename().string());
+  const fs::path beside = folder / partial_name(path.filename().string());
   Noted noted(beside.string());
   if (stopped) {
     noted.forget();

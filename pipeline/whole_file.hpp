@@ -23,9 +23,10 @@ Result<void> write_whole(const std::filesystem::path& path, std::string_view byt
 /// Bytes to exactly this path, for a writer that write_whole calls; what failed is told as the system does.
 Result<void> write_bytes(const std::filesystem::path& path, std::string_view bytes);
 
-/// Whether write_whole may succeed, asked before long work: `path` is no folder, and check_folder_writable of
-/// the one that it goes to.
-Result<void> check_writable(const std::filesystem::path& path);
+/// Whether write_whole may succeed, asked before long work: `path` is no folder and none of the files that
+/// the work is to read, and check_folder_writable of the one that it goes to.
+Result<void> check_writable(const std::filesystem::path& path,
+                            const std::vector<std::filesystem::path>& inputs = {});
 
 /// Whether a file can be made in `folder`: makes one, and the folders on the way that are missing, and
 /// removes them again, since only the system knows all that may stand against it (permissions, a file in the

@@ -216,7 +216,7 @@ const ClassRule* ClassMapping::find(std::int64_t label, std::string_view name) c
     for (const Entry& entry : entries)
       if (!entry.name.empty() && plain_name(entry.name) == plain_name(name)) return &entry.rule;
   for (const Entry& entry : entries)
-    if (entry.label == label) return &entry.rule;
+    if (entry.label == label && (name.empty() || entry.name.empty())) return &entry.rule;
   return nullptr;
 }
 

@@ -54,7 +54,8 @@ struct ClassMapping {
   std::vector<Entry> entries;
 
   /// The rule for a class, by its name where it has one that is known (letters' case and what separates words
-  /// do not matter), else by its number; nothing where the table does not tell of it.
+  /// do not matter), else by its number, if not both have names: versions of a table may number the same
+  /// classes anew. Nothing where the table does not tell of it.
   const ClassRule* find(std::int64_t label, std::string_view name) const;
 };
 

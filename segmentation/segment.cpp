@@ -373,6 +373,21 @@ std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Ei
   return out;
 }
 
+/// Of the voxels on the faces of the scan, the share that is 0.
+double zeros_at_border(const GreyVolume& volume) {
+  const auto& size = volume.grid.size;
+  std::int64_t zeros = 0, all = 0;
+  for (std::int64_t k = 0; k < size[2]; ++k)
+    for (std::int64_t j = 0; j < size[1]; ++j) {
+      const bool whole_row = k == 0 || k == size[2] - 1 || j == 0 || j == size[1] - 1;
+      for (std::int64_t i = 0; i < size[0]; i += whole_row ? 1 : std::max<std::int64_t>(size[0] - 1, 1)) {
+        zeros += volume.at(i, j, k) == 0;
+        ++all;
+      }
+    }
+  return all > 0 ? double(zeros) / double(all) : 0;
+}
+
 }  // namespace
 
 Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& options) {
@@ -393,6 +408,15 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
         "segmentation",
         "these CT numbers show neither air nor fat, since none is below 0: were they stored with 1024 "
         "added? Subtract it, or say what they are (--quantity density_kgm3)");
+  // tissue and air are noisy, and an outermost slice through a body has few voxels of just one number
+  constexpr double most_zeros = 0.05;
+  if (const double zeros = zeros_at_border(volume); volume.quantity == Quantity::hu && zeros > most_zeros)
+    return failure(
+        "segmentation",
+        fmt::format("{:.2g} % of the scan's outermost voxels are exactly 0 HU: there the picture was "
+                    "filled with what counts as water, and would be weighed as a body; fill it with "
+                    "-1000, or crop it",
+                    100 * zeros));
   if (!(options.step >= finest_step && options.step <= coarsest_step))
     return bad_use("segmentation", fmt::format("the work grid's step is {:.6g} mm: choose {:g} to {:g} mm",
                                                options.step, finest_step, coarsest_step));

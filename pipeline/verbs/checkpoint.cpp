@@ -4,6 +4,7 @@
 
 #include <array>
 #include <csignal>
+#include <ctime>
 #include <filesystem>
 
 #include "dynamics/keeper.hpp"
@@ -13,13 +14,25 @@ namespace borelli {
 namespace {
 
 constexpr std::array signals{SIGINT, SIGTERM, SIGHUP};
+constexpr double together = 1;  // s: signals that come so soon after the first say the same
 volatile std::sig_atomic_t asked_to_stop = 0;
+timespec first_asked;
 std::array<struct sigaction, signals.size()> before;
 
 extern "C" void ask_to_stop(int signal) {
-  asked_to_stop = 1;
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  if (asked_to_stop == 0) {
+    first_asked = now;
+    asked_to_stop = signal;
+    return;
+  }
+  const double since =
+      double(now.tv_sec - first_asked.tv_sec) + 1e-9 * double(now.tv_nsec - first_asked.tv_nsec);
+  if (since < together) return;
   for (std::size_t i = 0; i < signals.size(); ++i)
     if (signals[i] == signal) sigaction(signal, &before[i], nullptr);
+  raise(signal);  // comes when this handler returns
 }
 
 }  // namespace
@@ -31,13 +44,19 @@ CheckpointFile::CheckpointFile(std::string path, double every)
     struct sigaction action {};
     action.sa_handler = ask_to_stop;
     sigemptyset(&action.sa_mask);
+    for (const int other : signals) sigaddset(&action.sa_mask, other);
     sigaction(signals[i], nullptr, &before[i]);
     if (before[i].sa_handler != SIG_IGN) sigaction(signals[i], &action, nullptr);
   }
 }
 
-CheckpointFile::~CheckpointFile() {
+CheckpointFile::~CheckpointFile() { run_is_over(); }
+
+void CheckpointFile::run_is_over() {
+  if (!listening_) return;
+  listening_ = false;
   for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &before[i], nullptr);
+  if (asked_to_stop != 0 && !stopped_) raise(asked_to_stop);
 }
 
 Result<void> CheckpointFile::watch(const std::string& scene, Observer& observer) {
@@ -65,14 +84,13 @@ Result<void> CheckpointFile::watch(const std::string& scene, Observer& observer)
     return true;
   };
   observer.progress = [this, progress = std::move(observer.progress)](double t) {
-    return (!progress || progress(t)) && !stopped();
+    stopped_ = asked_to_stop != 0;
+    return (!progress || progress(t)) && !stopped_;
   };
   return {};
 }
 
-bool CheckpointFile::stopped() const { return asked_to_stop != 0; }
-
-void CheckpointFile::finish() const {
+void CheckpointFile::remove() const {
   std::error_code ignored;
   std::filesystem::remove(path_, ignored);
 }

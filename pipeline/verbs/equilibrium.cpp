@@ -18,8 +18,11 @@ struct EquilibriumOptions : StateOptions {
 };
 
 Result<json> work(const EquilibriumOptions& o, const Command& command) {
-  if (!o.output.empty())
-    if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
+  if (!o.output.empty()) {
+    if (!o.output.ends_with(".json"))
+      return bad_use(o.output, "does not end in .json, as a state's file does");
+    if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
+  }
   const auto given = read_scene_at_state(o);
   if (!given) return tl::unexpected(given.error());
   const auto found = find_equilibrium(given->system, given->state);
@@ -39,10 +42,12 @@ Result<json> work(const EquilibriumOptions& o, const Command& command) {
     answer["multipliers"] = std::vector<double>(found->multipliers.begin(), found->multipliers.end());
   }
   if (!given->model.not_modelled.empty()) answer["not_modelled"] = given->model.not_modelled;
+  auto fine = of_numbers(o, std::move(answer));
+  if (!fine) return fine;
   if (!o.output.empty())
     if (auto done = write_whole(o.output, state.dump(2) + "\n"); !done) return tl::unexpected(done.error());
-  if (!command.json) fmt::print("{}\n", answer.dump(2));
-  return answer;
+  if (!command.json) fmt::print("{}\n", fine->dump(2));
+  return fine;
 }
 
 }  // namespace

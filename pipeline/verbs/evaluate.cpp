@@ -167,8 +167,9 @@ Result<json> work(const EvaluateOptions& o, const Command& command) {
     if (!reactions) return in_scene(o, reactions.error());
     answer["reactions"] = *reactions;
   }
-  if (!command.json) fmt::print("{}\n", answer.dump(2));
-  return answer;
+  auto fine = of_numbers(o, std::move(answer));
+  if (fine && !command.json) fmt::print("{}\n", fine->dump(2));
+  return fine;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/number_check.hpp"
+#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/dicom_segmentation.hpp"
@@ -71,7 +72,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   if (!settings.landmarks.empty()) {
     auto read = read_given_landmarks(settings.landmarks);
     if (!read) return tl::unexpected(read.error());
-    for (const auto& warning : read->warnings) fmt::print(stderr, "warning: {}\n", warning);
+    for (const auto& warning : read->warnings) say("warning: {}\n", warning);
     given = std::move(*read);
   }
   Landmarks landmarks = given.all();
@@ -96,7 +97,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     auto read = read_mr(grey, classes ? &*classes : nullptr, threads);
     if (!read) return tl::unexpected(read.error());
     mr = std::move(*read);
-    for (const auto& warning : mr->warnings) fmt::print(stderr, "warning: {}\n", warning);
+    for (const auto& warning : mr->warnings) say("warning: {}\n", warning);
   }
   const GreyVolume& weighed = mr ? mr->density : grey;
   Result<LabelMap> labels;
@@ -118,17 +119,16 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     if (!found) return tl::unexpected(found.error());
     if (auto said = classes_in_air(weighed, *classes, threads); !said.empty())
       warnings.push_back(std::move(said));
-    for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
+    for (const auto& warning : found->warnings) say("warning: {}\n", warning);
     completeness = completeness_of(found->part);
     labels = std::move(found->labels), landmarks = std::move(found->landmarks);
   }
   if (const auto doubt = doubt_of_frames(settings.volume, settings.labels); !doubt.empty())
-    fmt::print(stderr, "warning: {}\n", doubt);
+    say("warning: {}\n", doubt);
   if (const auto all = parts_beside(settings.labels); !classes && !all.empty())
-    fmt::print(stderr,
-               "warning: {} holds the segments that were asked for alone, and where they end the rest of the "
-               "body would count as their skin; {} with --segments gives the numbers of the whole\n",
-               settings.labels, all);
+    say("warning: {} holds the segments that were asked for alone, and where they end the rest of the "
+        "body would count as their skin; {} with --segments gives the numbers of the whole\n",
+        settings.labels, all);
   auto asked = choose_segments(settings.segments, labels->names);
   if (!asked) return tl::unexpected(asked.error());
   options.segments = std::move(*asked);
@@ -150,7 +150,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     doubt_what_is_air(air, *labels, completeness);
     if (auto said = in_words(air, *labels); !said.empty()) warnings.push_back(std::move(said));
   }
-  for (const auto& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const auto& warning : warnings) say("warning: {}\n", warning);
   if (mr) mr->density = densities_by_parts(*mr, *labels, options);
   auto table = measure(weighed, std::move(*labels), landmarks, options, completeness);
   if (!table) return tl::unexpected(table.error());
@@ -251,17 +251,19 @@ void print_group(const std::vector<NamedTable>& tables) {
   if (!group.no_regression.empty()) fmt::print("{}\n", group.no_regression);
 }
 
-Result<void> check_outputs(const std::vector<std::string>& outputs) {
-  for (const std::string& output : outputs) {
+Result<void> check_outputs(const InertiaSettings& s) {
+  std::vector<std::filesystem::path> inputs{s.volume, s.labels, s.names, s.landmarks, s.findings};
+  inputs.insert(inputs.end(), s.compared.begin(), s.compared.end());
+  for (const std::string& output : s.outputs) {
     if (!output.ends_with(".csv") && !output.ends_with(".json"))
       return bad_use(output, "the table is written as .csv or .json");
-    if (auto fine = check_writable(output); !fine) return fine;
+    if (auto fine = check_writable(output, inputs); !fine) return fine;
   }
   return {};
 }
 
 Result<nlohmann::json> compare_files(const InertiaSettings& settings, const Command& command) {
-  if (auto fine = check_outputs(settings.outputs); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_outputs(settings); !fine) return tl::unexpected(fine.error());
   std::vector<NamedTable> tables;
   for (const std::string& path : settings.compared) {
     auto table = read_table(path);
@@ -274,7 +276,7 @@ Result<nlohmann::json> compare_files(const InertiaSettings& settings, const Comm
             write_whole(output, output.ends_with(".csv") ? comparison_csv(tables) : comparison_json(tables));
         !written)
       return tl::unexpected(written.error());
-  for (const std::string& remark : remarks_on(tables)) fmt::print(stderr, "warning: {}\n", remark);
+  for (const std::string& remark : remarks_on(tables)) say("warning: {}\n", remark);
   if (!command.json && tables.size() == 2) print_differences(tables);
   if (!command.json && tables.size() > 2) print_group(tables);
   return nlohmann::json::parse(comparison_json(tables));
@@ -294,15 +296,14 @@ Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, c
     return bad_use("--findings", "has no effect with --label-mapping, by which the parts are found anew");
   if (settings.measure.frames == "isb" && settings.landmarks.empty() && settings.mapping.empty())
     return bad_use("--frames isb", "the ISB's frames are laid through landmarks: give --landmarks");
-  if (auto fine = check_outputs(settings.outputs); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_outputs(settings); !fine) return tl::unexpected(fine.error());
   const auto table = make_table_from_files(settings, command.threads);
   if (!table) return tl::unexpected(table.error());
   for (const std::string& output : settings.outputs)
     if (auto written = write_whole(output, [&](const auto& path) { return write_table(path, *table); });
         !written)
       return tl::unexpected(written.error());
-  if (settings.measure.frames == "isb" && table->source.frames != "isb")
-    fmt::print(stderr, "warning: {}\n", no_isb_frames);
+  if (settings.measure.frames == "isb" && table->source.frames != "isb") say("warning: {}\n", no_isb_frames);
   if (!command.json) print_table(*table);
   return nlohmann::json::parse(to_json(*table));
 }

@@ -54,12 +54,12 @@ void add_info(CLI::App& program, Command& command) {
       if (!std::filesystem::exists(*path)) return bad_use(*path, "no such file or folder");
       if (!std::filesystem::is_regular_file(*path) && !std::filesystem::is_directory(*path))
         return bad_use(*path, "is not a regular file");  // (a pipe would wait for who writes to it)
-      const bool trajectory = is_trajectory(*path);
+      const auto is = [&](std::string_view ending) { return path->ends_with(ending); };
+      const bool trajectory = is_trajectory(*path) || is(".h5") || is(".hdf5");
       if (trajectory && (!quantity->empty() || options->floating))
         return bad_use(quantity->empty() ? "--floating" : "--quantity",
                        "has no effect on a trajectory, and " + *path + " is one");
       if (trajectory) return said(trajectory_info(*path), trajectory_info_text, chosen);
-      const auto is = [&](std::string_view ending) { return path->ends_with(ending); };
       const bool volume_asked = may_be_volume(*path);
       if (!volume_asked && !quantity->empty())
         return bad_use("--quantity", "is of volumes, and " + *path + " is none");
@@ -68,7 +68,10 @@ void add_info(CLI::App& program, Command& command) {
       if (is(".toml") || is(".xml") || is(".urdf") || is(".mjcf"))
         return said(scene_info(*path, *options), scene_info_text, chosen);
       if (volume_asked) return volume(*path, *quantity, chosen);
-      return bad_use(*path, "is not a file that this program knows");
+      return bad_use(
+          *path, is(".csv")
+                     ? "is a table for people and spreadsheets; of trajectories as .h5 there is more to tell"
+                     : "is not a file that this program knows");
     };
   });
 }

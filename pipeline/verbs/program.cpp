@@ -1,4 +1,5 @@
 // The `borelli` program: reads the command line, runs one verb, says in one sentence what went wrong.
+#include <fcntl.h>
 #include <fmt/core.h>
 #include <unistd.h>
 
@@ -11,6 +12,7 @@
 #include <system_error>
 
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
@@ -24,6 +26,15 @@ std::string bad_use_of(const CLI::ParseError& e, const CLI::Option* settings_fil
   const std::string what = e.what();
   if (e.get_name() == "SettingsError") return fmt::format("{}:{}", settings_file->results().front(), what);
   return what + " (see borelli --help)";
+}
+
+// an option that was given nothing: a variable of the shell that is not set
+std::string empty_option(const CLI::App& program) {
+  for (const CLI::App* verb : program.get_subcommands())
+    for (const CLI::Option* option : verb->get_options())
+      for (const std::string& value : option->results())
+        if (value.empty()) return option->get_name();
+  return "";
 }
 
 int run(int argc, char** argv) {
@@ -65,21 +76,32 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return program.exit(e);  // --help, --version
     if (program.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
-      fmt::print(stderr, "borelli: {}: no such verb (see borelli --help)\n", argv[1]);
+      borelli::say("borelli: {}: no such verb (see borelli --help)\n", argv[1]);
       return 2;
     }
-    fmt::print(stderr, "borelli: {}\n", bad_use_of(e, settings_file));
+    borelli::say("borelli: {}\n", bad_use_of(e, settings_file));
     return 2;
   }
 
+  if (const std::string option = empty_option(program); !option.empty()) {
+    borelli::say("borelli: {}: is given as nothing; give a value, or leave it out\n", option);
+    return 2;
+  }
   if (command.threads > 0) borelli::all_threads = command.threads;
   const auto answer = command.work(command);
   if (!answer) {
-    fmt::print(stderr, "borelli: {}\n", answer.error().message());
+    borelli::say("borelli: {}\n", answer.error().message());
     return answer.error().kind == borelli::Error::Kind::use ? 2 : 1;
   }
   if (command.json) fmt::print("{}\n", answer->dump(2));
   return 0;
+}
+
+// Where the shell closed one of the three, the next file that is opened would take its number, and what is
+// said its end. (Nothing can be written to what is opened for reading, which is what is to be found out.)
+void hold_standard_descriptors() {
+  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(descriptor, F_GETFD) < 0) static_cast<void>(open("/dev/null", O_RDONLY));
 }
 
 // A user or a system that ends the program finds no partial file; the shell sees the signal that did it.
@@ -110,21 +132,22 @@ void handle_signals() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  hold_standard_descriptors();
   handle_signals();
   borelli::hold_freed_memory();
   int code = 1;
   try {
     code = run(argc, argv);
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "borelli: not enough memory for this\n");
+    borelli::say("borelli: not enough memory for this\n");
   } catch (const std::system_error& e) {
     const bool thread = e.code() == std::errc::resource_unavailable_try_again;
-    fmt::print(stderr, "borelli: {}\n",
-               thread ? "not enough memory left, or threads allowed, to start another thread" : e.what());
+    borelli::say("borelli: {}\n",
+                 thread ? "not enough memory left, or threads allowed, to start another thread" : e.what());
   } catch (const std::exception& e) {
-    fmt::print(stderr, "borelli: {}\n", e.what());
+    borelli::say("borelli: {}\n", e.what());
   }
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-  if (code == 0) fmt::print(stderr, "borelli: standard output cannot be written: {}\n", std::strerror(errno));
+  if (code == 0) borelli::say("borelli: standard output cannot be written: {}\n", std::strerror(errno));
   return code == 0 ? 1 : code;
 }

@@ -7,6 +7,8 @@
 #include <atomic>
 #include <cstdio>
 
+#include "pipeline/verbs/say.hpp"
+
 namespace borelli {
 namespace {
 
@@ -21,7 +23,7 @@ ProgressBar::ProgressBar(bool quiet, std::chrono::milliseconds between_lines)
       between_(terminal_ ? std::chrono::milliseconds(50) : between_lines) {}
 
 ProgressBar::~ProgressBar() {
-  if (!quiet_ && terminal_ && !works_.empty()) fmt::print(stderr, "\n");  // left in the middle by an error
+  if (!quiet_ && terminal_ && !works_.empty()) say("\n");  // left in the middle by an error
 }
 
 void ProgressBar::begin(const std::string& what) {
@@ -29,7 +31,7 @@ void ProgressBar::begin(const std::string& what) {
   if (quiet_) return;
   drawn_ = std::chrono::steady_clock::now();
   if (!terminal_)
-    fmt::print(stderr, "{} ...\n", what);
+    say("{} ...\n", what);
   else if (works_.size() == 1)
     draw(works_.front());
 }
@@ -48,21 +50,20 @@ void ProgressBar::update(double fraction, std::string_view what) {
   if (terminal_)
     draw(works_.front());
   else
-    fmt::print(stderr, "{} ... {:.0f} %\n", work->what, 100 * work->fraction);
+    say("{} ... {:.0f} %\n", work->what, 100 * work->fraction);
 }
 
 void ProgressBar::draw(const Work& work) {
   const int full = static_cast<int>(work.fraction * bar_width);
-  fmt::print(stderr, "\r\x1b[K{:<14} [{}{}] {:3.0f} %", work.what,
-             std::string(static_cast<std::size_t>(full), '#'),
-             std::string(static_cast<std::size_t>(bar_width - full), ' '), 100 * work.fraction);
+  say("\r\x1b[K{:<14} [{}{}] {:3.0f} %", work.what, std::string(static_cast<std::size_t>(full), '#'),
+      std::string(static_cast<std::size_t>(bar_width - full), ' '), 100 * work.fraction);
   std::fflush(stderr);
 }
 
 void ProgressBar::end(const std::string& outcome, std::string_view what) {
   const auto work = find(what);
   if (work == works_.end()) return;
-  if (!quiet_) fmt::print(stderr, "{}{:<14} {}\n", terminal_ ? "\r\x1b[K" : "", work->what, outcome);
+  if (!quiet_) say("{}{:<14} {}\n", terminal_ ? "\r\x1b[K" : "", work->what, outcome);
   works_.erase(work);
   if (!quiet_ && terminal_ && !works_.empty()) draw(works_.front());
 }

@@ -8,8 +8,10 @@
 #include "pipeline/deface.hpp"
 #include "pipeline/glb.hpp"
 #include "pipeline/report.hpp"
+#include "pipeline/run_inputs.hpp"
 #include "pipeline/skeleton.hpp"
 #include "pipeline/trajectory_file.hpp"
+#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/landmarks_file.hpp"
@@ -54,6 +56,27 @@ Result<void> keep(Target& target, Answer&& answer) {
   return {};
 }
 
+/// What is wrong with the scan for a report of this run, if anything is: it is not, byte for byte, the one
+/// that the run read. (Without the run's account nobody can tell.)
+Result<void> check_scan(const json& run, const std::string& path) {
+  const json inputs = run.is_object() ? run.value("inputs", json()) : json();
+  if (!inputs.is_object() || !inputs.contains("volume")) return {};
+  RunSettings settings;
+  settings.volume = path;
+  const auto files = inputs_of(settings);
+  if (!files) return tl::unexpected(files.error());
+  const auto now = digests_of(*files);
+  if (!now) return tl::unexpected(now.error());
+  const auto digests = [](const json& list) {
+    std::vector<std::string> out;
+    for (const json& file : list)
+      out.push_back(file.is_object() && file.contains("sha256") ? file["sha256"].dump() : "");
+    return out;
+  };
+  if (digests(now->at("volume")) == digests(inputs["volume"])) return {};
+  return bad_use(path, "is not the scan of this run, or no longer as the run read it");
+}
+
 /// The scan that was segmented: the one asked for, else the one that the account names, where it still is.
 Result<void> find_scan(const ReportAsked& asked, Found& found) {
   std::string path = asked.volume;
@@ -71,7 +94,7 @@ Result<void> find_scan(const ReportAsked& asked, Found& found) {
     if (!quantity) return tl::unexpected(quantity.error());
     options.quantity = *quantity;
   }
-  auto scan = read_volume(path, options);
+  auto scan = check_scan(found.inputs.run, path).and_then([&] { return read_volume(path, options); });
   if (!scan && asked.volume.empty()) {  // a report without grey values is better than none
     found.warnings.push_back(fmt::format(
         "the report shows the parts alone: {} (--volume and --quantity help)", scan.error().message()));
@@ -161,7 +184,7 @@ Result<json> run(const ReportAsked& asked, const Command& command) {
                    "motion/trajectory.h5 or body.glb");
   const auto written = write_whole(path, [&](const fs::path& beside) { return write_report(in, beside); });
   if (!written) return tl::unexpected(written.error());
-  for (const auto& warning : found.warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const auto& warning : found.warnings) say("warning: {}\n", warning);
   if (!command.json) fmt::print("{}\n", path.string());
   return json{{"report", path.string()}, {"bytes", fs::file_size(path)}, {"warnings", found.warnings}};
 }

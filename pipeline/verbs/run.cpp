@@ -12,6 +12,7 @@
 #include "dynamics/integrator.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "segmentation/segment.hpp"
@@ -36,6 +37,17 @@ std::string name_of_input(const std::string& path) {
     if (text.ends_with(ending) && text.size() > std::string(ending).size())
       text.resize(text.size() - std::string(ending).size());
   return text.empty() || text == "." || text == ".." ? "subject" : text;
+}
+
+// whether what is to be written there would be among the files of a scan's folder
+bool lies_within(const fs::path& path, const fs::path& folder) {
+  std::error_code problem;
+  if (!fs::is_directory(folder, problem)) return false;
+  const fs::path whole = fs::weakly_canonical(folder, problem);
+  for (fs::path at = fs::weakly_canonical(fs::absolute(path), problem);; at = at.parent_path()) {
+    if (at == whole) return true;
+    if (at == at.parent_path()) return false;
+  }
 }
 
 void print_outcome(const nlohmann::json& record, const fs::path& folder) {
@@ -107,6 +119,11 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
     return bad_use("--subject " + settings.subject, "names a folder; it may not hold '/' nor begin with '.'");
   settings.folder = fs::path(asked.out) / settings.subject;
   settings.threads = command.threads;
+  if (lies_within(settings.folder, settings.volume))
+    return bad_use(settings.folder.string(),
+                   fmt::format("lies within {}, of whose files the scan is made: name another folder with "
+                               "--out",
+                               settings.volume));
 
   ProgressBar bar(command.json);
   StageObserver observer;
@@ -130,8 +147,15 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
     bar.begin(stage.name);
     bar.end("done before", stage.name);
   };
+  std::vector<std::string> warnings;
+  observer.warns = [&](const Stage& stage, const std::string& warning) {
+    warnings.push_back(stage.name + ": " + warning);
+  };
   const auto record = run(settings, command.force, observer);
-  if (!record) return record;
+  if (!record) {  // which may well be why
+    for (const std::string& warning : warnings) say("warning: {}\n", warning);
+    return record;
+  }
   if (!command.json) print_outcome(*record, settings.folder);
   return record;
 }

@@ -11,6 +11,7 @@
 #include "pipeline/table_tolerance.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
+#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/dicom_segmentation.hpp"
@@ -100,9 +101,14 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
     if (!quantity) return tl::unexpected(quantity.error());
     reading.quantity = *quantity;
   }
-  for (const char* name : segmentation_file_names)
-    if (auto fine = check_writable(std::filesystem::path(asked.folder) / name); !fine)
+  for (const std::string name : segmentation_file_names) {
+    // (points that a person placed there stay: write_segmentation)
+    const std::string points = name == "landmarks.mrk.json" ? "" : asked.landmarks;
+    if (auto fine = check_writable(std::filesystem::path(asked.folder) / name,
+                                   {asked.volume, asked.labels, asked.names, points});
+        !fine)
       return tl::unexpected(fine.error());
+  }
   ProgressBar bar(command.json);
   SegmentOptions options{asked.step, command.threads};
   options.convention = convention(asked.convention).value();
@@ -140,7 +146,7 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
     return tl::unexpected(written.error());
   if (!command.json) print(*found, scanned->reading, asked.folder);
   if (!command.json && pick && pick->met) fmt::print("{}\n", in_words(*pick));
-  for (const auto& warning : found->warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const auto& warning : found->warnings) say("warning: {}\n", warning);
   return account;
 }
 

@@ -27,7 +27,7 @@ namespace {
 // What the command line says; what is not given there is the scene's.
 struct SimulateOptions {
   std::string scene, output, checkpoint;
-  double checkpoint_every = 60;
+  std::optional<double> checkpoint_every;
   ModelOptions model;
   std::optional<std::string> method, equations, constraints, impacts, restitution;
   std::optional<double> rest_speed, step, tolerance, accuracy, spectral_radius, end, output_interval, alpha,
@@ -71,6 +71,10 @@ Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& se
   if ((o.alpha || o.beta) && settings.constraints != ConstraintTreatment::baumgarte)
     return bad_use(o.alpha ? "--baumgarte-alpha" : "--baumgarte-beta",
                    "has no effect where constraints are kept by projection: add --constraints baumgarte");
+  if (o.checkpoint_every && o.checkpoint.empty())
+    return bad_use("--checkpoint-every", "has no effect without --checkpoint");
+  if (o.reactions && o.output.empty())
+    return bad_use("--reactions", "has no effect where no --output is to hold them");
   return {};
 }
 
@@ -105,7 +109,8 @@ nlohmann::json answer_of(const SimulateOptions& o, const ModelFile& model, const
   return answer;
 }
 
-Result<Trajectory> run(const SimulateOptions& o, const Command& command, const ModelFile& model) {
+Result<Trajectory> run(const SimulateOptions& o, const Command& command, const ModelFile& model,
+                       std::optional<CheckpointFile>& checkpoint) {
   const Scene& scene = model.scene;
   const auto system = compile(scene);
   if (!system) return in_file(o.scene, system.error());
@@ -121,16 +126,16 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
     bar.update(t / settings.end_time);
     return true;
   };
-  std::optional<CheckpointFile> checkpoint;
   if (!o.checkpoint.empty()) {
     Scene settled = scene;
     settled.simulation = settings;
     const auto text = write_scene(settled);
     if (!text) return tl::unexpected(text.error());
-    checkpoint.emplace(o.checkpoint, o.checkpoint_every);
+    checkpoint.emplace(o.checkpoint, o.checkpoint_every.value_or(60));
     if (auto fine = checkpoint->watch(*text, observer); !fine) return tl::unexpected(fine.error());
   }
   auto trajectory = simulate(*system, system->initial, settings, observer);
+  if (checkpoint) checkpoint->run_is_over();
   if (!trajectory && trajectory.error().where == "checkpoint")
     return tl::unexpected(Error{o.checkpoint, trajectory.error().what, trajectory.error().kind});
   if (!trajectory) return in_file(o.scene, trajectory.error());
@@ -140,7 +145,6 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
       return failure(o.scene,
                      fmt::format("stopped at t = {:.6g} s of {:.6g} s; the same command goes on from {}",
                                  trajectory->times.back(), settings.end_time, o.checkpoint));
-    checkpoint->finish();
   }
   judge_passing(model.without_contact, *trajectory);
   if (o.reactions)
@@ -158,13 +162,14 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   if (!o.output.empty() && ending != ".h5" && ending != ".hdf5" && ending != ".csv" && !shows)
     return bad_use(o.output, "ends in '" + ending + "', expected .h5, .hdf5, .csv, .glb or .html");
   if (!o.output.empty()) {
-    if (auto fine = check_writable(o.output); !fine) return tl::unexpected(fine.error());
+    if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
   }
   const auto model = read_model(o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   const Scene& scene = model->scene;
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
-  const auto trajectory = run(o, command, *model);
+  std::optional<CheckpointFile> checkpoint;
+  const auto trajectory = run(o, command, *model, checkpoint);
   if (!trajectory) return tl::unexpected(trajectory.error());
 
   const Certificate& certificate = trajectory->certificate;
@@ -190,6 +195,7 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
     if (!done) return tl::unexpected(done.error());
     if (!command.json) fmt::print("{}: {} rows\n", o.output, trajectory->times.size());
   }
+  if (checkpoint) checkpoint->remove();
   return answer_of(o, *model, *trajectory, !o.output.empty());
 }
 
@@ -237,15 +243,14 @@ void add_simulate(CLI::App& program, Command& command) {
   verb->add_option("--rest-speed", o->rest_speed, "Contacts that meet more slowly do not rebound, m/s")
       ->check(positive_number());
   verb->add_option("--energy-threshold", o->energy_threshold,
-                   "Largest energy drift to trust, of the energy turned over")
+                   "Largest energy drift to trust, of the energy turned over; 0: what suits the method")
       ->check(number_not_negative());
   verb->add_option(
       "--checkpoint", o->checkpoint,
       "File to keep the run in, now and then and on ^C: the same command goes on from there, exactly, "
-      "and removes it at the end");
-  verb->add_option("--checkpoint-every", o->checkpoint_every, "Seconds from one keeping to the next")
-      ->check(number_not_negative())
-      ->capture_default_str();
+      "and removes it once the result is written");
+  verb->add_option("--checkpoint-every", o->checkpoint_every, "Seconds from one keeping to the next [60]")
+      ->check(number_not_negative());
   verb->add_flag("--reactions", o->reactions, "Write what goes through each joint, too");
   verb->add_flag("--allow-untrusted", o->allow_untrusted, "Accept a run that its certificate does not trust");
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });

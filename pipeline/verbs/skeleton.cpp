@@ -7,6 +7,7 @@
 
 #include "dynamics/scene_file.hpp"
 #include "inertia/table_file.hpp"
+#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/given_landmarks.hpp"
@@ -20,7 +21,8 @@ struct SkeletonAsked {
 };
 
 Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) {
-  if (auto fine = check_writable(asked.out); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_writable(asked.out, {asked.table, asked.landmarks}); !fine)
+    return tl::unexpected(fine.error());
   const auto table = read_table(asked.table);
   if (!table) return tl::unexpected(table.error());
   const auto given = read_given_landmarks(asked.landmarks);
@@ -32,7 +34,7 @@ Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) 
   if (!text) return tl::unexpected(text.error());
   if (auto written = write_whole(asked.out, *text); !written) return tl::unexpected(written.error());
   warnings.insert(warnings.end(), skeleton->warnings.begin(), skeleton->warnings.end());
-  for (const auto& warning : warnings) fmt::print(stderr, "warning: {}\n", warning);
+  for (const auto& warning : warnings) say("warning: {}\n", warning);
   if (!command.json) fmt::print("{}: {} solids\n", asked.out, skeleton->scene.solids.size());
   return nlohmann::json{
       {"scene", asked.out}, {"solids", skeleton->scene.solids.size()}, {"warnings", warnings}};

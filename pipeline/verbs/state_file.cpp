@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
+
 #include "dynamics/evaluate.hpp"
 #include "pipeline/whole_file.hpp"
 
@@ -56,7 +58,28 @@ Result<void> read_state(const std::string& file, SceneAtState& given) {
   return {};
 }
 
+// Where in it a number is none, after its own name; empty: nowhere.
+std::string no_number(const json& value, const std::string& name) {
+  if (value.is_number_float()) return std::isfinite(value.get<double>()) ? "" : name;
+  if (!value.is_structured()) return "";
+  for (const auto& [key, part] : value.items()) {
+    const std::string own = value.is_array() ? fmt::format("{}[{}]", name, key)
+                            : name.empty()   ? key
+                                             : name + "." + key;
+    if (const std::string found = no_number(part, own); !found.empty()) return found;
+  }
+  return "";
+}
+
 }  // namespace
+
+Result<json> of_numbers(const StateOptions& o, json answer) {
+  if (const std::string name = no_number(answer, ""); !name.empty())
+    return failure(o.scene, fmt::format("{} is no finite number at this state: the state, or a number of the "
+                                        "scene, is too large",
+                                        name));
+  return answer;
+}
 
 void add_state_options(CLI::App& verb, StateOptions& o) {
   verb.add_option("scene", o.scene, "The scene: TOML, MJCF or URDF")->required();

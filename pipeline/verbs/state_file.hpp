@@ -38,6 +38,10 @@ Result<SceneAtState> read_scene_at_state(const StateOptions& options);
 /// An error of the engine with the scene's file before it.
 tl::unexpected<Error> in_scene(const StateOptions& options, Error error);
 
+/// The answer, or an error that names a number of it that is none, which JSON cannot hold: states and scenes
+/// may be so far out that what is computed of them overflows.
+Result<nlohmann::json> of_numbers(const StateOptions& options, nlohmann::json answer);
+
 /// A state as --state reads it.
 nlohmann::json json_of(const State& state, const FileOrder& order);
 

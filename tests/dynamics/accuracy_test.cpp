@@ -128,6 +128,29 @@ TEST(Accuracy, IsMetOnAStiffSceneByAnImplicitMethod) {
   }
 }
 
+// A method of several steps loses at an event what it would show the step before by.
+TEST(Accuracy, IsMetOnAStiffSceneWhereAStopIsHit) {
+  constexpr double z0 = 1.2, k = 3e4;
+  Scene scene = creeping();
+  scene.gravity = Vector3d(0, 0, -9.81);
+  scene.solids.push_back(
+      solid("m", "world", {slide("z", Vector3d::UnitZ(), z0)}, {inertial(1, {0, 0, 0}, {1, 1, 1})}));
+  scene.efforts.push_back({"stop", LimitSpring{{"z"}, k, 0, {{0, 10}}}});
+  for (const double accuracy : {1e-3, 1e-5})
+    for (const double interval : {0., 0.1}) {
+      SimulationSettings how = to_accuracy(4, accuracy);
+      how.output_interval = interval;
+      const Trajectory t = run(scene, how);
+      EXPECT_NE(notes_of(t.certificate).find("chose cvode"), std::string::npos) << notes_of(t.certificate);
+      EXPECT_TRUE(t.certificate.trusted) << t.certificate.reason;
+      EXPECT_GE(t.certificate.events.size(), 4u);
+      for (std::size_t row = 0; row < t.times.size(); ++row) {
+        EXPECT_NEAR(t.q(Eigen::Index(row), 1), bounce(t.times[row], z0, k), 10 * accuracy) << t.times[row];
+        EXPECT_NEAR(t.q(Eigen::Index(row), 0), creeping_at(t.times[row]), 10 * accuracy);
+      }
+    }
+}
+
 TEST(Stiffness, IsNotedInARunByAnExplicitMethodAndOnlyThere) {
   for (const char* method : {"dopri5", "dop853"}) {
     const Certificate stiff = run(creeping(), settings(method, 0.01, 1e-6, 1e-6)).certificate;

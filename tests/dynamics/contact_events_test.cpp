@@ -143,6 +143,10 @@ TEST(ContactRuns, ABlockThrownUpASlopeStopsAndSlidesBack) {
   const double stop = 2 / down, after = scene.simulation.end_time - stop;
   EXPECT_NEAR(last(t, 0), 2 / down - 0.5 * back * after * after, 1e-8);
   EXPECT_NEAR(last_velocity(t, 0), -back * after, 1e-8);
+  // its corners begin to slide at the start, and anew where it turns
+  const auto slips = events(t, "slip");
+  ASSERT_EQ(slips.size(), 8u);
+  for (std::size_t i = 0; i < 8; ++i) EXPECT_NEAR(slips[i].time, i < 4 ? 0 : stop, 1e-8);
 }
 
 TEST(ContactRuns, ABlockSticksWhereTheSlopeIsNotSteeperThanItsFriction) {

@@ -273,5 +273,15 @@ TEST(Evaluate, BadStatesEndInOneSentence) {
   EXPECT_EQ(run_program("evaluate " + samples + "roundabout.toml --state /no/state.json").code, 2);
 }
 
+TEST(Evaluate, NumbersThatOverflowAreNamed) {
+  const TestFolder folder;
+  const std::string state = folder.write("s.json", R"({"q": [1], "v": [1e200]})");
+  const ProgramRun run = run_program("evaluate " + samples + "pendulum.toml --state " + state);
+  EXPECT_EQ(run.code, 1);
+  EXPECT_EQ(run.out, "");
+  EXPECT_NE(run.err.find("pendulum.toml: bias[0] is no finite number at this state"), std::string::npos)
+      << run.err;
+}
+
 }  // namespace
 }  // namespace borelli

@@ -64,5 +64,19 @@ TEST(Info, BadScenesAndTrajectoriesEndInOneSentence) {
   EXPECT_NE(run.err.find("is not a regular file"), std::string::npos) << run.err;
 }
 
+TEST(Info, DamagedAndOtherTrajectoriesAreNamedAsSuch) {
+  const TestFolder folder;
+  const std::string command = "simulate " + samples + "pendulum.toml --end 1 -o ";
+  ASSERT_EQ(run_program(command + (folder / "a.h5").string()).code, 0);
+  ASSERT_EQ(run_program(command + (folder / "a.csv").string()).code, 0);
+  std::filesystem::resize_file(folder / "a.h5", std::filesystem::file_size(folder / "a.h5") - 1);
+  const ProgramRun cut = run_program("info " + (folder / "a.h5").string());
+  EXPECT_EQ(cut.code, 1);
+  EXPECT_NE(cut.err.find("damaged or cut short"), std::string::npos) << cut.err;
+  const ProgramRun table = run_program("info " + (folder / "a.csv").string());
+  EXPECT_EQ(table.code, 2);
+  EXPECT_NE(table.err.find("is a table for people and spreadsheets"), std::string::npos) << table.err;
+}
+
 }  // namespace
 }  // namespace borelli::info_test

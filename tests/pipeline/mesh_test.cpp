@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -130,6 +131,35 @@ INSTANTIATE_TEST_SUITE_P(Grids, MeshOfASphere,
 
 // The tolerance is measured against the mesh before decimation; nearest points of a sphere's mesh are along
 // the radius.
+// What is thinner than the tolerance: two discs across the axes, a finger, slices that are wider than it.
+TEST(PartMeshes, KeepTheirVolumeWhateverTheTolerance) {
+  const auto ball = [](double radius) {
+    return [radius](const Vector3d& p) { return (p - middle).norm() < radius; };
+  };
+  const auto disc = [](const Vector3d& p) {
+    return (p - middle).norm() < 40 && std::abs((p - middle).dot(Vector3d(0.6, 0, 0.8))) < 5;
+  };
+  const Matrix3d fine = 2 * Matrix3d::Identity();
+  const Matrix3d slices = Vector3d(0.5, 2, 16).asDiagonal();
+  const struct {
+    LabelMap map;
+    const char* what;
+  } cases[] = {{voxelised(around(fine, 9), ball(9)), "ball"},
+               {voxelised(around(fine, 40), disc), "disc"},
+               {voxelised(around(slices, 60), ball(60)), "ball in slices"}};
+  for (const auto& [map, what] : cases) {
+    const auto voxels = std::count(map.voxels.begin(), map.voxels.end(), 1);
+    const double volume = 1e-9 * double(voxels) * map.grid.voxel_volume();
+    for (const double tolerance : {0., 0.001, 0.01, 0.02, 0.05, 1e3, 1e297}) {
+      const auto meshes = part_meshes(map, {tolerance, 1, {}});
+      ASSERT_TRUE(meshes) << meshes.error().message();
+      ASSERT_EQ(meshes->size(), 1u);
+      EXPECT_TRUE(is_closed(meshes->front())) << what << tolerance;
+      EXPECT_NEAR(enclosed_volume(meshes->front()) / volume, 1, 0.005) << what << tolerance;
+    }
+  }
+}
+
 TEST(Mesh, DecimationKeepsToItsTolerance) {
   const double radius = 40;
   const Grid grid = around(Vector3d(2, 2, 2).asDiagonal(), radius);

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "pipeline/glb.hpp"
+#include "pipeline/stages.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/landmarks_file.hpp"
@@ -98,6 +99,30 @@ TEST_F(ReportVerb, DoesWithoutAScanThatIsGone) {
   EXPECT_NE(said.find("scan.nii.gz is no longer there"), std::string::npos);
   EXPECT_EQ(data()["source"]["quantity"], "labels");
   EXPECT_EQ(data()["subject"], "Another name");
+}
+
+TEST_F(ReportVerb, DrawsNoOthersScan) {
+  write_run();
+  const std::string digest = *digest_of(runs / "scan.nii.gz");
+  const json account = {{"inputs", {{"volume", {{{"file", "scan.nii.gz"}, {"sha256", digest}}}}}}};
+  ASSERT_TRUE(write_whole(folder / "run.json", account.dump()));
+  run();
+  ASSERT_EQ(exit_code, 0) << said;
+  EXPECT_FALSE(page_block("grey").empty());
+  ++scan.grey.voxels[0];
+  ASSERT_TRUE(write_volume((runs / "other.nii.gz").string(), scan.grey));
+  run("--volume " + (runs / "other.nii.gz").string());
+  EXPECT_EQ(exit_code, 2);
+  EXPECT_NE(said.find("other.nii.gz: is not the scan of this run"), std::string::npos) << said;
+  fs::rename(runs / "scan.nii.gz", runs / "moved.nii.gz");
+  fs::rename(runs / "other.nii.gz", runs / "scan.nii.gz");
+  run();
+  EXPECT_EQ(exit_code, 0);
+  EXPECT_NE(answer["warnings"].dump().find("no longer as the run read it"), std::string::npos) << answer;
+  EXPECT_TRUE(page_block("grey").empty());
+  run("--volume " + (runs / "moved.nii.gz").string());
+  EXPECT_EQ(exit_code, 0) << said;
+  EXPECT_FALSE(page_block("grey").empty());
 }
 
 TEST_F(ReportVerb, TakesTheFaceAway) {

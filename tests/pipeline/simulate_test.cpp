@@ -16,6 +16,11 @@ namespace {
 
 const std::string samples = test::source_folder() + "/samples/";
 
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string{std::istreambuf_iterator<char>(file), {}};
+}
+
 // One line on standard error, nothing on standard output, no file left.
 void expect_refused(const std::string& arguments, int code, const std::string& said, const TestFolder& folder,
                     int files) {
@@ -120,6 +125,8 @@ TEST(Simulate, BadScenesAreNamedWithTheirLine) {
   const std::string output = " -o " + (folder / "a.h5").string();
   const std::string scene = folder.write("bad.toml", "[[solid]]\nname = 'a'\nmass = 1\ntensor = [1, 1, 3]\n");
   expect_refused("simulate " + scene + output, 2, "bad.toml:4: solid 'a'", folder, 1);
+  folder.write("bad.toml", "[[solid]]\nname = 'a'\nmass = -1\ntensor = [1, 1, 1]\n");
+  expect_refused("simulate " + scene + output, 2, "bad.toml:3: solid 'a': mass is -1 kg", folder, 1);
   folder.write("bad.toml", "[[solid]]\nname = 'a'\njoint = {rotation = 'x'}\n");
   const ProgramRun massless = run_program("simulate " + scene + output);
   EXPECT_EQ(massless.code, 2)
@@ -205,14 +212,82 @@ TEST(Simulate, StoppedWithACheckpointTheSameCommandGoesOnExactly) {
   EXPECT_EQ(run_program(broken).code, 0);
   EXPECT_EQ(folder.count(), 1);  // the checkpoint is gone
   EXPECT_EQ(run_program(command("b.csv", "")).code, 0);
-  const auto text = [&](const char* name) {
-    std::ifstream file(folder / name, std::ios::binary);
-    return std::string{std::istreambuf_iterator<char>(file), {}};
-  };
-  EXPECT_GT(text("a.csv").size(), 1000u);
-  EXPECT_TRUE(text("a.csv") == text("b.csv"));
+  EXPECT_GT(text_of(folder / "a.csv").size(), 1000u);
+  EXPECT_TRUE(text_of(folder / "a.csv") == text_of(folder / "b.csv"));
   const std::string foreign = folder.write("notes.txt", "mine");
   EXPECT_EQ(run_program(command("c.csv", " --checkpoint " + foreign)).code, 2);
+}
+
+TEST(Simulate, KeepsItsCheckpointUntilTheResultIsWritten) {
+  const TestFolder folder;
+  const std::string plain = "simulate " + samples +
+                            "pendulum_7.toml --method rk4 --end 4 --step 1e-4 --output-interval 2e-3 -o " +
+                            (folder / "a.csv").string();
+  ASSERT_EQ(run_program(plain).code, 0);
+  const std::string whole = text_of(folder / "a.csv");
+  std::filesystem::remove(folder / "a.csv");
+  const std::string kept = folder / "run.checkpoint", command = plain + " --checkpoint " + kept;
+  // no file may be longer than four fifths of it; what is kept is numbers, and half as long
+  const std::string limit = "ulimit -f " + std::to_string(whole.size() * 4 / 5 / 512) + ";";
+  const ProgramRun full = run_program(command + " --checkpoint-every 0.1", limit);
+  EXPECT_EQ(full.code, 1);
+  EXPECT_NE(full.err.find("a.csv: cannot be written"), std::string::npos) << full.err;
+  EXPECT_EQ(folder.count(), 1);
+  ASSERT_TRUE(std::filesystem::exists(kept));
+  EXPECT_EQ(run_program(command).code, 0);
+  EXPECT_TRUE(text_of(folder / "a.csv") == whole);
+  EXPECT_EQ(folder.count(), 1);
+}
+
+// As batch systems do: the second would have ended it before it had kept itself.
+TEST(Simulate, SignalsThatComeTogetherStopARunOnce) {
+  const TestFolder folder;
+  const std::string kept = folder / "run.checkpoint";
+  const ProgramRun stopped = run_program(
+      "simulate " + samples + "pendulum_7.toml --method rk4 --end 100 --step 1e-4 --checkpoint " + kept,
+      "sh -c '\"$@\" & p=$!; sleep 0.7; kill -TERM $p; kill -HUP $p; kill -TERM $p; wait $p' sh");
+  EXPECT_EQ(stopped.code, 1) << stopped.err;
+  EXPECT_NE(stopped.err.find("the same command goes on from " + kept), std::string::npos) << stopped.err;
+  EXPECT_EQ(folder.count(), 1);
+}
+
+TEST(Simulate, GoesOnWhereNothingCanBeSaid) {
+  const TestFolder folder;
+  const std::string command =
+      "simulate " + samples + "pendulum.toml --end 1 -o " + (folder / "a.csv").string();
+  ASSERT_EQ(run_program(command).code, 0);
+  const std::string whole = text_of(folder / "a.csv");
+  for (const char* closed : {" 2>/dev/full", " 2>&-", " 2>&- 0<&-"}) {
+    std::filesystem::remove(folder / "a.csv");
+    EXPECT_EQ(run_program(command + closed).code, 0) << closed;
+    EXPECT_TRUE(text_of(folder / "a.csv") == whole) << closed;  // and it is not said in there
+    EXPECT_EQ(run_program("simulate --foo" + std::string(closed)).code, 2) << closed;
+  }
+  EXPECT_EQ(run_program(command + " >&-").code, 1);  // what it was to print
+}
+
+TEST(Simulate, WritesOverNothingThatItReads) {
+  const TestFolder folder;
+  const std::string scene = text_of(samples + "pendulum.toml"), own = folder.write("scene.csv", scene);
+  std::filesystem::create_symlink(own, folder / "link.csv");
+  for (const std::string output :
+       {own, own.substr(0, own.rfind('/')) + "/./scene.csv", std::string(folder / "link.csv")})
+    expect_refused("simulate " + own + " -o " + output, 2, "is what this command reads", folder, 1);
+  const std::string json = folder.write("scene.json", scene);
+  expect_refused("equilibrium " + json + " -o " + json, 2, "is what this command reads", folder, 2);
+  expect_refused("equilibrium " + own + " -o " + (folder / "rest.toml").string(), 2, "does not end in .json",
+                 folder, 2);
+  EXPECT_EQ(text_of(own), scene);
+  EXPECT_EQ(text_of(json), scene);
+}
+
+TEST(Simulate, OptionsWithoutEffectAreRefused) {
+  const TestFolder folder;
+  const std::string command = "simulate " + samples + "pendulum.toml --end 1 ";
+  expect_refused(command + "--reactions", 2, "--reactions: has no effect", folder, 0);
+  expect_refused(command + "--checkpoint-every 5", 2, "--checkpoint-every: has no effect", folder, 0);
+  for (const char* option : {"--output", "--checkpoint"})  // a variable of the shell that is not set
+    expect_refused(command + option + " ''", 2, std::string(option) + ": is given as nothing", folder, 0);
 }
 
 }  // namespace

@@ -39,10 +39,13 @@ TEST(ClassMapping, TableAndJsonSayTheSame) {
     EXPECT_EQ(m.find(8, "")->parts, bits({"upper_arm_left", "upper_arm_right", "forearm_left",
                                           "forearm_right", "hand_left", "hand_right"}));
     EXPECT_EQ(m.find(1, "couch")->parts, 0U);
-    EXPECT_EQ(m.find(10, "some other name")->parts,
-              bits({"middle_trunk", "lower_trunk", "thigh_left", "thigh_right"}));
+    const PartSet psoas = bits({"middle_trunk", "lower_trunk", "thigh_left", "thigh_right"});
+    EXPECT_EQ(m.find(10, "")->parts, psoas);
     EXPECT_EQ(m.find(11, ""), nullptr);
+    EXPECT_EQ(m.find(7, "heart"), nullptr);  // another version's numbers
   }
+  EXPECT_EQ(table->find(10, "heart"), nullptr);
+  EXPECT_NE(json->find(10, "heart"), nullptr);  // which it has no name for
 }
 
 TEST(ClassMapping, WhatIsWrongIsToldWithItsLine) {

@@ -353,6 +353,13 @@ TEST(Segment, WhatCannotBeSegmentedIsRefusedInWords) {
   EXPECT_NE(raised.error().message().find("stored with 1024 added"), std::string::npos)
       << raised.error().message();
   volume.voxels.assign(27000, -1000);
+  for (std::size_t n = 0; n < 9000; ++n) volume.voxels[n] = 0;  // slices that were filled in
+  const auto filled = segment(volume);
+  ASSERT_FALSE(filled);  // of 5048 voxels on the faces 900, and 9 rims of 116
+  EXPECT_NE(filled.error().message().find("39 % of the scan's outermost voxels are exactly 0 HU"),
+            std::string::npos)
+      << filled.error().message();
+  volume.voxels.assign(27000, -1000);
   volume.quantity = Quantity::mr;
   const auto mr = segment(volume);
   ASSERT_FALSE(mr);
