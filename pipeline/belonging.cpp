@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "segmentation/body_mask.hpp"
 #include "segmentation/work_grid.hpp"
@@ -122,6 +123,65 @@ Result<std::string> compare_volumes(const std::array<PartFinding, parts.size()>&
                                            "have another volume ({})",
                                            differ.size(), compared, few(differ)));
   return fmt::format("the labels are not as the findings tell, which count all the same: {}", few(differ));
+}
+
+Result<void> compare_sides(const LabelMap& labels) {
+  const Grid& g = labels.grid;
+  std::array<double, 256> voxels{};
+  std::array<Vector3d, 256> sums;
+  sums.fill(Vector3d::Zero());
+  std::size_t n = 0;
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i, ++n)
+        if (const auto label = labels.voxels[n]) {
+          ++voxels[label];
+          sums[label] += Vector3d(double(i), double(j), double(k));
+        }
+  const auto to_left = [&](const std::string& name) -> std::optional<double> {
+    const auto it = std::ranges::find(labels.names, name);
+    const auto label = static_cast<std::size_t>(it - labels.names.begin());
+    if (it == labels.names.end() || label >= voxels.size() || voxels[label] == 0) return std::nullopt;
+    return g.point(sums[label] / voxels[label])[0];
+  };
+  std::size_t compared = 0;
+  std::vector<std::string> exchanged;
+  for (const Part& part : parts) {
+    if (!part.name.ends_with("_left")) continue;
+    const std::string stem(part.name.substr(0, part.name.size() - std::string_view("left").size()));
+    const auto left = to_left(stem + "left"), right = to_left(stem + "right");
+    if (!left || !right) continue;
+    ++compared;
+    if (*left < *right) exchanged.push_back(stem + "left");
+  }
+  if (exchanged.size() < 2 || 2 * exchanged.size() <= compared) return {};
+  return bad_use("labels", fmt::format("left and right are exchanged: of {} pairs of parts {} lie on each "
+                                       "other's side of the patient ({})",
+                                       compared, exchanged.size(), few(exchanged)));
+}
+
+Result<std::string> compare_centres(const InertiaTable& table, const Landmarks& landmarks) {
+  constexpr double reach = 1.1;
+  std::size_t compared = 0;
+  std::vector<std::string> apart;
+  for (const InertiaRow& row : table.rows) {
+    const auto part = std::ranges::find(parts, std::string_view(row.part), &Part::name);
+    const auto numbers = anatomical_numbers(row);
+    if (part == parts.end() || !numbers || numbers->length <= 0) continue;
+    const auto joint = landmarks.find(part->joint);
+    if (joint == landmarks.end()) continue;
+    ++compared;
+    const double away = (1e-3 * joint->second.point - row.inertial.centre).norm();
+    if (away > reach * numbers->length)
+      apart.push_back(fmt::format("{:.2f} m from {} to {}'s", away, part->joint, part->name));
+  }
+  if (apart.empty()) return "";
+  const std::string where =
+      fmt::format("of {} of {} parts the gravity centre does not lie near the joint ({})", apart.size(),
+                  compared, few(apart));
+  if (3 * apart.size() > compared)
+    return bad_use("landmarks", "they are of another body or another pose than the table: " + where);
+  return where;
 }
 
 Result<std::string> compare_joints(const Landmarks& landmarks, const LabelMap& labels) {

@@ -123,6 +123,7 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   if (!same_grid(labels->grid, (*scan)->volume.grid))
     return bad_use(data.settings.labels,
                    "lies on another grid than " + data.settings.volume + "; resample one onto the other");
+  if (auto sides = compare_sides(*labels); !sides) return tl::unexpected(sides.error());
   GivenLandmarks given;
   if (!data.settings.landmarks.empty()) {
     auto read = read_given_landmarks(data.settings.landmarks);

@@ -148,7 +148,8 @@ Result<Slices> choose(const std::string& folder, const Found& found, std::vector
     if (found.colours) return failure(folder, "holds only colour pictures; a CT or MR series is needed");
     if (found.unplaced)
       return failure(folder,
-                     "holds DICOM pictures without position and orientation; a CT or MR series is needed");
+                     "holds DICOM pictures without position, orientation or pixel spacing that makes sense; "
+                     "a CT or MR series is needed");
     return bad_use(folder, "holds no DICOM images");
   }
   const auto rank = [](const Slices& s) { return std::pair(s.front().modality == "CT", voxels(s)); };

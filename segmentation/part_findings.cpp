@@ -437,7 +437,38 @@ void warn_of_flesh_without_part(const Anatomy& a, const Volume<std::uint8_t>& ow
                     1e-6 * without * voxel, 1e-6 * body * voxel));
 }
 
+namespace {
+
+/// What a part of a man of 250 kg holds, whose parts are as large beside each other as de Leva's (1996, J
+/// Biomech 29:1223, table 4), mm^3.
+double most_of(const std::string& name) {
+  constexpr std::pair<std::string_view, double> shares[] = {
+      {"head", .0694},      {"upper_trunk", .1596}, {"middle_trunk", .1633}, {"lower_trunk", .1117},
+      {"upper_arm", .0271}, {"forearm", .0162},     {"hand", .0061},         {"thigh", .1416},
+      {"shank", .0433},     {"foot", .0137}};
+  for (const auto& [part, share] : shares)
+    if (name.starts_with(part)) return share * 250e6;
+  return std::numeric_limits<double>::infinity();
+}
+
+/// Such as of a scan whose air is filled with something else.
+void doubt_parts_that_no_body_has(Segmentation& out) {
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    PartFinding& finding = out.part[n];
+    const double most = most_of(std::string(parts[n].name));
+    if (finding.volume <= most) continue;
+    finding.confidence = std::min(finding.confidence, 0.1);
+    finding.note +=
+        (finding.note.empty() ? "" : "; ") +
+        fmt::format("holds {:.3g} l, that of a man of 250 kg {:.2g}: is the air around the body -1000 HU?",
+                    1e-6 * finding.volume, 1e-6 * most);
+  }
+}
+
+}  // namespace
+
 void warn_of_parts(Segmentation& out) {
+  doubt_parts_that_no_body_has(out);
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const auto& finding = out.part[n];
     if (finding.volume > 0 && finding.confidence < 0.5)

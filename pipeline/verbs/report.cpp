@@ -1,6 +1,8 @@
 // borelli report FOLDER: draws report.html anew from the files of a run's folder.
 #include <fmt/core.h>
 
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
 #include <optional>
 
@@ -54,6 +56,17 @@ Result<void> keep(Target& target, Answer&& answer) {
   if (!answer) return tl::unexpected(answer.error());
   target = std::move(*answer);
   return {};
+}
+
+/// A binary glTF; its header says how long it is (glTF 2.0, 4.4). Errors: damaged.
+Result<std::string> read_glb(const fs::path& path) {
+  auto bytes = read_whole(path);
+  if (!bytes) return bytes;
+  std::uint32_t length = 0;
+  if (bytes->size() >= 12) std::memcpy(&length, bytes->data() + 8, sizeof length);
+  if (!bytes->starts_with("glTF") || length != bytes->size())
+    return failure(path.string(), "is no binary glTF, or damaged, or cut short");
+  return bytes;
 }
 
 /// What is wrong with the scan for a report of this run, if anything is: it is not, byte for byte, the one
@@ -116,7 +129,7 @@ Result<void> read_folder(const ReportAsked& asked, Found& found) {
     done = keep(found.landmarks, read_landmarks((folder / "segmentation/landmarks.json").string()));
   if (done && there("motion/trajectory.h5"))
     done = keep(found.motion, read_trajectory(folder / "motion/trajectory.h5"));
-  if (done && there("body.glb")) done = keep(found.glb, read_whole(folder / "body.glb"));
+  if (done && there("body.glb")) done = keep(found.glb, read_glb(folder / "body.glb"));
   if (done) done = find_scan(asked, found);
   if (!done) return done;
   if (found.scan) inputs.grey = &found.scan->volume;

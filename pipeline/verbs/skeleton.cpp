@@ -7,6 +7,7 @@
 
 #include "dynamics/scene_file.hpp"
 #include "inertia/table_file.hpp"
+#include "pipeline/belonging.hpp"
 #include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
@@ -28,6 +29,9 @@ Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) 
   const auto given = read_given_landmarks(asked.landmarks);
   if (!given) return tl::unexpected(given.error());
   std::vector<std::string> warnings = given->warnings;
+  auto apart = compare_centres(*table, given->all());
+  if (!apart) return tl::unexpected(apart.error());
+  if (!apart->empty()) warnings.push_back(std::move(*apart));
   const auto skeleton = build_skeleton(movable_parts(*table, warnings), given->all(), asked.options);
   if (!skeleton) return tl::unexpected(skeleton.error());
   const auto text = write_scene(skeleton->scene);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "pipeline/given_labels.hpp"
+#include "pipeline/measure.hpp"
 #include "samples/phantom_voxels.hpp"
 
 namespace borelli {
@@ -109,6 +110,49 @@ TEST(Belonging, JointCentresOfAnotherPoseAreRefused) {
   const auto refused = compare_joints(mirrored, scan.labels);
   ASSERT_FALSE(refused);
   EXPECT_NE(refused.error().message().find("another body"), std::string::npos);
+}
+
+TEST(Belonging, ExchangedSidesAreRefused) {
+  LabelMap labels = scan_of(8).labels;
+  EXPECT_TRUE(compare_sides(labels));
+  const auto exchange = [&](const std::string& stem) {
+    std::swap(labels.names[static_cast<std::size_t>(part_label(stem + "_left"))],
+              labels.names[static_cast<std::size_t>(part_label(stem + "_right"))]);
+  };
+  for (const char* stem : {"hand", "forearm", "foot"}) exchange(stem);
+  EXPECT_TRUE(compare_sides(labels));  // half of six: as with crossed arms and legs
+  exchange("shank");
+  const auto refused = compare_sides(labels);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("of 6 pairs of parts 4 lie on each other's side"),
+            std::string::npos)
+      << refused.error().message();
+}
+
+TEST(Belonging, LandmarksOfAnotherBodyThanTheTablesAreRefused) {
+  const Scan scan = scan_of(6);
+  const auto table = measure(scan.grey, scan.labels, standing().landmarks);
+  ASSERT_TRUE(table) << table.error().message();
+  EXPECT_EQ(compare_centres(*table, standing().landmarks).value(), "");
+  Landmarks one = standing().landmarks;
+  one["knee_left"].point[2] += 400;
+  const auto told = compare_centres(*table, one);
+  ASSERT_TRUE(told) << told.error().message();
+  EXPECT_NE(told->find("of 1 of 15 parts"), std::string::npos) << *told;
+  EXPECT_NE(told->find("m from knee_left to shank_left's"), std::string::npos) << *told;
+  // by a scanner's other origin, exchanged, in metres
+  const auto others = [&](auto&& change) {
+    Landmarks all = standing().landmarks;
+    for (auto& [name, landmark] : all) change(landmark.point);
+    return compare_centres(*table, all);
+  };
+  for (const auto& refused :
+       {others([](Eigen::Vector3d& p) { p[2] += 400; }), others([](Eigen::Vector3d& p) { p[0] *= -1; }),
+        others([](Eigen::Vector3d& p) { p *= 1e-3; })}) {
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message().find("another body or another pose than the table"),
+              std::string::npos);
+  }
 }
 
 }  // namespace

@@ -168,6 +168,14 @@ TEST_F(ReportVerb, RefusesWhatItCannotDraw) {
   run("--volume nowhere.nii.gz");
   EXPECT_EQ(exit_code, 2);
   EXPECT_NE(said.find("nowhere.nii.gz"), std::string::npos);
+  const auto body = read_whole(folder / "body.glb").value();
+  for (const std::string& damaged : {body.substr(0, body.size() - 4), std::string(500, 'x'), std::string()}) {
+    ASSERT_TRUE(write_whole(folder / "body.glb", damaged));
+    run();
+    EXPECT_EQ(exit_code, 1);
+    EXPECT_NE(said.find("body.glb: is no binary glTF, or damaged"), std::string::npos) << said;
+  }
+  ASSERT_TRUE(write_whole(folder / "body.glb", body));
   const auto whole = read_whole(folder / "inertia/table.json").value();
   std::ofstream(folder / "inertia/table.json") << whole.substr(0, whole.size() / 2);
   run();

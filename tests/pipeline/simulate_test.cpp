@@ -270,7 +270,7 @@ TEST(Simulate, WritesOverNothingThatItReads) {
   const TestFolder folder;
   const std::string scene = text_of(samples + "pendulum.toml"), own = folder.write("scene.csv", scene);
   std::filesystem::create_symlink(own, folder / "link.csv");
-  for (const std::string output :
+  for (const std::string& output :
        {own, own.substr(0, own.rfind('/')) + "/./scene.csv", std::string(folder / "link.csv")})
     expect_refused("simulate " + own + " -o " + output, 2, "is what this command reads", folder, 1);
   const std::string json = folder.write("scene.json", scene);
