@@ -47,9 +47,10 @@ std::string classes_in_air(const GreyVolume& volume, const ClassMap& classes, in
 Result<std::string> compare_volumes(const std::array<PartFinding, parts.size()>& findings,
                                     const LabelMap& labels);
 
-/// Parts that are named left lie to the patient's left of those named right. Error: more of two pairs or more
-/// do not; a body may cross its arms or legs.
-Result<void> compare_sides(const LabelMap& labels);
+/// Thighs and upper arms that are named left lie to the patient's left of those named right (a body may cross
+/// what hangs on them). A sentence where they do not: the names are exchanged, or the header is mirrored or
+/// turned by half a turn; empty where they do.
+std::string compare_sides(const LabelMap& labels);
 
 /// A part's gravity centre lies within its length from its joint. (Of the drawn bodies and the ICRP male .26
 /// to .91 of it away; where landmarks and table are of two of them, .8 to 4.9.) Error: of more than a third

@@ -213,7 +213,10 @@ TriangleSurface surface_within(const LabelMap& labels, std::uint8_t label, const
 Mesh part_mesh(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, double tolerance) {
   const double volume = static_cast<double>(box.voxels) * labels.grid.voxel_volume();
   const double finest = 0.05 * labels.grid.spacing().minCoeff();  // mm
-  double tolerance_mm = 1e3 * tolerance;
+  double across = 0;                                              // mm, twice the part's box
+  for (int c = 0; c < 3; ++c)
+    across += 2 * labels.grid.axes.col(c).norm() * static_cast<double>(box.last[c] - box.first[c] + 1);
+  double tolerance_mm = std::min(1e3 * tolerance, across);
   TriangleSurface surface = surface_within(labels, label, box, tolerance_mm);
   // what is thinner than the tolerance would lose its form
   while (tolerance_mm > 0 && std::abs(volume_of(surface) / volume - 1) > largest_loss) {

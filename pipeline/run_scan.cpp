@@ -123,7 +123,7 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   if (!same_grid(labels->grid, (*scan)->volume.grid))
     return bad_use(data.settings.labels,
                    "lies on another grid than " + data.settings.volume + "; resample one onto the other");
-  if (auto sides = compare_sides(*labels); !sides) return tl::unexpected(sides.error());
+  const std::string sides = compare_sides(*labels);
   GivenLandmarks given;
   if (!data.settings.landmarks.empty()) {
     auto read = read_given_landmarks(data.settings.landmarks);
@@ -135,6 +135,7 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   Segmentation found =
       segmentation_of(std::move(*labels), std::move(landmarks), (*scan)->volume, data.settings.threads);
   found.warnings = std::move(given.warnings);
+  if (!sides.empty()) found.warnings.push_back(sides);
   if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
     found.warnings.push_back(doubt);
   const auto weighed = data.weighed();

@@ -129,8 +129,7 @@ Result<void> check_writable(const fs::path& path, const std::vector<fs::path>& i
   std::error_code absent;
   for (const fs::path& input : inputs)
     if (fs::equivalent(path, input, absent))
-      return bad_use(path.string(),
-                     "is what this command reads, and would be written over; name another file");
+      return bad_use(path.string(), "is what this command reads; name another file");
   if (const std::string found = obstacle(folder_of(path), path.filename().string()); !found.empty())
     return failure(path.string(), "cannot be written: " + found);
   return {};

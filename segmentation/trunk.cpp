@@ -20,6 +20,8 @@ constexpr Spacing hips_apart{125, 215}, shoulders_apart{260, 430};
 // how far heads may stand from the places that they were looked for about, mm: sockets hold femoral heads
 // closely, and what fits both is told from the head only from nearby
 constexpr double hips_again = 1, shoulders_again = 8;
+// so far from what is no true sphere a head is looked for beside it, mm
+constexpr double beside = 10;
 
 struct Pair {
   FoundSphere left, right;
@@ -100,13 +102,34 @@ std::optional<Pair> find_heads(const Anatomy& a, RoundHeads& candidates, Spacing
     if (sides[0].places.size() < most_places) look_about(sides[0], pair.left.centre, same);
     if (sides[1].places.size() < most_places) look_about(sides[1], pair.right.centre, same);
   }
-  Pair best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits, holds);
-  for (int round = 0; round < 3 && best.score > 0; ++round) {
-    const bool left = look_about(sides[0], best.left.centre, again),
-               right = look_about(sides[1], best.right.centre, again);
-    if (!left && !right) break;
+  Pair best;
+  const auto look_on = [&] {
     best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits, holds);
-  }
+    for (int round = 0; round < 3 && best.score > 0; ++round) {
+      const bool left = look_about(sides[0], best.left.centre, again),
+                 right = look_about(sides[1], best.right.centre, again);
+      if (!left && !right) break;
+      best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits, holds);
+    }
+  };
+  look_on();
+  // Beside a compromise between a head and its socket, whose edges scatter by more than voxels make them, the
+  // head itself may stand: outwards, or else anywhere.
+  const double scatter = 0.4 * a.source->grid.spacing().maxCoeff();
+  const auto look_beside = [&](const std::vector<Vector3d>& outwards_on_the_left) {
+    bool looked = false;
+    for (std::size_t n = 0; n < 2 && best.score > 0; ++n) {
+      const FoundSphere head = n == 0 ? best.left : best.right;
+      if (head.deviation <= scatter) continue;
+      for (const Vector3d& way : outwards_on_the_left)
+        looked =
+            look_about(sides[n], head.centre + beside * (n == 0 ? way : Vector3d(-way)), again) || looked;
+    }
+    if (looked) look_on();
+  };
+  look_beside({Vector3d::UnitX()});
+  look_beside(
+      {-Vector3d::UnitX(), Vector3d::UnitY(), -Vector3d::UnitY(), Vector3d::UnitZ(), -Vector3d::UnitZ()});
   if (best.score > 0) return best;
   const auto voted_head = std::find_if(voted.begin(), voted.end(),
                                        [&](const Pair& pair) { return holds(pair.left, pair.right); });

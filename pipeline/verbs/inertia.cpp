@@ -104,7 +104,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   if (!classes) {
     labels = read_labels(settings.labels, settings.names);
     if (!labels) return tl::unexpected(labels.error());
-    if (auto sides = compare_sides(*labels); !sides) return tl::unexpected(sides.error());
+    if (auto sides = compare_sides(*labels); !sides.empty()) warnings.push_back(std::move(sides));
     if (!same_grid(labels->grid, grey.grid) && same_lattice(labels->grid, grey.grid))
       labels = labels_on(*labels, grey.grid, threads);
   } else {

@@ -1,6 +1,5 @@
 #include "pipeline/verbs/progress.hpp"
 
-#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>

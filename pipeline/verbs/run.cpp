@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -125,33 +126,34 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
                                "--out",
                                settings.volume));
 
-  ProgressBar bar(command.json);
+  std::optional<ProgressBar> bar(std::in_place, command.json);
   StageObserver observer;
   std::set<std::string> at_work;
   observer.begins = [&](const Stage& stage) {
     at_work.insert(stage.name);
-    bar.begin(stage.name);
+    bar->begin(stage.name);
   };
-  observer.progress = [&](const Stage& stage, double share) { bar.update(share, stage.name); };
+  observer.progress = [&](const Stage& stage, double share) { bar->update(share, stage.name); };
   observer.ends = [&](const Stage& stage, double seconds) {
     at_work.erase(stage.name);
-    bar.end(fmt::format("{:.2f} s", seconds), stage.name);
+    bar->end(fmt::format("{:.2f} s", seconds), stage.name);
   };
   observer.fails = [&](const Stage& stage, const Error& error) {
     const bool begun = at_work.erase(stage.name) > 0;
     if (at_work.empty()) return;  // no other may go on for long: it is told in the end
-    if (!begun) bar.begin(stage.name);
-    bar.end("failed: " + error.message(), stage.name);
+    if (!begun) bar->begin(stage.name);
+    bar->end("failed: " + error.message(), stage.name);
   };
   observer.skipped = [&](const Stage& stage) {
-    bar.begin(stage.name);
-    bar.end("done before", stage.name);
+    bar->begin(stage.name);
+    bar->end("done before", stage.name);
   };
   std::vector<std::string> warnings;
   observer.warns = [&](const Stage& stage, const std::string& warning) {
     warnings.push_back(stage.name + ": " + warning);
   };
   const auto record = run(settings, command.force, observer);
+  bar.reset();
   if (!record) {  // which may well be why
     for (const std::string& warning : warnings) say("warning: {}\n", warning);
     return record;

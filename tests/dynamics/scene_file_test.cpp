@@ -488,7 +488,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "expected a unit quaternion: [0.707"},
         Refused{"nan", "[[solid]]\nname='a'\nmass = nan\ntensor=[1,1,1]\n", 3, "expected a finite number"},
         Refused{"infinite", "gravity = [0, 0, -inf]\n", 1, "expected a finite number"},
-        Refused{"negative_mass", "[[solid]]\nname='a'\nmass = -1\ntensor=[1,1,1]\n", 4, "-1"},
+        Refused{"negative_mass", "[[solid]]\nname='a'\nmass = -1\ntensor=[1,1,1]\n", 3, "-1"},
         Refused{"not_positive", "[[solid]]\nname='a'\nmass = 1\ntensor=[1,1,-0.25]\n", 4, "-0.25"},
         Refused{"not_positive_by_products", "[[solid]]\nname='a'\nmass = 1\ntensor=[1,1,1,2,0,0]\n", 4, "-1"},
         Refused{"triangle_broken", "[[solid]]\nname='a'\nmass = 1\ntensor=[1,2,3.5]\n", 4, "3.5"},

@@ -129,9 +129,7 @@ INSTANTIATE_TEST_SUITE_P(Grids, MeshOfASphere,
                            return name;
                          });
 
-// The tolerance is measured against the mesh before decimation; nearest points of a sphere's mesh are along
-// the radius.
-// What is thinner than the tolerance: two discs across the axes, a finger, slices that are wider than it.
+// What is thinner than the tolerance, slices that are wider.
 TEST(PartMeshes, KeepTheirVolumeWhateverTheTolerance) {
   const auto ball = [](double radius) {
     return [radius](const Vector3d& p) { return (p - middle).norm() < radius; };
@@ -160,6 +158,8 @@ TEST(PartMeshes, KeepTheirVolumeWhateverTheTolerance) {
   }
 }
 
+// The tolerance is measured against the mesh before decimation; nearest points of a sphere's mesh are along
+// the radius.
 TEST(Mesh, DecimationKeepsToItsTolerance) {
   const double radius = 40;
   const Grid grid = around(Vector3d(2, 2, 2).asDiagonal(), radius);

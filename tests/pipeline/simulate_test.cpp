@@ -221,15 +221,15 @@ TEST(Simulate, StoppedWithACheckpointTheSameCommandGoesOnExactly) {
 TEST(Simulate, KeepsItsCheckpointUntilTheResultIsWritten) {
   const TestFolder folder;
   const std::string plain = "simulate " + samples +
-                            "pendulum_7.toml --method rk4 --end 4 --step 1e-4 --output-interval 2e-3 -o " +
+                            "pendulum_7.toml --method rk4 --end 4 --step 2e-4 --output-interval 2e-3 -o " +
                             (folder / "a.csv").string();
   ASSERT_EQ(run_program(plain).code, 0);
   const std::string whole = text_of(folder / "a.csv");
   std::filesystem::remove(folder / "a.csv");
   const std::string kept = folder / "run.checkpoint", command = plain + " --checkpoint " + kept;
-  // no file may be longer than four fifths of it; what is kept is numbers, and half as long
-  const std::string limit = "ulimit -f " + std::to_string(whole.size() * 4 / 5 / 512) + ";";
-  const ProgramRun full = run_program(command + " --checkpoint-every 0.1", limit);
+  // no file may be as long as it; what is kept is numbers, and shorter
+  const std::string limit = "ulimit -f " + std::to_string(whole.size() / 512 - 1) + ";";
+  const ProgramRun full = run_program(command + " --checkpoint-every 0.02", limit);
   EXPECT_EQ(full.code, 1);
   EXPECT_NE(full.err.find("a.csv: cannot be written"), std::string::npos) << full.err;
   EXPECT_EQ(folder.count(), 1);
