@@ -220,14 +220,15 @@ TEST(Simulate, StoppedWithACheckpointTheSameCommandGoesOnExactly) {
 
 TEST(Simulate, KeepsItsCheckpointUntilTheResultIsWritten) {
   const TestFolder folder;
-  const std::string plain = "simulate " + samples +
-                            "pendulum_7.toml --method rk4 --end 4 --step 2e-4 --output-interval 2e-3 -o " +
-                            (folder / "a.csv").string();
+  const std::string plain =
+      "simulate " + samples +
+      "pendulum_7.toml --method rk4 --end 4 --step 2e-4 --output-interval 2e-3 --reactions -o " +
+      (folder / "a.csv").string();
   ASSERT_EQ(run_program(plain).code, 0);
   const std::string whole = text_of(folder / "a.csv");
   std::filesystem::remove(folder / "a.csv");
   const std::string kept = folder / "run.checkpoint", command = plain + " --checkpoint " + kept;
-  // no file may be as long as it; what is kept is numbers, and shorter
+  // no file may be as long as it; what is kept is numbers, without reactions, and shorter
   const std::string limit = "ulimit -f " + std::to_string(whole.size() / 512 - 1) + ";";
   const ProgramRun full = run_program(command + " --checkpoint-every 0.02", limit);
   EXPECT_EQ(full.code, 1);
@@ -272,11 +273,11 @@ TEST(Simulate, WritesOverNothingThatItReads) {
   std::filesystem::create_symlink(own, folder / "link.csv");
   for (const std::string& output :
        {own, own.substr(0, own.rfind('/')) + "/./scene.csv", std::string(folder / "link.csv")})
-    expect_refused("simulate " + own + " -o " + output, 2, "is what this command reads", folder, 1);
+    expect_refused("simulate " + own + " -o " + output, 2, "is what this command reads", folder, 2);
   const std::string json = folder.write("scene.json", scene);
-  expect_refused("equilibrium " + json + " -o " + json, 2, "is what this command reads", folder, 2);
+  expect_refused("equilibrium " + json + " -o " + json, 2, "is what this command reads", folder, 3);
   expect_refused("equilibrium " + own + " -o " + (folder / "rest.toml").string(), 2, "does not end in .json",
-                 folder, 2);
+                 folder, 3);
   EXPECT_EQ(text_of(own), scene);
   EXPECT_EQ(text_of(json), scene);
 }
