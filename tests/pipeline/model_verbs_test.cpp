@@ -117,8 +117,9 @@ TEST(ModelVerbs, WhatFallsInMjcfLandsOnItsPlaneOrIsNotTrusted) {
     EXPECT_NEAR(a["end"]["q"][2], 0.1, 1e-6) << method;
   }
   // loads at the rows need forces, which impulses are not
-  EXPECT_EQ(run_program("simulate --reactions --method rk4_adaptive " + ball).code, 0);
-  const ProgramRun loads = run_program("simulate --reactions " + ball);
+  const std::string to = " -o " + (folder / "loads.csv").string() + " ";
+  EXPECT_EQ(run_program("simulate --reactions --method rk4_adaptive" + to + ball).code, 0);
+  const ProgramRun loads = run_program("simulate --reactions" + to + ball);
   EXPECT_EQ(loads.code, 2);
   EXPECT_NE(loads.err.find("are not known of a run by moreau"), std::string::npos) << loads.err;
   // nothing holds a cylinder
