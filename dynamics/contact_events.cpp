@@ -395,7 +395,7 @@ void ContactEvents::log_changes(double t, const std::vector<ContactMode>& before
     const bool rubs = friction_of(int(i)) > 0;
     const double *from = before[i].slip, *to = modes_[i].slip;
     const bool turned = was == Touch::sliding && from[0] * to[0] + from[1] * to[1] < 0;
-    if (was == is && !(is == Touch::sliding && turned)) continue;
+    if (was == is && !turned) continue;
     if (was == Touch::open) log.push_back({t, "contact_closed", name});
     if (is == Touch::open)
       log.push_back({t, "contact_opened", name});
