@@ -1,5 +1,8 @@
 #include "dynamics/branch_sparse.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 #include "dynamics/lanes.hpp"
 #include "dynamics/processor.hpp"
 
@@ -28,8 +31,54 @@ void take_from_ancestors(const System& system, const Rows& F, int k, double* x) 
 
 }  // namespace
 
+namespace {
+
+// Rows so short that they all find room in the first cache are eliminated side by side.
+constexpr int most_in_cache = 2048;
+
+/// Whether elimination has left something of an entry of the diagonal but its rounding error.
+bool is_left(double pivot, double before) { return pivot > 1e-14 * before; }
+
+/// The factor of a tree of short branches. Of the coordinates along a row's branch those along a branch of
+/// one of them are the first: in rows that hold what is along their branches alone, one behind the other,
+/// elimination takes parts of rows from rows. `stride`: room in such a row, whole registers.
+int factor_short(const System& system, const Rows& A, Rows& F, int stride) {
+  using L = LanesOf<2, 2>;  // those of any processor, and so the same numbers on all
+  alignas(64) double rows[most_in_cache];
+  const int n = system.nv;
+  for (int k = 0; k < n; ++k) {
+    const Branch branch = branch_of(system, k);
+    const double* const from = A.row(k).data();
+    double* const row = rows + k * stride;
+    for (int a = branch.count & ~(L::count - 1); a < stride; a += L::count) L(0).store(row + a);
+    for (int a = 0; a < branch.count; ++a) row[a] = from[branch.ancestors[a]];
+    row[branch.count] = from[k];
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    const Branch branch = branch_of(system, k);
+    double *const row = rows + k * stride, *const to = F.row(k).data();
+    if (!is_left(row[branch.count], A(k, k))) return k;
+    to[k] = std::sqrt(row[branch.count]);
+    const double inverse = 1 / to[k];
+    for (int a = 0; a < branch.count; a += L::count) (inverse * L::load(row + a)).store(row + a);
+    for (int a = 0; a < branch.count; ++a) {
+      const double part = row[a];
+      double* const other = rows + branch.ancestors[a] * stride;
+      for (int b = 0; b <= a; b += L::count) (L::load(other + b) - part * L::load(row + b)).store(other + b);
+      to[branch.ancestors[a]] = part;
+    }
+  }
+  return -1;
+}
+
+}  // namespace
+
 int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
   const int n = system.nv;
+  int longest = 0;
+  for (int k = 0; k < n; ++k) longest = std::max(longest, branch_of(system, k).count);
+  if (const int stride = (longest + 2) & ~1; n * stride <= most_in_cache)
+    return factor_short(system, A, F, stride);
   for (int k = 0; k < n; ++k) {
     const Branch branch = branch_of(system, k);
     for (int a = 0; a < branch.count; ++a) F(k, branch.ancestors[a]) = A(k, branch.ancestors[a]);
@@ -38,8 +87,7 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
   for (int k = n - 1; k >= 0; --k) {
     const Branch branch = branch_of(system, k);
     double* row = F.row(k).data();
-    // what elimination leaves of the entry; below this it is its rounding error
-    if (!(row[k] > 1e-14 * A(k, k))) return k;
+    if (!is_left(row[k], A(k, k))) return k;
     const double pivot = std::sqrt(row[k]), inverse = 1 / pivot;
     row[k] = pivot;
     for (int a = 0; a < branch.count; ++a) row[branch.ancestors[a]] *= inverse;

@@ -9,9 +9,6 @@ namespace borelli {
 
 namespace {
 
-// of the velocities: below, what impulses leave to settle is less than what a step's error leaves
-constexpr double most_unsettled = 1e-4;
-
 // what overlaps by a tenth of the length that touches before it is put apart (where a hundredth is trusted)
 // may as well have gone through
 constexpr double goes_through = 0.1;
@@ -322,7 +319,7 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
              fmt::format("what meets at '{}' may go through within the step that ends at t = {:.6g} s; take "
                          "shorter steps",
                          system_.contacts[step.passed].name, t));
-  if (step.unsettled > most_unsettled)
+  if (step.unsettled > ContactStep::most_unsettled)
     distrust(t, fmt::format("the impulses of the contacts did not settle at t = {:.6g} s: {:.2g} of their "
                             "velocities is left, most at '{}'",
                             t, step.unsettled, system_.contacts[step.unsettled_contact].name));
@@ -349,7 +346,7 @@ void Certifier::observe_contacts(double t, const ContactStep& step) {
 
 bool Certifier::too_long(double h, const ContactStep& step, const Eigen::VectorXd& energy,
                          const Work& work) const {
-  if (step.passed >= 0 || step.unsettled > most_unsettled) return true;
+  if (step.passed >= 0 || step.unsettled > ContactStep::most_unsettled) return true;
   const double limit = own_part * certificate_.energy_threshold;
   for (std::size_t i = 0; i < system_.contacts.size(); ++i)
     if (const double length = system_.row_scale[system_.contacts[i].row], part = limit * length;

@@ -18,12 +18,12 @@ namespace {
 
 // Newton's method may be sent from one mode to another and back: it has so many solves, and so many about
 // each proximal point, of which so many may come no nearer, and fewer where it is near enough
-constexpr int most_solves = 20, most_idle = 6, most_idle_near = 2;
+constexpr int most_solves = 20, most_idle = 6, most_idle_near = 1;
 // sweeps before the first proximal point, and where no proximal point came near
 constexpr int first_sweeps = 5, sweeps_between = 300;
 constexpr double rounding = 1e-14;  // a part of the velocities
-// what laying the impulses on their cones at last may add to is left room for
-constexpr double near_enough = 1. / 3 * ContactSolver::nearly;
+// of what is enough: the rest is room for what laying the impulses on their cones at last may add
+constexpr double before_cones = 1. / 3;
 
 // The projection's step r, in parts of what one contact alone would take: any of them has the same solution,
 // but Newton's method takes another way to it.
@@ -43,38 +43,43 @@ constexpr int most_points = 60;
 constexpr int block = Lanes::count;  // pivots, and columns, gone over at once
 constexpr int at_once = 4;           // rows of what is not symmetric
 
+/// What eight columns from `column` on have of each pivot above them, in parts of it.
+template <class L>
+void find_parts(const double* a, int pivots, int stride, int column, double* parts) {
+  for (int p = 0; p < pivots; ++p)
+    (a[p * stride + p] * L::load(a + p * stride + column)).store(parts + p * block);
+}
+
 /// Of the rows that are symmetric and definite, eight pivots after the other: what those before take off of
-/// their rows, tile by tile as wide as a register, and then each other. `parts`: the rows over their pivots,
-/// and room for one row more. Of a row the pivot's inverse comes to stand in its diagonal. False: not
-/// definite.
-template <int width>
-bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride) {
+/// their rows, tile by tile as wide as a register, and then each other. `bring(k, row)` writes row k, when it
+/// is wanted, and of the row behind it what that begins with. `parts`: room for eight numbers a row, and a
+/// row more. Of a row the pivot's inverse comes to stand in its diagonal. False: not definite.
+template <int width, class Bring>
+bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride, const Bring& bring) {
   using Block = LanesOf<block, width>;
   using Tile = LanesOf<width, width>;
-  double* const none = parts + symmetric * stride;
+  double* const none = parts + symmetric * block;
   std::fill(none, none + stride, 0.);
   for (int k = 0; k < symmetric; k += block) {
     const int count = std::min(block, symmetric - k);
     double* rows[block];
     for (int l = 0; l < block; ++l) rows[l] = l < count ? a + (k + l) * stride : none;
+    for (int l = 0; l < count; ++l) bring(k + l, rows[l]);
+    find_parts<Block>(a, k, stride, k, parts);
     const auto take_those_before = [&](int j, Tile* sums) __attribute__((always_inline)) {
       for (int l = 0; l < block; ++l) sums[l] = Tile::load(rows[l] + j);
       for (int p = 0; p < k; ++p) {
         const Tile across = Tile::load(a + p * stride + j);
-        const double* const part = parts + p * stride + k;
+        const double* const part = parts + p * block;
         for (int l = 0; l < block; ++l) sums[l] -= part[l] * across;
       }
-    };
-    double inverse[block] = {}, within[block][block] = {};
-    const auto keep = [&](int j, const auto* sums) __attribute__((always_inline)) {
-      for (int l = 0; l < block; ++l) sums[l].store(rows[l] + j);
-      for (int l = 0; l < count; ++l) (inverse[l] * sums[l]).store(parts + (k + l) * stride + j);
     };
     for (int j = k; j < k + block; j += width) {
       Tile sums[block];
       take_those_before(j, sums);
       for (int l = 0; l < block; ++l) sums[l].store(rows[l] + j);
     }
+    double inverse[block] = {}, within[block][block] = {};
     Block pivots[block];
     for (int l = 0; l < block; ++l) pivots[l] = Block::load(rows[l] + k);
 #pragma GCC unroll 8
@@ -88,7 +93,7 @@ bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride) {
       if (!(pivots[l][l] > 0)) return false;
       inverse[l] = 1 / pivots[l][l];
     }
-    keep(k, pivots);
+    for (int l = 0; l < block; ++l) pivots[l].store(rows[l] + k);
     for (int j = k + block; j < stride; j += width) {
       Tile sums[block];
       take_those_before(j, sums);
@@ -97,56 +102,44 @@ bool eliminate_symmetric(double* a, double* parts, int symmetric, int stride) {
 #pragma GCC unroll 8
         for (int m = 0; m < l; ++m) sums[l] -= within[l][m] * sums[m];
       }
-      keep(j, sums);
+      for (int l = 0; l < block; ++l) sums[l].store(rows[l] + j);
     }
     for (int l = 0; l < count; ++l) rows[l][k + l] = inverse[l];
   }
   return true;
 }
 
-/// The same pivots taken off of `count` rows (at_once at most) that follow.
+/// Of `count` other equations (at_once at most) what the symmetric ones take off of them, from column `begin`
+/// on. What they have in the symmetric columns stands in columns of these, from `column` on.
 template <class L>
-void eliminate_from(const double* a, int symmetric, int stride, int count, double* after) {
-  double* rows[at_once];
-  for (int r = 0; r < at_once; ++r) rows[r] = after + std::min(r, count - 1) * stride;
-  for (int j = 0; j < stride; j += block) {
+void take_symmetric_off(const double* a, int symmetric, int stride, int column, double* parts, int begin,
+                        int count, double* after) {
+  find_parts<L>(a, symmetric, stride, column, parts);
+  for (int j = begin; j < stride; j += block) {
     L sums[at_once];
-    for (int r = 0; r < at_once; ++r) sums[r] = L::load(rows[r] + j);
-    for (int p = 0; p < std::min(j, symmetric); ++p) {
+    for (int r = 0; r < at_once; ++r) sums[r] = L::load(after + std::min(r, count - 1) * stride + j);
+    for (int p = 0; p < symmetric; ++p) {
       const L across = L::load(a + p * stride + j);
-      for (int r = 0; r < at_once; ++r) sums[r] -= rows[r][p] * across;
+      for (int r = 0; r < at_once; ++r) sums[r] -= parts[p * block + r] * across;
     }
-    double part[at_once][block];
-    for (int l = 0; j + l < std::min(j + block, symmetric); ++l) {
-      const double* const pivot = a + (j + l) * stride;
-      const L across = L::load(pivot + j);
-      for (int r = 0; r < at_once; ++r) {
-        part[r][l] = sums[r][l] * pivot[j + l];
-        sums[r] -= part[r][l] * across;
-      }
-    }
-    for (int r = 0; r < at_once; ++r) {
-      if (j + block <= symmetric) {
-        L::load(part[r]).store(rows[r] + j);
-        continue;
-      }
-      sums[r].store(rows[r] + j);
-      for (int l = 0; j + l < symmetric; ++l) rows[r][j + l] = part[r][l];
-    }
+    for (int r = 0; r < count; ++r) sums[r].store(after + r * stride + j);
   }
 }
 
 /// Gauss' elimination of n equations in rows of `stride` numbers each (a multiple of `block`), right side in
 /// column n; the solution comes to stand in x (stride numbers). The first `symmetric` rows and columns are
 /// symmetric and definite: of these rows what is left of the diagonal is not looked at, and may be written
-/// over. The others are chosen by pivots of their columns. `parts`: room for one row more than the symmetric
-/// ones. False: singular.
-template <int width>
-bool eliminate(double* a, int symmetric, int n, int stride, double* parts, double* x) {
+/// over. What the others have in the symmetric columns stands in columns of the symmetric rows, behind the
+/// right side; they are chosen by pivots of their columns. `parts`, `bring`: as eliminate_symmetric has them.
+/// False: singular.
+template <int width, class Bring>
+bool eliminate(double* a, int symmetric, int n, int stride, double* parts, double* x, const Bring& bring) {
   using L = LanesOf<block, width>;
-  if (!eliminate_symmetric<width>(a, parts, symmetric, stride)) return false;
+  if (!eliminate_symmetric<width>(a, parts, symmetric, stride, bring)) return false;
+  for (int k = symmetric; k < n; ++k) bring(k, a + k * stride);
   for (int i = symmetric; i < n; i += at_once)
-    eliminate_from<L>(a, symmetric, stride, std::min(at_once, n - i), a + i * stride);
+    take_symmetric_off<L>(a, symmetric, stride, n + 1 + i - symmetric, parts, symmetric & ~(block - 1),
+                          std::min(at_once, n - i), a + i * stride);
   for (int k = symmetric; k < n; ++k) {
     int best = k;
     for (int i = k + 1; i < n; ++i)
@@ -180,7 +173,7 @@ bool eliminate(double* a, int symmetric, int n, int stride, double* parts, doubl
   return true;
 }
 
-/// Chosen columns of rows of n numbers, in ascending order.
+/// Chosen columns of rows of n numbers, in ascending order, eight at a time.
 template <int width>
 class Columns {
  public:
@@ -188,29 +181,35 @@ class Columns {
   Columns(const int* columns, int count, int n, std::vector<ColumnPick>& picks)
       : columns_(columns), count_(count), picks_(picks) {
     picks_.clear();
-    for (int j = 0; in_registers_of_block && n >= block && j < count;) {
+    for (int j = 0; j < count; j += block) {
       ColumnPick& pick = picks_.emplace_back();
-      pick.first = std::min(columns[j], n - block);
-      pick.to = j;
-      for (int lane = 0; j < count && columns[j] < pick.first + block; ++j, ++lane)
-        pick.each[lane] = columns[j] - pick.first;
+      pick.first = std::min(columns[j], n - 2 * block);
+      const int last = std::min(j + block, count) - 1;
+      if (!in_registers_of_block || pick.first < 0 || columns[last] >= pick.first + 2 * block)
+        pick.first = -1;
+      else
+        for (int i = j; i <= last; ++i) pick.each[i - j] = columns[i] - pick.first;
     }
   }
 
-  /// Those of a row, from the one at `begin` on or from some before it; behind the last, `block` - 1 more may
-  /// be written.
+  /// Those of a row, from the one at `begin` on, the first of eight; behind the last, `block` - 1 more may be
+  /// written.
   void copy(const double* from, int begin, double* to) const {
-    if constexpr (in_registers_of_block) {
-      auto pick = picks_.begin();
-      while (pick != picks_.end() && pick->to + block <= begin) ++pick;
-      for (; pick != picks_.end(); ++pick) {
+    for (int j = begin; j < count_; j += block) {
+      const ColumnPick& pick = picks_[std::size_t(j / block)];
+      if (pick.first < 0) {
+        for (int i = j; i < std::min(j + block, count_); ++i) to[i] = from[columns_[i]];
+        continue;
+      }
+      if constexpr (in_registers_of_block) {
         typename Register<width>::Words each;
-        __builtin_memcpy(&each, pick->each, sizeof each);
+        __builtin_memcpy(&each, pick.each, sizeof each);
         using Tile = LanesOf<width, width>;
-        Tile(__builtin_shuffle(Tile::load(from + pick->first).vector(), each)).store(to + pick->to);
+        const double* const first = from + pick.first;
+        Tile(__builtin_shuffle(Tile::load(first).vector(), Tile::load(first + block).vector(), each))
+            .store(to + j);
       }
     }
-    for (int j = begin; picks_.empty() && j < count_; ++j) to[j] = from[columns_[j]];
   }
 
  private:
@@ -223,6 +222,9 @@ class Columns {
   int count_;
   std::vector<ColumnPick>& picks_;
 };
+
+/// Numbers in a row of n, with room for Columns to pick them.
+int row_room(int n) { return std::max(2 * block, n); }
 
 /// u += by * row, n numbers.
 BORELLI_INLINED_FOR_PROCESSOR
@@ -351,26 +353,26 @@ bool ContactSolver::solve_modes(const ContactProblem& c, int symmetric, int stri
     double* __restrict across = turned_.row(i).data();
     for (int r = 0; r < n; ++r) across[r] = slide.x * x[r] + slide.y * y[r];
   }
-  const Columns<width> columns(rows_.data(), symmetric, n, picks_);
+  const Columns<width> columns(rows_.data(), symmetric, int(std::min(c.G.cols(), turned_.cols())), picks_);
   double* const numbers = numbers_.data()->each;
-  for (int k = 0; k < m; ++k) {
+  const auto bring = [&](int k, double* row) __attribute__((always_inline)) {
     const Equation& equation = equations_[k];
     const double* const from =
         equation.slide < 0 ? c.G.row(rows_[k]).data() : turned_.row(equation.slide).data();
-    double* const row = numbers + k * stride;
-    columns.copy(from, k < symmetric ? k & ~(block - 1) : 0, row);
+    if (k < symmetric) columns.copy(from, k & ~(block - 1), row);
     for (int i = 0; i < slides; ++i) {
       const Slide& slide = slides_[i];
       const double normal = from[slide.row], x = from[slide.row + 1], y = from[slide.row + 2];
       row[slide.unknown] = slide.x * x + slide.y * y;
       row[symmetric + i] = normal + slide.with_x * x + slide.with_y * y;
+      row[m + 1 + i] = normal;
     }
-    LanesOf<block, width>(0.).store(row + m);
+    LanesOf<block, width>(0.).store(row + m + 1 + slides);
     row[k] += equation.gives;
     row[m] = equation.right;
-  }
+  };
   double* const solution = numbers + m * stride;
-  return eliminate<width>(numbers, symmetric, m, stride, solution + stride, solution);
+  return eliminate<width>(numbers, symmetric, m, stride, solution + stride, solution, bring);
 }
 
 /// change_: from p to the solution of what the modes of p make linear. A contact that opens has none; of one
@@ -416,13 +418,13 @@ bool ContactSolver::find_direction(const ContactProblem& c, const VectorXd& p, d
   const int symmetric = int(rows_.size());
   for (const Slide& slide : slides_)
     hold(slide.row, responses_[slide.row / 3].own[0], c.target[slide.row / 3]);
-  const int m = int(rows_.size()), stride = (m + block) & ~(block - 1);
+  const int m = int(rows_.size()), stride = (m + int(slides_.size()) + block) & ~(block - 1);
   if (m == 0) return true;
   static_assert(sizeof(Line) == block * sizeof(double));
-  if (const std::size_t room = std::size_t(m + symmetric + 2) * stride / block; numbers_.size() < room)
+  if (const std::size_t room = std::size_t(m + 2) * stride / block + symmetric + 1; numbers_.size() < room)
     numbers_.resize(room);
   ++solves_;
-  if (turned_.rows() < int(slides_.size()) || turned_.cols() < n) turned_.resize(c.count, n);
+  if (turned_.rows() < int(slides_.size()) || turned_.cols() < n) turned_.resize(c.count, row_room(n));
   if (!in_registers([&]<int width>() { return solve_modes<width>(c, symmetric, stride); })) return false;
   const double* const solution = numbers_.data()->each + m * stride;
   for (int k = 0; k < m; ++k) {
@@ -448,7 +450,7 @@ double ContactSolver::newton(const ContactProblem& c, double scale, double enoug
   best_.head(n) = p.head(n);
   // (one solve in any case, so that what rests is left no impulses but its own)
   for (int pass = 0, idle = 0; pass < most_solves && best > (pass == 0 ? rounding * scale : enough); ++pass) {
-    if (++idle > (best <= near_enough * scale ? most_idle_near : most_idle)) break;
+    if (++idle > (best <= near_ ? most_idle_near : most_idle)) break;
     if (!find_direction(c, p, damping)) break;
     damping = std::max(std::min(least_damping, damping), damping_falls * damping);
     p.head(n) += change_.head(n);
@@ -469,7 +471,7 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
   const int n = 3 * c.count;
   soft_.count = c.count;
   if (soft_.free.size() < n) {
-    soft_.G.resize(n, n);
+    soft_.G.resize(n, row_room(n));
     soft_.free.resize(n);
     soft_.target.resize(c.count);
   }
@@ -486,7 +488,7 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
     if (point == 0) sweep(soft_, first_sweeps, p);
     // (no nearer to the point than two thirds of how near that is)
     const double enough = std::max(2. / 3 * std::min(best, scale), settled * scale);
-    const bool solved = newton(soft_, scale, enough, 0, p) <= std::max(enough, near_enough * scale);
+    const bool solved = newton(soft_, scale, enough, 0, p) <= std::max(enough, near_);
     find_responses(c);
     update_velocity(c, p);
     const double left = residual(c, p, u_);
@@ -495,7 +497,7 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
       best = left;
       best_point_.head(n) = p.head(n);
     }
-    if (best <= settled * scale || (best <= near_enough * scale && ++idle > most_idle_near)) break;
+    if (best <= settled * scale || (best <= near_ && ++idle > most_idle_near)) break;
     if (!solved) p.head(n) = point_.head(n);
     alpha = solved ? std::max(proximal_falls * alpha, least_proximal)
                    : std::min(proximal_grows * alpha, most_proximal);
@@ -503,14 +505,15 @@ void ContactSolver::proximal_points(const ContactProblem& c, double scale, Vecto
   p.head(n) = best_point_.head(n);
 }
 
-double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p) {
+double ContactSolver::solve(const ContactProblem& c, double scale, VectorXd& p, double enough) {
   const Eigen::Index n = 3 * Eigen::Index(c.count);
+  near_ = before_cones * enough * scale;
   if (u_.size() < n)
     for (VectorXd* x : {&u_, &change_, &best_, &best_of_all_, &point_, &best_point_}) x->resize(n);
   double left = newton(c, scale, settled * scale, first_damping, p), best = left;
-  if (left > near_enough * scale) best_of_all_.head(n) = p.head(n);
+  if (left > near_) best_of_all_.head(n) = p.head(n);
   for (const double step : projection_steps) {
-    if (left <= near_enough * scale) break;
+    if (left <= near_) break;
     if (step != 1) sweep(c, sweeps_between, p);
     step_ = step;
     proximal_points(c, scale, p);

@@ -32,21 +32,22 @@ struct ContactProblem {
   std::vector<double> friction;  ///< of the contacts
 };
 
-/// Some of eight columns that lie side by side, and where they go.
+/// Eight of sixteen columns that lie side by side.
 struct ColumnPick {
-  int first, to;
+  int first;               ///< -1: they lie farther apart
   long long each[8] = {};  ///< from the first
 };
 
 class ContactSolver {
  public:
   /// `impulse` (3n, N s): a guess, and the solution. What is left, in parts of `scale` (m/s): by how much
-  /// the projection still changes any velocity.
-  double solve(const ContactProblem& problem, double scale, Eigen::VectorXd& impulse);
+  /// the projection still changes any velocity. It aims at `settled`; where it comes no nearer, `enough` may
+  /// be left.
+  double solve(const ContactProblem& problem, double scale, Eigen::VectorXd& impulse, double enough = nearly);
   int worst() const { return worst_; }  ///< the contact with most left
   long solves() const { return solves_; }
 
-  /// Parts of the velocities: what is aimed at, and what is enough where it comes no nearer.
+  /// Parts of the velocities.
   static constexpr double settled = 1e-8, nearly = 3e-5;
 
  private:
@@ -90,6 +91,7 @@ class ContactSolver {
   };
   std::vector<Line> numbers_;  ///< the matrix, a row's right side behind it, the solution, and its parts
   double step_ = 1;
+  double near_ = 0;  ///< m/s: what is enough
   int worst_ = 0;
   long solves_ = 0;
 };

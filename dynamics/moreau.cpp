@@ -7,6 +7,7 @@
 
 #include "dynamics/lanes.hpp"
 #include "dynamics/motion_flow.hpp"
+#include "dynamics/processor.hpp"
 
 namespace borelli {
 
@@ -35,6 +36,22 @@ double least_gap(double gap, double rate, double speed, double radii, double hal
   return std::sqrt(std::max(0., 1 - rate * rate / (speed * speed))) * distance - radii;
 }
 
+/// Three rows of n numbers as columns of J (rows of `stride` numbers), and their products with the columns of
+/// `motions` (n x 4).
+BORELLI_INLINED_FOR_PROCESSOR
+void take_directions(const double* const rows[3], const double* motions, int n, double* J,
+                     Eigen::Index stride, Quad products[3]) {
+  Quad sums[3] = {Quad(0), Quad(0), Quad(0)};
+  for (int d = 0; d < n; ++d, J += stride) {
+    const Quad motion = Quad::load(motions + Quad::count * d);
+    for (int c = 0; c < 3; ++c) {
+      J[c] = rows[c][d];
+      sums[c] += rows[c][d] * motion;
+    }
+  }
+  for (int c = 0; c < 3; ++c) products[c] = sums[c];
+}
+
 }  // namespace
 
 MoreauStepping::Scratch::Scratch(const System& system, Equations equations)
@@ -51,7 +68,8 @@ MoreauStepping::Scratch::Scratch(const System& system, Equations equations)
       x(VectorXd::Zero(system.nv)),
       change(x),
       shift(x),
-      motions(system.nv, 3),
+      motions(RowsOf<double>::Zero(system.nv, Quad::count)),
+      nothing(x),
       state(system.initial),
       work(system.groups) {
   at.leaves_contacts = true;
@@ -170,23 +188,24 @@ void MoreauStepping::add_acting(const System& system, int i, double h) {
   const Contact& contact = system.contacts[i];
   const int number = int(s.acting.size()), k = 3 * number;
   if (number == s.late.size()) s.reserve(std::min(2 * number, int(system.contacts.size())));
+  const double* each[3];
+  for (int c = 0; c < 3; ++c)
+    each[c] = c > 0 && !contact.tangents ? s.nothing.data() : &s.rows.L(contact.row + c, 0);
+  Quad along[3];
+  take_directions(each, s.motions.data(), int(n), &s.J(0, k), s.J.cols(), along);
   for (int c = 0; c < 3; ++c) {
     const int row = contact.row + c;
     if (c > 0 && !contact.tangents) {
-      s.J.col(k + c).setZero();
       s.driven[k + c] = s.before[k + c] = s.problem.free[k + c] = 0;
       continue;
     }
-    const auto direction = s.rows.L.row(row).head(n);
-    s.J.col(k + c) = direction;
     // rates are those of the middle, where the drives are taken
     const double rate = s.rows.rate[row];
     // and turn with the rows over the half steps to its ends
     const double turns = 0.5 * h * s.rows.E[row];
-    const Eigen::RowVector3d along = direction.lazyProduct(s.motions);
-    s.driven[k + c] = rate - along[0];
-    s.before[k + c] = rate - turns + along[1];
-    s.problem.free[k + c] = rate + turns + along[2];
+    s.driven[k + c] = rate - along[c][0];
+    s.before[k + c] = rate - turns + along[c][1];
+    s.problem.free[k + c] = rate + turns + along[c][2];
   }
   const double speed = s.before[k], after = s.problem.free[k];
   const ContactSurface surface = surface_of(system.parameters.constraints[contact.constraint].kind);
@@ -277,7 +296,7 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
   step_.impact_loss = step_.unsettled = 0;
   fall_ = system.parameters.gravity.norm() * h;
   s.problem.count = 0;
-  s.motions << middle_.segment(n, n), y.segment(n, n) - middle_.segment(n, n),
+  s.motions.leftCols<3>() << middle_.segment(n, n), y.segment(n, n) - middle_.segment(n, n),
       out.segment(n, n) - middle_.segment(n, n);
   if (!find_acting(motion, t, h)) return false;
   landed_ = out;
@@ -288,7 +307,7 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
       find_response(system);
       const double scale = std::max({fall_, s.before.head(rows).cwiseAbs().maxCoeff(),
                                      s.problem.free.head(rows).cwiseAbs().maxCoeff(), 1e-300});
-      step_.unsettled = s.solver.solve(s.problem, scale, s.impulse);
+      step_.unsettled = s.solver.solve(s.problem, scale, s.impulse, ContactStep::most_unsettled);
       step_.unsettled_contact = s.acting[s.solver.worst()];
       scale_back(scale);
       respond(system, s.impulse, s.change);

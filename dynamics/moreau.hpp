@@ -38,8 +38,10 @@ struct ContactStep {
   bool acted = false;  ///< whether any of them touched
   int passed = -1;     ///< a contact that the step may have gone through, unseen; -1: none
   long impacts = 0;    ///< contacts that met faster than one step's gravity makes them
-  double impact_loss = 0;     ///< J, lost in these
-  double unsettled = 0;       ///< what of the velocities the impulses left to settle, in parts of them
+  double impact_loss = 0;  ///< J, lost in these
+  double unsettled = 0;    ///< what of the velocities the impulses left to settle, in parts of them
+  /// So much of it is less than what a step's own error leaves.
+  static constexpr double most_unsettled = 1e-4;
   int unsettled_contact = 0;  ///< where most
   /// m, of each contact that acted, before anything is put apart: by how much its gap at the end differs from
   /// the one that a straight way from the middle would have left it; and by how much it overlaps.
@@ -91,7 +93,8 @@ class MoreauStepping : public Integrator {
     Eigen::VectorXd wanted, x, change, shift, moved, slope;
     /// Velocities (nv) in the middle, and how those at the start and those that the end would have without
     /// impulses differ from them.
-    Eigen::MatrixX3d motions;
+    RowsOf<double> motions;
+    Eigen::VectorXd nothing;  ///< a row that a contact has not
     State state;
     Work work;
   };

@@ -103,7 +103,7 @@ void MoreauStepping::scale_back(double scale) {
   if (s.problem.target.head(count).maxCoeff() <= 0 || work(s.impulse) <= 0) return;
   s.plastic.head(rows) = s.impulse.head(rows);
   s.problem.target.head(count) = s.problem.target.head(count).cwiseMin(0);
-  s.solver.solve(s.problem, scale, s.plastic);
+  s.solver.solve(s.problem, scale, s.plastic, ContactStep::most_unsettled);
   double low = 0, high = 1;
   s.impulse.head(rows) -= s.plastic.head(rows);  // what the rebound adds
   for (int i = 0; i < 40; ++i) {

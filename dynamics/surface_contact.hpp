@@ -67,9 +67,13 @@ void slip_row(ConstraintScan<T>& scan, int r, int a, int b, const Meeting<T>& at
 template <class T>
 void rows_on_plane(ConstraintScan<T>& scan, int r, int a, const Meeting<T>& at, int b, const Plane& plane,
                    bool held = true) {
+  if (scan.detail() == ConstraintScan<T>::Detail::values) {
+    if (held) scan.residual(r, at.gap, T(0), T(0));
+    return;
+  }
   const Eigen::Matrix3<T> R = scan.frame(b).R;
   const Eigen::Vector3<T> w = scan.angular_velocity(b), n = R * plane.normal;
-  if (scan.detail() != ConstraintScan<T>::Detail::rows) {
+  if (scan.detail() == ConstraintScan<T>::Detail::rates) {
     if (held) slip_row<T>(scan, r, a, b, at, n, w.cross(n), at.gap);
     return;
   }
