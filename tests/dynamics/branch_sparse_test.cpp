@@ -45,6 +45,20 @@ TEST(BranchSparse, SolvesChainsStarsAndTrees) {
   for (unsigned seed = 0; seed < 5; ++seed) expect_solved(random_tree(seed, {.balls = true}));
 }
 
+// (of more coordinates than are factored side by side)
+TEST(BranchSparse, FactorsLongBranches) {
+  const System system = compiled(chain(60, true));
+  const Rows A = need(evaluate(system, Random(4).state(system))).mass_matrix;
+  Rows F = Rows::Zero(system.nv, system.nv);
+  ASSERT_EQ(factor_mass_matrix(system, A, F), -1);
+  EXPECT_LT((Rows(F.transpose() * F) - A).norm(), 1e-14 * system.nv * A.norm());
+  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(system.nv, -1, 2);
+  Eigen::VectorXd x = b;
+  solve_transposed(system, F, x.data());
+  solve_lower(system, F, x.data());
+  EXPECT_LT((A * x - b).norm(), 1e-14 * system.nv * A.norm() * x.norm());
+}
+
 TEST(BranchSparse, FillsInNothingBetweenIndependentSolids) {
   const System system = compiled(bars(4));
   EXPECT_EQ(system.pattern.size(), 4u);  // of 16 entries
