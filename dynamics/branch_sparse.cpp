@@ -29,10 +29,6 @@ void take_from_ancestors(const System& system, const Rows& F, int k, double* x) 
   for (int a = 0; a < branch.count; ++a) x[branch.ancestors[a]] -= row[branch.ancestors[a]] * x[k];
 }
 
-}  // namespace
-
-namespace {
-
 // Rows so short that they all find room in the first cache are eliminated side by side.
 constexpr int most_in_cache = 2048;
 

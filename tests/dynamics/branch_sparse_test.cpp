@@ -10,17 +10,26 @@
 namespace borelli::test {
 namespace {
 
+/// A mass matrix of the system, its factor, and A x = b solved by that.
+struct Solved {
+  Rows A, F;
+  Eigen::VectorXd b, x;
+
+  explicit Solved(const System& system)
+      : A(need(evaluate(system, Random(4).state(system))).mass_matrix),
+        F(Rows::Zero(system.nv, system.nv)),
+        b(Eigen::VectorXd::LinSpaced(system.nv, -1, 2)),
+        x(b) {
+    EXPECT_EQ(factor_mass_matrix(system, A, F), -1);
+    EXPECT_LT((Rows(F.transpose() * F) - A).norm(), 1e-14 * system.nv * A.norm());
+    solve_transposed(system, F, x.data());
+    solve_lower(system, F, x.data());
+  }
+};
+
 void expect_solved(const Scene& scene) {
   const System system = compiled(scene);
-  const State state = Random(4).state(system);
-  const Rows A = need(evaluate(system, state)).mass_matrix;
-  Rows F = Rows::Zero(system.nv, system.nv);
-  ASSERT_EQ(factor_mass_matrix(system, A, F), -1);
-  EXPECT_LT((Rows(F.transpose() * F) - A).norm(), 1e-14 * system.nv * A.norm());
-  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(system.nv, -1, 2);
-  Eigen::VectorXd x = b;
-  solve_transposed(system, F, x.data());
-  solve_lower(system, F, x.data());
+  const auto [A, F, b, x] = Solved(system);
   const Eigen::VectorXd dense = Eigen::MatrixXd(A).llt().solve(b);
   EXPECT_LT((x - dense).norm(), 1e-11 * dense.norm());  // rounding times the condition of A, up to 1e4
   // eight columns at once, of which each has one entry
@@ -45,17 +54,11 @@ TEST(BranchSparse, SolvesChainsStarsAndTrees) {
   for (unsigned seed = 0; seed < 5; ++seed) expect_solved(random_tree(seed, {.balls = true}));
 }
 
-// (of more coordinates than are factored side by side)
+// Of more coordinates than are factored side by side, and of a condition that leaves x no digits to compare:
+// what is left of b, to rounding.
 TEST(BranchSparse, FactorsLongBranches) {
   const System system = compiled(chain(60, true));
-  const Rows A = need(evaluate(system, Random(4).state(system))).mass_matrix;
-  Rows F = Rows::Zero(system.nv, system.nv);
-  ASSERT_EQ(factor_mass_matrix(system, A, F), -1);
-  EXPECT_LT((Rows(F.transpose() * F) - A).norm(), 1e-14 * system.nv * A.norm());
-  const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(system.nv, -1, 2);
-  Eigen::VectorXd x = b;
-  solve_transposed(system, F, x.data());
-  solve_lower(system, F, x.data());
+  const auto [A, F, b, x] = Solved(system);
   EXPECT_LT((A * x - b).norm(), 1e-14 * system.nv * A.norm() * x.norm());
 }
 
