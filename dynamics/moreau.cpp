@@ -113,12 +113,12 @@ void MoreauStepping::look(const MotionFlow& motion, double t, const VectorXd& y)
   scan_constraints(system, system.parameters, s.landed, s.end);
 }
 
-/// The rows of a contact in the middle of the step.
-void MoreauStepping::find_rows(const System& system, int contact) {
+/// The rows of a contact.
+void MoreauStepping::find_rows(const System& system, const Kinematics& kinematics, int contact) {
   Scratch& s = *scratch_;
   const int i = system.contacts[contact].constraint;
   if (s.known[i]) return;
-  scan_constraint(system, system.parameters, s.at.kinematics, i, s.rows);
+  scan_constraint(system, system.parameters, kinematics, i, s.rows);
   s.known[i] = 1;
 }
 
@@ -141,7 +141,7 @@ bool MoreauStepping::find_acting(const MotionFlow& motion, double t, double h) {
     if (gap > 0.5 * h * speed + h * fall_) continue;
     if (!ready && !ready_response(motion, t, h)) return false;
     ready = true;
-    find_rows(system, i);
+    find_rows(system, s.at.kinematics, i);
     const double after = s.rows.rate[contact.row] + 0.25 * h * s.rows.E[contact.row] +
                          s.rows.L.row(contact.row).head(n).dot(s.motions.col(2));
     // what pressed in the step before is looked at while it is near: others' impulses may close it again
@@ -161,7 +161,7 @@ bool MoreauStepping::add_overlapping(const MotionFlow& motion, double t, double 
     const Contact& contact = system.contacts[i];
     if (s.acts[i] || s.end.h[contact.row] >= -closed_gap * system.row_scale[contact.row]) continue;
     if (s.acting.empty() && !ready_response(motion, t, h)) return false;
-    find_rows(system, i);
+    find_rows(system, s.at.kinematics, i);
     add_acting(system, i, h);
     added = true;
   }
@@ -303,21 +303,21 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
   bool sudden = false;  // an impulse that is not one of the whole step
   for (int round = 0; round < most_rounds; ++round) {
     if (s.problem.count > 0) {
-      const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
-      find_response(system);
+      const int rows = 3 * s.problem.count;
+      find_response(system, rows);
       const double scale = std::max({fall_, s.before.head(rows).cwiseAbs().maxCoeff(),
                                      s.problem.free.head(rows).cwiseAbs().maxCoeff(), 1e-300});
       step_.unsettled = s.solver.solve(s.problem, scale, s.impulse, ContactStep::most_unsettled);
       step_.unsettled_contact = s.acting[s.solver.worst()];
       scale_back(scale);
-      respond(system, s.impulse, s.change);
+      respond(system, s.impulse, rows, s.change);
       sudden = false;
       for (int k = 0; k < s.problem.count; ++k) {
         sudden = sudden || (s.late[k] != 0.5 && s.impulse[3 * k] > 0);
         s.plastic.segment<3>(3 * k) = h * s.late[k] * s.impulse.segment<3>(3 * k);
       }
       if (sudden)
-        respond(system, s.plastic, s.shift);
+        respond(system, s.plastic, rows, s.shift);
       else
         s.shift = 0.5 * h * s.change;
       landed_ = out;
@@ -333,9 +333,9 @@ bool MoreauStepping::meet(Flow& flow, const MotionFlow& motion, double t, double
   step_.acted = s.problem.count > 0;
   step_.impulse.setZero();
   if (step_.acted) {
+    book(system);
     // (before energies are asked for, which leave no factor of the mass matrix)
     const bool apart = separate(flow, motion, t + h);
-    book(system);
     if (sudden) {
       s.shift = 0.5 * h * s.change;
       move(flow, s.shift, out);

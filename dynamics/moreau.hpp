@@ -72,7 +72,8 @@ class MoreauStepping : public Integrator {
     Workspace at;              ///< the middle of the step: mass matrix and bilateral rows
     ConstraintRows seen, end;  ///< gaps of all contacts: with their rates in its middle, and at its end
     FarPairs far;
-    ConstraintRows rows;  ///< of constraints whose contacts may act, in its middle
+    /// Of constraints whose contacts may act: in its middle, or where they are put apart.
+    ConstraintRows rows;
     Kinematics landed;
     Articulation links;
     ContactSolver solver;
@@ -88,6 +89,7 @@ class MoreauStepping : public Integrator {
     Eigen::VectorXd late;   ///< of the contacts: for which part of the step their impulses move them
     Eigen::VectorXd apart;  ///< of the contacts, kg m: impulses of position along normals
     std::vector<int> acting;
+    std::vector<int> parted;  ///< contacts that are to end apart, where any overlaps
     std::vector<char> acts;   ///< of all contacts
     std::vector<char> known;  ///< of all constraints: whether `rows` has theirs
     Eigen::VectorXd wanted, x, change, shift, moved, slope;
@@ -101,14 +103,14 @@ class MoreauStepping : public Integrator {
   bool meet(Flow& flow, const MotionFlow& motion, double t, double h, const Eigen::VectorXd& y,
             Eigen::VectorXd& out);
   void look(const MotionFlow& motion, double t, const Eigen::VectorXd& y);
-  void find_rows(const System& system, int contact);
+  void find_rows(const System& system, const Kinematics& kinematics, int contact);
   bool find_acting(const MotionFlow& motion, double t, double h);
   bool add_overlapping(const MotionFlow& motion, double t, double h, bool& added);
   void add_acting(const System& system, int contact, double h);
   bool ready_response(const MotionFlow& motion, double t, double h);
-  void find_response(const System& system);
+  void find_response(const System& system, int rows);
   void hold_bilateral(const System& system, int column);
-  void respond(const System& system, const Eigen::VectorXd& impulse, Eigen::VectorXd& change);
+  void respond(const System& system, const Eigen::VectorXd& impulse, int rows, Eigen::VectorXd& change);
   double work(const Eigen::VectorXd& impulse) const;
   void scale_back(double scale);
   void book(const System& system);
@@ -117,7 +119,9 @@ class MoreauStepping : public Integrator {
   void move(Flow& flow, const Eigen::VectorXd& shift, Eigen::VectorXd& out);
   bool book_move(const MotionFlow& motion, double t, const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                  Eigen::VectorXd& book);
-  bool find_separation(const System& system);
+  bool overlaps(const System& system) const;
+  void find_normals(const MotionFlow& motion, double t);
+  void find_separation(const System& system, int stride);
   bool separate(Flow& flow, const MotionFlow& motion, double t);
   void judge_gaps(const System& system, double h);
   void judge_ways(const System& system, double h, bool sudden);

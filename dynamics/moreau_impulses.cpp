@@ -43,10 +43,11 @@ void find_gram(const double* Y, int columns, Eigen::Index stride, const int* tou
 
 }  // namespace
 
-/// What impulses on the acting contacts do, by the mass matrix and with the bilateral constraints.
-void MoreauStepping::find_response(const System& system) {
+/// What impulses along the first `rows` columns of J do, by the mass matrix and with the bilateral
+/// constraints.
+void MoreauStepping::find_response(const System& system, int rows) {
   Scratch& s = *scratch_;
-  const int rows = 3 * s.problem.count, columns = (rows + Lanes::count - 1) / Lanes::count * Lanes::count;
+  const int columns = (rows + Lanes::count - 1) / Lanes::count * Lanes::count;
   s.J.middleCols(rows, columns - rows).setZero();
   s.Y.leftCols(columns) = s.J.leftCols(columns);
   int* touched = s.touched.data();
@@ -77,10 +78,9 @@ void MoreauStepping::hold_bilateral(const System& system, int column) {
   s.Y.col(column) = s.x + s.at.solver.measured();
 }
 
-/// What impulses along the acting contacts' rows change of the velocities.
-void MoreauStepping::respond(const System& system, const VectorXd& impulse, VectorXd& change) {
+/// What impulses along these rows change of the velocities.
+void MoreauStepping::respond(const System& system, const VectorXd& impulse, int rows, VectorXd& change) {
   Scratch& s = *scratch_;
-  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
   change.noalias() = s.Y.leftCols(rows) * impulse.head(rows);
   solve_lower(system, s.at.factor, change.data());
 }
@@ -185,26 +185,47 @@ bool MoreauStepping::book_move(const MotionFlow& motion, double t, const VectorX
   return add(-1);
 }
 
-/// Impulses of position that put apart what overlaps: the least move, by the mass matrix. False: nothing
-/// overlaps by as much as that it were worth it.
-bool MoreauStepping::find_separation(const System& system) {
+/// Whether anything overlaps by so much that it is worth to put it apart.
+bool MoreauStepping::overlaps(const System& system) const {
+  return std::any_of(system.contacts.begin(), system.contacts.end(), [&](const Contact& contact) {
+    return scratch_->end.h[contact.row] < -least_overlap * system.row_scale[contact.row];
+  });
+}
+
+/// The normals of what is to end apart, with what overlaps by now, where it is by now, and what impulses
+/// along them do. The rows of what acts are lost.
+void MoreauStepping::find_normals(const MotionFlow& motion, double t) {
+  const System& system = motion.system();
   Scratch& s = *scratch_;
-  const int count = s.problem.count;
-  bool any = false;
+  for (int i = 0; i < int(system.contacts.size()); ++i)
+    if (s.end.h[system.contacts[i].row] < 0 &&
+        std::find(s.parted.begin(), s.parted.end(), i) == s.parted.end())
+      s.parted.push_back(i);
+  const int count = int(s.parted.size());
+  s.reserve(count);
+  update_kinematics(system, system.parameters, t, s.state.q.data(), s.state.v.data(), s.landed);
+  std::fill(s.known.begin(), s.known.end(), 0);
   for (int k = 0; k < count; ++k) {
-    const int row = system.contacts[s.acting[k]].row;
-    any = any || s.end.h[row] < -least_overlap * system.row_scale[row];
+    find_rows(system, s.landed, s.parted[k]);
+    s.J.col(k) = s.rows.L.row(system.contacts[s.parted[k]].row).head(system.nv);
   }
-  if (!any) return false;
+  find_response(system, count);
+}
+
+/// Impulses of position that put apart what overlaps: the least move, by the mass matrix. Each `stride`th row
+/// of the response is a normal.
+void MoreauStepping::find_separation(const System& system, int stride) {
+  Scratch& s = *scratch_;
+  const int count = int(s.parted.size());
   s.apart.head(count).setZero();
   // gaps are linear in the move as far as it is small: a hundredth of it will do
   for (int pass = 0; pass < separating_sweeps; ++pass) {
     double changed = 0, most = 0;
     for (int k = 0; k < count; ++k) {
-      const double own = s.problem.G(3 * k, 3 * k);
+      const double own = s.problem.G(stride * k, stride * k);
       if (own <= 0) continue;
-      double gap = s.end.h[system.contacts[s.acting[k]].row];
-      for (int j = 0; j < count; ++j) gap += s.problem.G(3 * k, 3 * j) * s.apart[j];
+      double gap = s.end.h[system.contacts[s.parted[k]].row];
+      for (int j = 0; j < count; ++j) gap += s.problem.G(stride * k, stride * j) * s.apart[j];
       const double to = std::max(0., s.apart[k] - gap / own), by = std::abs(to - s.apart[k]) * own;
       s.apart[k] = to;
       changed = std::max(changed, by);
@@ -212,24 +233,33 @@ bool MoreauStepping::find_separation(const System& system) {
     }
     if (changed <= 1e-2 * most) break;
   }
-  return true;
 }
 
 /// Puts apart what overlaps at the step's end: separated_ is landed_ so moved. Gaps are not linear in the
-/// move, so it is made again where they ask for it. False: nothing was to be moved.
+/// move (and it may close others), so it is made again where they ask for it, along the normals that they
+/// have by then. False: nothing was to be moved.
 bool MoreauStepping::separate(Flow& flow, const MotionFlow& motion, double t) {
+  const System& system = motion.system();
   Scratch& s = *scratch_;
-  bool moved = false;
-  for (int i = 0; i < most_separations && find_separation(motion.system()); ++i) {
-    if (!moved) separated_ = landed_;
-    moved = true;
-    s.plastic.setZero();
-    for (int k = 0; k < s.problem.count; ++k) s.plastic[3 * k] = s.apart[k];
-    respond(motion.system(), s.plastic, s.x);
+  int made = 0;
+  for (; made < most_separations && overlaps(system); ++made) {
+    const bool first = made == 0;
+    if (first) {
+      separated_ = landed_;
+      s.parted = s.acting;
+    } else {
+      find_normals(motion, t);
+    }
+    const int stride = first ? 3 : 1, rows = stride * int(s.parted.size());
+    find_separation(system, stride);
+    s.plastic.head(rows).setZero();
+    for (std::size_t k = 0; k < s.parted.size(); ++k)
+      s.plastic[stride * Eigen::Index(k)] = s.apart[Eigen::Index(k)];
+    respond(system, s.plastic, rows, s.x);
     move(flow, s.x, separated_);
     look(motion, t, separated_);
   }
-  return moved;
+  return made > 0;
 }
 
 }  // namespace borelli

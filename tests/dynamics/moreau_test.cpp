@@ -393,6 +393,42 @@ TEST(Moreau, WhatPartsDoNotMendIsNamedAndCostsAFewTimesAsMuch) {
   EXPECT_LE(ran->certificate.steps_accepted + ran->certificate.steps_rejected, (0.5 + 0.5 * 20) / step);
 }
 
+// Feet that hang from legs and swing into each other: side by side, they are nearest at one end of theirs
+// and then, when that is put apart, at the other.
+TEST(Moreau, PutsApartWhatMovesWhereItIsNearestWhenPutApart) {
+  Scene scene = human_over_floor();
+  std::erase_if(scene.solids, [](const Solid& solid) {
+    return !solid.name.starts_with("thigh") && !solid.name.starts_with("shank") &&
+           !solid.name.starts_with("foot");
+  });
+  CapsuleOverCapsule feet;
+  feet.a = {"foot left", {0.05, 0, -0.045}};
+  feet.b = {"foot right", {0.05, 0, -0.045}};
+  feet.axis_a = feet.axis_b = Vector3d::UnitX();
+  feet.length_a = feet.length_b = 0.2;
+  feet.radii = {0.03, 0.03};
+  scene.constraints = {{"foot over foot", feet}};
+  Random random(1);
+  int met = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    for (Solid& solid : scene.solids) {
+      if (!solid.name.starts_with("thigh")) continue;
+      solid.parent = "world";
+      const double out = solid.name.ends_with("left") ? -1 : 1;
+      const auto about = [&](double angle, const Vector3d& axis) {
+        return Eigen::AngleAxisd(angle + random.number(-0.1, 0.1), axis);
+      };
+      const Eigen::Quaterniond hip =
+          about(out * 0.45, Vector3d::UnitX()) * about(-0.4, Vector3d::UnitY()) * about(0, Vector3d::UnitZ());
+      solid.switches[1].q = {hip.w(), hip.x(), hip.y(), hip.z()};
+    }
+    const Trajectory path = run(scene, settings("moreau", 1, 1e-2));
+    met += path.certificate.impacts > 0;
+    EXPECT_LT(path.certificate.residuals[0].position, 1e-3 * 0.26) << trial;  // a thousandth of a foot
+  }
+  EXPECT_GE(met, 150);
+}
+
 TEST(Moreau, AHumansFallConvergesToTheRunThatLocatesImpacts) {
   // feet that land, slip and stick, knees that give way: before it falls so chaotically that nothing
   // converges
