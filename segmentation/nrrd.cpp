@@ -47,7 +47,9 @@ Result<Nrrd> parse_nrrd(const std::string& path) {
     if (const auto key = line.find(":="); key != std::string::npos) {
       nrrd.keys[line.substr(0, key)] = line.substr(key + 2);
     } else if (const auto colon = line.find(": "); colon != std::string::npos) {
-      nrrd.fields[lower_case(line.substr(0, colon))] = trimmed(std::string_view(line).substr(colon + 2));
+      const std::string field = lower_case(line.substr(0, colon));
+      if (!nrrd.fields.try_emplace(field, trimmed(std::string_view(line).substr(colon + 2))).second)
+        return failure(path, "has a damaged header: '" + field + "' stands in it twice");
     }
   }
   return nrrd;

@@ -148,6 +148,7 @@ TEST(Nrrd, RefusesDamageInOneSentence) {
       {"encoding: raw", "encoding: hex", "'hex'"},
       {"encoding: raw", "encoding: gzip", "damaged compressed data"},
       {"endian: little", "endian: odd", "byte order"},
+      {"endian: little", "endian: little\nSizes: 2 2 1", "'sizes' stands in it twice"},
       {"(0,0,3)", "(0,0)", "no vector of three numbers"},
       {"(0,0,3)", "(0,2,0)", "do not span a voxel"},
       {"(0,0,3)", "(0,0,nan)", "do not span a voxel"},
