@@ -93,6 +93,7 @@ class MoreauStepping : public Integrator {
     std::vector<char> acts;   ///< of all contacts
     std::vector<char> known;  ///< of all constraints: whether `rows` has theirs
     Eigen::VectorXd wanted, x, change, shift, moved, slope;
+    Eigen::VectorXd held;  ///< of one impulse along a row: its change of the velocities, nv
     /// Velocities (nv) in the middle, and how those at the start and those that the end would have without
     /// impulses differ from them.
     RowsOf<double> motions;

@@ -70,12 +70,11 @@ void MoreauStepping::find_response(const System& system, int rows) {
 /// Takes off an impulse's response what the bilateral constraints do against it.
 void MoreauStepping::hold_bilateral(const System& system, int column) {
   Scratch& s = *scratch_;
-  s.x = s.Y.col(column);
-  s.change = s.x;
-  solve_lower(system, s.at.factor, s.change.data());
-  s.wanted.noalias() = -s.at.rows.L.leftCols(system.nv) * s.change;
-  s.at.solver.correct(s.at.factor, s.wanted, s.change);
-  s.Y.col(column) = s.x + s.at.solver.measured();
+  s.held = s.Y.col(column);
+  solve_lower(system, s.at.factor, s.held.data());
+  s.wanted.noalias() = -s.at.rows.L.leftCols(system.nv) * s.held;
+  s.at.solver.correct(s.at.factor, s.wanted, s.held);
+  s.Y.col(column) += s.at.solver.measured().head(system.nv);
 }
 
 /// What impulses along these rows change of the velocities.

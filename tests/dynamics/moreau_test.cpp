@@ -393,9 +393,9 @@ TEST(Moreau, WhatPartsDoNotMendIsNamedAndCostsAFewTimesAsMuch) {
   EXPECT_LE(ran->certificate.steps_accepted + ran->certificate.steps_rejected, (0.5 + 0.5 * 20) / step);
 }
 
-// Feet that hang from legs and swing into each other: side by side, they are nearest at one end of theirs
-// and then, when that is put apart, at the other.
-TEST(Moreau, PutsApartWhatMovesWhereItIsNearestWhenPutApart) {
+/// Feet that hang from legs and swing into each other: side by side, they are nearest at one end of theirs
+/// and then, when that is put apart, at the other.
+Scene swinging_feet(Random& random) {
   Scene scene = human_over_floor();
   std::erase_if(scene.solids, [](const Solid& solid) {
     return !solid.name.starts_with("thigh") && !solid.name.starts_with("shank") &&
@@ -408,25 +408,86 @@ TEST(Moreau, PutsApartWhatMovesWhereItIsNearestWhenPutApart) {
   feet.length_a = feet.length_b = 0.2;
   feet.radii = {0.03, 0.03};
   scene.constraints = {{"foot over foot", feet}};
+  for (Solid& solid : scene.solids) {
+    if (!solid.name.starts_with("thigh")) continue;
+    solid.parent = "world";
+    const double out = solid.name.ends_with("left") ? -1 : 1;
+    const auto about = [&](double angle, const Vector3d& axis) {
+      return Eigen::AngleAxisd(angle + random.number(-0.1, 0.1), axis);
+    };
+    const Eigen::Quaterniond hip =
+        about(out * 0.45, Vector3d::UnitX()) * about(-0.4, Vector3d::UnitY()) * about(0, Vector3d::UnitZ());
+    solid.switches[1].q = {hip.w(), hip.x(), hip.y(), hip.z()};
+  }
+  return scene;
+}
+
+TEST(Moreau, PutsApartWhatMovesWhereItIsNearestWhenPutApart) {
   Random random(1);
   int met = 0;
   for (int trial = 0; trial < 200; ++trial) {
-    for (Solid& solid : scene.solids) {
-      if (!solid.name.starts_with("thigh")) continue;
-      solid.parent = "world";
-      const double out = solid.name.ends_with("left") ? -1 : 1;
-      const auto about = [&](double angle, const Vector3d& axis) {
-        return Eigen::AngleAxisd(angle + random.number(-0.1, 0.1), axis);
-      };
-      const Eigen::Quaterniond hip =
-          about(out * 0.45, Vector3d::UnitX()) * about(-0.4, Vector3d::UnitY()) * about(0, Vector3d::UnitZ());
-      solid.switches[1].q = {hip.w(), hip.x(), hip.y(), hip.z()};
-    }
-    const Trajectory path = run(scene, settings("moreau", 1, 1e-2));
+    const Trajectory path = run(swinging_feet(random), settings("moreau", 1, 1e-2));
     met += path.certificate.impacts > 0;
     EXPECT_LT(path.certificate.residuals[0].position, 1e-3 * 0.26) << trial;  // a thousandth of a foot
   }
   EXPECT_GE(met, 150);
+}
+
+// Rows that hold in the same scene, but of bodies that nothing else touches, change nothing of the others.
+TEST(Moreau, WhatIsTiedElsewhereChangesNothing) {
+  Random random(1);
+  int in_parts = 0;
+  for (int trial = 0; trial < 50; ++trial) {
+    Scene scene = swinging_feet(random);
+    PointSpring band;
+    band.a = {"foot left", {0.1, 0, 0}};
+    band.b = {"foot right", {0.1, 0, 0}};
+    band.stiffness = 50;
+    band.damping = 5;
+    band.rest_length = 0.1;
+    scene.efforts = {{"band", band}};
+    const Trajectory alone = run(scene, settings("moreau", 1, 1e-2));
+    for (const char* name : {"one", "other"})
+      scene.solids.push_back(solid(name, "world", {slide(std::string(name) + ".x", Vector3d::UnitX())},
+                                   {inertial(1, {0, 0, 0}, {1, 1, 1})}));
+    scene.constraints.push_back(
+        {"gear", CoordinateCoupling{{{"one.x"}, {"other.x"}}, {1, -1}, Polynomial{{0}}}});
+    const Trajectory beside = run(scene, settings("moreau", 1, 1e-2));
+    const Certificate &a = alone.certificate, &b = beside.certificate;
+    EXPECT_EQ(b.trusted, a.trusted) << trial << ' ' << a.reason << ' ' << b.reason;
+    EXPECT_EQ(b.steps_rejected, a.steps_rejected) << trial;
+    EXPECT_NEAR(b.work_efforts, a.work_efforts, 1e-9 * a.energy_turnover) << trial;
+    EXPECT_NEAR(b.energy_drift, a.energy_drift, 1e-9 * a.energy_turnover) << trial;
+    in_parts += a.steps_rejected > 0;
+  }
+  EXPECT_GE(in_parts, 40);
+}
+
+// Two balls on a rod (twice: one of its rows says nothing) come down on a floor one after the other, beside
+// the run that locates the impacts.
+TEST(Moreau, BallsOnARodLandAsInTheRunThatLocatesImpacts) {
+  for (const bool twice : {false, true}) {
+    Scene scene;
+    scene.solids = {free_ball("left", {0, 0, 0.3}, 0.1, 1), free_ball("right", {0.4, 0, 0.6}, 0.1, 2)};
+    scene.constraints = {over_floor("left", 0.1, 0, 0.2), over_floor("right", 0.1, 0, 0.2)};
+    Distance rod;
+    rod.a = {"left", {0, 0, 0}};
+    rod.b = {"right", {0, 0, 0}};
+    rod.distance = Polynomial{{0.5}};
+    scene.constraints.push_back({"rod", rod});
+    if (twice) scene.constraints.push_back({"rod again", rod});
+    const double end = 0.45;  // the left one has landed and slides, the right one rests
+    const Trajectory reference = run(scene, settings("dop853", end, 1e-3, 1e-9));
+    EXPECT_EQ(reference.certificate.impacts, 2);
+    const auto error = [&](double h) {
+      const Trajectory path = run(scene, settings("moreau", end, h));
+      EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+      return (last(path.q) - last(reference.q)).cwiseAbs().maxCoeff();
+    };
+    const double coarse = error(4e-3), fine = error(2.5e-4);
+    EXPECT_LT(fine, coarse / 4);
+    EXPECT_LT(fine, 1e-3);
+  }
 }
 
 TEST(Moreau, AHumansFallConvergesToTheRunThatLocatesImpacts) {
