@@ -81,6 +81,10 @@ struct Certificate {
   int contacts = 0;        ///< places where the scene's solids may touch
   long impacts = 0;        ///< how often they met with a speed
   double impact_loss = 0;  ///< J: lost in them altogether (a part of work_events)
+  /// J: the most that contacts within steps (moreau) gave an independent group or took from it beside what
+  /// their laws say. It is booked as work, so the balance does not show it; it is judged by the same
+  /// threshold.
+  double contact_error = 0;
 
   /// What putting the initial state on the constraints changed: the coordinate most moved (lengths against
   /// the scene's size, angles against 1 rad), by how much (m or rad, m/s or rad/s), and its name; empty:

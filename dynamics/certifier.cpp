@@ -403,6 +403,7 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
   for (int g = 0; g < system_.groups; ++g) {
     const Climb& most = groups_[g].contacts.most;
     const EnergyBalance& balance = groups_[g].energy;
+    c.contact_error = std::max(c.contact_error, most.largest());
     if (most.largest() > std::max(limit * balance.turnover(), balance.rounding))
       distrust(most.time(), fmt::format("impulses of contacts changed the energy of {} by {:.3g} J beside "
                                         "what their laws say, {:.2g} of the {:.3g} J "

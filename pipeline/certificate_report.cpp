@@ -42,6 +42,9 @@ std::string text_of(const Certificate& c) {
   for (const auto& [name, work] : works)
     if (work != 0) line(fmt::format("work of {}: {:.6g} J", name, work));
   if (c.impacts > 0) line(fmt::format("impacts: {}, in which {:.6g} J were lost", c.impacts, c.impact_loss));
+  if (c.contact_error > 0)
+    line(fmt::format("contacts within steps: at most {:.3g} J given or taken beside their laws",
+                     c.contact_error));
   for (const Conserved& m : c.conserved)
     line(fmt::format("{}: drifts by at most {:.3g} of {:.4g} (at {:.6g} s)", m.name, m.drift, m.scale,
                      m.time));
@@ -122,6 +125,7 @@ nlohmann::json json_of(const Certificate& c) {
                      {"contacts", c.contacts},
                      {"impacts", c.impacts},
                      {"impact_loss", c.impact_loss},
+                     {"contact_error", c.contact_error},
                      {"steps_accepted", c.steps_accepted},
                      {"steps_rejected", c.steps_rejected},
                      {"evaluations", c.evaluations},

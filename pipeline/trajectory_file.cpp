@@ -119,6 +119,7 @@ void write_certificate(Hdf5Writer& file, const Certificate& c) {
   file.attribute("/certificate", "contacts", c.contacts);
   file.attribute("/certificate", "impacts", static_cast<double>(c.impacts));
   file.attribute("/certificate", "impact_loss", c.impact_loss);
+  file.attribute("/certificate", "contact_error", c.contact_error);
   write_column(file, "/certificate/events/time", c.events, &LoggedEvent::time, "s");
   write_column(file, "/certificate/events/kind", c.events, &LoggedEvent::kind);
   write_column(file, "/certificate/events/name", c.events, &LoggedEvent::name);
@@ -394,6 +395,7 @@ void read_certificate(Fill& fill, Certificate& c) {
   c.contacts = fill.as<int>("contacts", fill.attribute_if_there("/certificate", "contacts"));
   c.impacts = fill.as<long>("impacts", fill.attribute_if_there("/certificate", "impacts"));
   c.impact_loss = fill.attribute_if_there("/certificate", "impact_loss");
+  c.contact_error = fill.attribute_if_there("/certificate", "contact_error");
   if (fill.holds("/certificate/events/time")) {
     c.events.resize(fill.column("/certificate/events/time").size());
     read_column(fill, "/certificate/events/time", c.events, &LoggedEvent::time);

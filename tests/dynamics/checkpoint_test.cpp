@@ -16,10 +16,10 @@ std::string bytes_of(Trajectory t) {
     t.contact_modes, t.contact_forces, t.driven_positions, t.driven_efforts, t.kinetic, t.potential, t.work,
     t.step_times, t.step_sizes, c, c.energy_drift, c.energy_drift_time, c.energy_turnover, c.energy_threshold,
     c.work_efforts, c.work_drives, c.work_constraints, c.work_baumgarte, c.work_projection,
-    c.work_projection_size, c.work_events, c.work_events_size, c.contacts, c.assembly_position,
-    c.assembly_velocity, c.assembly_position_coordinate, c.assembly_velocity_coordinate, c.constraint_rows,
-    c.nearness, c.nearness_time, c.singular_passages, c.singular_turn, c.evaluations, c.accuracy,
-    c.estimated_error);
+    c.work_projection_size, c.work_events, c.work_events_size, c.contacts, c.contact_error,
+    c.assembly_position, c.assembly_velocity, c.assembly_position_coordinate, c.assembly_velocity_coordinate,
+    c.constraint_rows, c.nearness, c.nearness_time, c.singular_passages, c.singular_turn, c.evaluations,
+    c.accuracy, c.estimated_error);
   return k.bytes();
 }
 

@@ -67,7 +67,7 @@ Trajectory made_up(std::size_t times) {
   c.assembly_velocity = 5, c.assembly_velocity_coordinate = "hip";
   c.notes = {"first", "second"};
   c.events = {{0.125, "range_left", "coordinate 'knee' above 2.4"}, {0.5, "impact", "ball", 2.5, 0.75}};
-  c.contacts = 3, c.impacts = 7, c.impact_loss = 0.75;
+  c.contacts = 3, c.impacts = 7, c.impact_loss = 0.75, c.contact_error = 0.0625;
   c.work_events = -3, c.work_events_size = 3;
   c.accuracy = 1e-6, c.estimated_error = 1e-7, c.stiff_from = 0.5;
   c.step_defect = 0.03, c.step_defect_time = 0.75, c.step_defect_coordinate = "hip";
@@ -121,6 +121,7 @@ TEST_F(TrajectoryFile, Hdf5GivesEveryNumberBack) {
   EXPECT_EQ(r.certificate.contacts, 3);
   EXPECT_EQ(r.certificate.impacts, 7);
   EXPECT_EQ(r.certificate.impact_loss, 0.75);
+  EXPECT_EQ(r.certificate.contact_error, 0.0625);
   ASSERT_EQ(r.certificate.events.size(), 2u);
   EXPECT_EQ(r.certificate.events[1].impulse, 2.5);
   EXPECT_EQ(r.certificate.events[1].energy_lost, 0.75);
