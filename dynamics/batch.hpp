@@ -22,7 +22,7 @@ Result<void> check_batch(const System& system);
 /// The same while no row of its constraints and contacts holds.
 Result<void> check_batch_without_rows(const System& system);
 
-/// As many states as T has lanes, at one time.
+/// As many states as T has lanes, at one time. Turns are unit quaternions (which is not looked at).
 template <class T>
 struct BatchStateOf {
   explicit BatchStateOf(const System& system);  ///< all of them the scene's start
