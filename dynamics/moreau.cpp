@@ -113,7 +113,7 @@ void MoreauStepping::look(const MotionFlow& motion, double t, const VectorXd& y)
   scan_constraints(system, system.parameters, s.landed, s.end);
 }
 
-/// The rows of a contact.
+/// The rows of a contact, where `kinematics` has its bodies.
 void MoreauStepping::find_rows(const System& system, const Kinematics& kinematics, int contact) {
   Scratch& s = *scratch_;
   const int i = system.contacts[contact].constraint;
