@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The include rule: a folder includes only its own headers and the data type that the stage before it hands on,
-# besides error/ and threads/, which are no stage's.
+# besides error/, threads/ and process/, which are no stage's.
 # ITK headers stay in segmentation's .cpp files, VTK headers in pipeline's. Give another root to check that instead.
 set -u
 root=${1:-$(cd "$(dirname "$0")/.." && pwd)}
@@ -10,11 +10,12 @@ cd "$root" || exit 1
 declare -A allowed=(
   [error]='error/'
   [threads]='threads/'
-  [segmentation]='(error|threads|segmentation)/'
-  [inertia]='(error|threads|inertia)/|segmentation/volume\.hpp'
-  [dynamics]='(error|threads|dynamics)/|inertia/inertial\.hpp'
-  [samples]='(error|threads|samples|segmentation|inertia)/'
-  [pipeline]='(error|threads|segmentation|inertia|dynamics|samples|pipeline)/'
+  [process]='(error|process)/'
+  [segmentation]='(error|threads|process|segmentation)/'
+  [inertia]='(error|threads|process|inertia)/|segmentation/volume\.hpp'
+  [dynamics]='(error|threads|process|dynamics)/|inertia/inertial\.hpp'
+  [samples]='(error|threads|process|samples|segmentation|inertia)/'
+  [pipeline]='(error|threads|process|segmentation|inertia|dynamics|samples|pipeline)/'
 )
 bad=0
 for folder in "${!allowed[@]}"; do
@@ -26,9 +27,9 @@ for folder in "${!allowed[@]}"; do
     bad=1
   fi
 done
-itk=$(grep -rnE '^#include [<"](itk|gdcm)' --include='*.hpp' --include='*.cpp' error threads segmentation inertia dynamics samples pipeline |
+itk=$(grep -rnE '^#include [<"](itk|gdcm)' --include='*.hpp' --include='*.cpp' error threads process segmentation inertia dynamics samples pipeline |
   grep -vE '^segmentation/[^:]*\.cpp:')
-vtk=$(grep -rnE '^#include [<"]vtk' --include='*.hpp' --include='*.cpp' error threads segmentation inertia dynamics samples pipeline |
+vtk=$(grep -rnE '^#include [<"]vtk' --include='*.hpp' --include='*.cpp' error threads process segmentation inertia dynamics samples pipeline |
   grep -vE '^pipeline/[^:]*\.cpp:')
 if [ -n "$itk$vtk" ]; then
   echo "ITK belongs in segmentation's .cpp files, VTK in pipeline's:"

@@ -1,0 +1,118 @@
+#include "process/memory.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+namespace borelli {
+namespace {
+
+constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
+std::atomic<std::uint64_t> limit = 0;  // 0: not set yet
+
+// the number that follows `key` in a file of "key: number kB" lines; unlimited where there is none
+std::uint64_t kibibytes(const char* path, const std::string& key) {
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with(key + ":")) continue;
+    std::istringstream rest(line.substr(key.size() + 1));
+    if (std::uint64_t value = 0; rest >> value) return value * 1024;
+  }
+  return unlimited;
+}
+
+std::uint64_t number_in(const std::string& path) {
+  std::ifstream file(path);
+  std::uint64_t value = 0;
+  return file >> value ? value : unlimited;  // "max" is no number
+}
+
+// what is left in the control group, version 2 or 1
+std::uint64_t free_in_group() {
+  std::uint64_t least = unlimited;
+  const auto ask = [&](const std::string& most_file, const std::string& used_file) {
+    const std::uint64_t most = number_in(most_file), used = number_in(used_file);
+    if (most != unlimited && used != unlimited) least = std::min(least, most > used ? most - used : 0);
+  };
+  std::ifstream groups("/proc/self/cgroup");
+  for (std::string line; std::getline(groups, line);) {
+    const auto path = line.substr(line.rfind(':') + 1);
+    if (line.starts_with("0::"))
+      ask("/sys/fs/cgroup" + path + "/memory.max", "/sys/fs/cgroup" + path + "/memory.current");
+    else if (line.find(":memory:") != std::string::npos)
+      ask("/sys/fs/cgroup/memory" + path + "/memory.limit_in_bytes",
+          "/sys/fs/cgroup/memory" + path + "/memory.usage_in_bytes");
+  }
+  return least;
+}
+
+// resident, less what the heap holds free for what comes next
+std::uint64_t bytes_in_use() {
+  std::ifstream file("/proc/self/statm");
+  std::uint64_t mapped = 0, resident = 0;
+  if (!(file >> mapped >> resident)) return 0;
+  resident *= static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+#ifdef __GLIBC__
+  const std::uint64_t held = mallinfo2().fordblks;
+  return resident > held ? resident - held : 0;
+#else
+  return resident;
+#endif
+}
+
+std::string in_words(double bytes) {
+  std::array<char, 32> text{};
+  if (bytes < 1e9)
+    std::snprintf(text.data(), text.size(), "%.3g MB", bytes / 1e6);
+  else
+    std::snprintf(text.data(), text.size(), "%.3g GB", bytes / 1e9);
+  return text.data();
+}
+
+}  // namespace
+
+std::uint64_t free_memory() { return std::min(kibibytes("/proc/meminfo", "MemAvailable"), free_in_group()); }
+
+void set_memory_limit(std::uint64_t bytes) {
+  limit = std::max<std::uint64_t>(bytes, 1);
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  // what is mapped to be written to, which is more than what is in use: stacks, the heap's free blocks
+  constexpr std::uint64_t slack = std::uint64_t{2} << 30;
+  rlimit data{};
+  if (getrlimit(RLIMIT_DATA, &data) == 0 && bytes < unlimited - slack) {
+    data.rlim_cur = std::min<rlim_t>(data.rlim_max, bytes + slack);
+    setrlimit(RLIMIT_DATA, &data);
+  }
+#endif
+}
+
+std::uint64_t memory_limit() {
+  if (limit == 0) {
+    const std::uint64_t free = free_memory();
+    std::uint64_t unset = 0;
+    limit.compare_exchange_strong(unset,
+                                  free == unlimited ? unlimited : std::max<std::uint64_t>(free / 4 * 3, 1));
+  }
+  return limit;
+}
+
+Result<void> admit_memory(const std::string& where, const std::string& what, double bytes) {
+  const double most = static_cast<double>(memory_limit()), used = static_cast<double>(bytes_in_use());
+  if (used + bytes <= most) return {};
+  return failure(where, what + " needs " + in_words(bytes) + " of memory; " + in_words(most) +
+                            " may be used (--max-memory), " + in_words(used) + " of them are in use");
+}
+
+}  // namespace borelli
