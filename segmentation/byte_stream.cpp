@@ -47,7 +47,7 @@ struct ByteSource::State {
   std::string path;
   File file;
   std::uint64_t size = 0;
-  bool packed = false;
+  bool packed = false, raw = false;
   bool begun = false, ended = false;  // the compressed stream; the latter when it said that it is whole
   inflate_state stream;
   isal_gzip_header header;  // of the member, which may go on in the next block
@@ -64,6 +64,12 @@ struct ByteSource::State {
   // at the stream's beginning and after a member's end: gzip or zlib, then another gzip member, or the end
   // (what else follows is no part of the stream)
   Result<void> next_member() {
+    if (raw) {
+      isal_inflate_reset(&stream);
+      stream.crc_flag = ISAL_DEFLATE;
+      ended = begun, begun = true;
+      return {};
+    }
     if (stream.avail_in == 0) {
       const auto more = refill();
       if (!more) return tl::unexpected(more.error());
@@ -132,9 +138,9 @@ Result<ByteSource> ByteSource::open(const std::string& path, Packing packing, st
   state->size = std::filesystem::file_size(path, trouble);
   if (offset > 0 && fseeko(state->file.get(), static_cast<off_t>(offset), SEEK_SET) != 0)
     return failure(path, "cannot be read: " + reason());
-  if (packing == Packing::deflated) {
+  if (packing != Packing::plain) {
     isal_inflate_init(&state->stream);
-    state->packed = true;
+    state->packed = true, state->raw = packing == Packing::raw;
   }
   return ByteSource(std::move(state));
 }
@@ -176,7 +182,7 @@ Result<bool> is_gzip(const std::string& path) {
 struct ByteSink::State {
   std::string path;
   File file;
-  bool packed = false;
+  bool packed = false, raw = false;
   std::uint64_t written = 0;
   z_stream zlib{};
   std::array<unsigned char, ByteSource::block> output;

@@ -19,7 +19,9 @@ namespace borelli {
 class ByteSource {
  public:
   static constexpr std::size_t block = std::size_t{1} << 18;  ///< bytes of a packed file taken at a time
-  enum class Packing { plain, deflated };  ///< deflated: gzip or zlib, told apart by the stream's own header
+  /// deflated: gzip or zlib, told apart by the stream's own header; raw: a deflate stream without one (RFC
+  /// 1951)
+  enum class Packing { plain, deflated, raw };
 
   /// Opens `path` at `offset` bytes from its start. Errors: missing, a folder, not readable.
   static Result<ByteSource> open(const std::string& path, Packing packing, std::uint64_t offset = 0);

@@ -4,16 +4,16 @@
 
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
-#include <map>
 
+#include "process/memory.hpp"
+#include "segmentation/files/dicom_files.hpp"
+#include "segmentation/files/dicom_volumes.hpp"
 #include "segmentation/slice_stack.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {
 
-using Eigen::Vector3d;
 using Slices = std::vector<DicomSlice>;
 
 struct Found {
@@ -22,29 +22,8 @@ struct Found {
   std::size_t segmentations = 0;  // DICOM-SEG, which is no scan
   std::size_t colours = 0;
   std::size_t unplaced = 0;  // pictures without position
+  Placeholders placeholders;
 };
-
-Result<std::vector<std::string>> files_below(const std::string& folder) {
-  std::vector<std::string> files;
-  std::error_code trouble;
-  if (std::filesystem::is_regular_file(folder, trouble)) return std::vector{folder};  // a multi-frame file
-  auto it = std::filesystem::recursive_directory_iterator(folder, trouble);
-  for (; !trouble && it != std::filesystem::recursive_directory_iterator(); it.increment(trouble))
-    if (it->is_regular_file(trouble)) files.push_back(it->path().string());
-  if (trouble) return bad_use(folder, "cannot be listed: " + trouble.message());
-  std::ranges::sort(files);  // folders list files in any order; the answer must not depend on it
-  return files;
-}
-
-// Slices of one volume share series, size, orientation and spacing; the last two up to the rounding of their
-// decimals.
-bool belong_together(const DicomSlice& a, const DicomSlice& b) {
-  const auto close = [](double x, double y) { return std::abs(x - y) < 1e-3; };
-  return a.series_uid == b.series_uid && a.modality == b.modality && a.rows == b.rows &&
-         a.columns == b.columns && (a.along_row - b.along_row).norm() < 2e-3 &&
-         (a.along_column - b.along_column).norm() < 2e-3 && close(a.row_spacing, b.row_spacing) &&
-         close(a.column_spacing, b.column_spacing);
-}
 
 void add_to_groups(std::vector<Slices>& groups, const DicomSlice& slice) {
   const auto group =
@@ -57,20 +36,23 @@ void add_to_groups(std::vector<Slices>& groups, const DicomSlice& slice) {
 }
 
 Result<Found> find_groups(const std::string& folder, const Progress& progress) {
-  const auto files = files_below(folder);
-  if (!files) return tl::unexpected(files.error());
-  std::vector<Result<Slices>> headers(files->size());
+  const auto below = files_below(folder);
+  if (!below) return tl::unexpected(below.error());
+  const auto& files = below->files;
+  std::vector<Result<Slices>> headers(files.size());
   in_slabs(std::ssize(headers), 0, [&](std::int64_t from, std::int64_t to) {
     for (std::int64_t k = from; k < to; ++k) {
       const auto n = static_cast<std::size_t>(k);
-      headers[n] = read_dicom_slices((*files)[n]);
-      if (!headers[n]) return;
+      headers[n] = read_dicom_slices(files[n]);
       // headers are a small part of the work: the tenth of the bar, by the thread that called
       if (from == 0 && progress) progress(0.1 * static_cast<double>(k + 1) / static_cast<double>(to));
     }
   });
   Found found;
-  for (const Result<Slices>& slices : headers) {
+  found.placeholders = below->placeholders;
+  for (std::size_t n = 0; n < files.size(); ++n) {
+    const Result<Slices>& slices = headers[n];
+    if ((!slices || slices->empty()) && found.placeholders.take(files[n])) continue;
     if (!slices) return tl::unexpected(slices.error());
     for (const DicomSlice& slice : *slices) {
       if (slice.modality == "SEG") {
@@ -90,52 +72,18 @@ Result<Found> find_groups(const std::string& folder, const Progress& progress) {
   return found;
 }
 
-bool has_doubles(const Slices& slices) {
-  std::vector<double> along;
-  const Vector3d normal = slices.front().normal();
-  for (const auto& s : slices) along.push_back(normal.dot(*s.position));
-  std::ranges::sort(along);
-  return std::ranges::adjacent_find(along, [](double a, double b) { return b - a < 1e-3; }) != along.end();
+std::string described(const DicomVolume& volume) {
+  const DicomSlice& s = volume.slices.front();
+  return fmt::format("{} '{}'{} ({} slices of {} x {})", s.modality, s.series_description,
+                     volume.part.empty() ? "" : ", " + volume.part, volume.slices.size(), s.columns, s.rows);
 }
 
-// A series may hold several volumes (phases, echoes): parted by the first attribute that leaves no position
-// twice.
-std::vector<Slices> part_series(Slices slices) {
-  std::map<std::string, Slices> by_instance;  // exact copies are no second volume
-  for (auto& s : slices) by_instance[s.instance_uid.empty() ? s.path : s.instance_uid].push_back(s);
-  Slices once;
-  for (const auto& [uid, same] : by_instance) once.push_back(same.front());
-  if (!has_doubles(once)) return {std::move(slices)};
-  for (const auto attribute : {&DicomSlice::acquisition, &DicomSlice::temporal_position, &DicomSlice::echo,
-                               &DicomSlice::image_type}) {
-    std::map<std::string, Slices> volumes;
-    for (const auto& s : once) volumes[s.*attribute].push_back(s);
-    if (volumes.size() < 2 ||
-        std::ranges::any_of(volumes, [](const auto& v) { return has_doubles(v.second); }))
-      continue;
-    std::vector<Slices> parted;
-    for (auto& [value, volume] : volumes) parted.push_back(std::move(volume));
-    return parted;
-  }
-  return {std::move(slices)};
+double voxels(const Slices& slices) {
+  return static_cast<double>(slices.size()) * slices.front().columns * slices.front().rows;
 }
 
-std::string described(const Slices& slices) {
-  const DicomSlice& s = slices.front();
-  return fmt::format("{} '{}' ({} slices of {} x {})", s.modality, s.series_description, slices.size(),
-                     s.columns, s.rows);
-}
-
-std::size_t voxels(const Slices& slices) {
-  return slices.size() * static_cast<std::size_t>(slices.front().columns) *
-         static_cast<std::size_t>(slices.front().rows);
-}
-
-Result<Slices> choose(const std::string& folder, const Found& found, std::vector<std::string>& notes) {
-  std::vector<Slices> volumes;
-  for (const auto& group : found.groups)
-    for (auto& volume : part_series(group)) volumes.push_back(std::move(volume));
-  if (volumes.empty()) {
+Error nothing_to_read(const std::string& folder, const Found& found) {
+  const auto refusal = [&]() -> Result<void> {
     if (found.frames)
       return failure(folder,
                      "holds multi-frame DICOM (all slices in one file) that does not say where each frame "
@@ -151,19 +99,39 @@ Result<Slices> choose(const std::string& folder, const Found& found, std::vector
                      "holds DICOM pictures without position, orientation or pixel spacing that makes sense; "
                      "a CT or MR series is needed");
     return bad_use(folder, "holds no DICOM images");
-  }
-  const auto rank = [](const Slices& s) { return std::pair(s.front().modality == "CT", voxels(s)); };
-  std::ranges::stable_sort(volumes, [&](const Slices& a, const Slices& b) { return rank(a) > rank(b); });
+  };
+  Error error = refusal().error();
+  for (const auto& sentence : found.placeholders.sentences()) error.what += "; " + sentence;
+  return error;
+}
+
+Result<DicomVolume> choose(const std::string& folder, Found found) {
+  if (found.groups.empty()) return tl::unexpected(nothing_to_read(folder, found));
+  auto read = volumes_of(std::move(found.groups));
+  if (!read) return tl::unexpected(read.error());
+  auto& volumes = *read;
+  const auto rank = [](const DicomVolume& v) {
+    return std::pair(v.slices.front().modality == "CT", voxels(v.slices));
+  };
+  std::ranges::stable_sort(volumes,
+                           [&](const DicomVolume& a, const DicomVolume& b) { return rank(a) > rank(b); });
+  DicomVolume chosen = std::move(volumes.front());
   if (volumes.size() > 1) {
     std::string others;
-    for (std::size_t n = 1; n < volumes.size() && n < 4; ++n)
-      others += (n > 1 ? ", " : "") + described(volumes[n]);
+    bool one_series = true;
+    for (std::size_t n = 1; n < volumes.size(); ++n) {
+      if (n < 4) others += (n > 1 ? ", " : "") + described(volumes[n]);
+      one_series = one_series && volumes[n].slices.front().series_uid == chosen.slices.front().series_uid;
+    }
     if (volumes.size() > 4) others += fmt::format(" and {} more", volumes.size() - 4);
-    notes.push_back(fmt::format("of {} series the largest{} was taken, {}; left aside: {}", volumes.size(),
-                                volumes.front().front().modality == "CT" ? " CT" : "",
-                                described(volumes.front()), others));
+    chosen.notes.insert(
+        chosen.notes.begin(),
+        fmt::format("of {} {} the largest{} was taken, {}; left aside: {}", volumes.size(),
+                    one_series ? "volumes of one series" : "series",
+                    chosen.slices.front().modality == "CT" ? " CT" : "", described(chosen), others));
   }
-  return volumes.front();
+  for (auto& sentence : found.placeholders.sentences()) chosen.notes.push_back(sentence + "; left aside");
+  return chosen;
 }
 
 Result<FileQuantity> quantity_of(const std::string& folder, const std::string& modality,
@@ -202,51 +170,68 @@ bool uniform(const Slices& slices) {
   });
 }
 
-// One slice of `all`, scaled unless all slices stay as stored.
-Result<void> load_slice(const DicomSlice& slice, std::size_t k, StoredVoxels& all) {
-  const auto width = static_cast<std::size_t>(slice.columns);
-  const std::size_t area = width * static_cast<std::size_t>(slice.rows);
+// Slices [from, to) into `all`, scaled unless all slices stay as stored. `done`: of them so far.
+Result<void> load_slices(std::span<const DicomSlice> slices, std::size_t from, std::size_t to,
+                         StoredVoxels& all, const std::function<void(std::size_t)>& done) {
+  const auto width = static_cast<std::size_t>(slices.front().columns);
+  const std::size_t area = width * static_cast<std::size_t>(slices.front().rows);
+  const auto own = slices.subspan(from, to - from);
   if (all.scalar != Scalar::f32)  // two's complement: the low 16 bits are the value in either type
-    return read_dicom_pixels(slice, std::span(all.storage).subspan(k * area, area));
-  std::vector<std::int32_t> pixels(area);
-  if (auto read = read_dicom_pixels(slice, std::span(pixels)); !read) return read;
+    return read_dicom_pixels(own, std::span(all.storage).subspan(from * area, own.size() * area), done);
+  constexpr std::size_t at_once = 8;
+  std::vector<std::int32_t> pixels(std::min(at_once, own.size()) * area);
   std::vector<float> values(area);
-  for (std::size_t n = 0; n < area; ++n)
-    values[n] = static_cast<float>(slice.slope * pixels[n] + slice.intercept);
-  if (slice.padding && slice.modality == "CT")
-    for (std::size_t row = 0; row < area; row += width)
-      blank_padding(std::span(values).subspan(row, width),
-                    static_cast<float>(slice.slope * *slice.padding + slice.intercept), padding_hu);
-  std::memcpy(all.storage.data() + 2 * k * area, values.data(), area * sizeof(float));
+  for (std::size_t first = 0; first < own.size(); first += at_once) {
+    const auto some = own.subspan(first, std::min(at_once, own.size() - first));
+    if (const auto read = read_dicom_pixels(some, std::span(pixels).first(some.size() * area)); !read)
+      return read;
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      const DicomSlice& slice = some[k];
+      for (std::size_t n = 0; n < area; ++n)
+        values[n] = static_cast<float>(slice.slope * pixels[k * area + n] + slice.intercept);
+      if (slice.padding && slice.modality == "CT")
+        for (std::size_t row = 0; row < area; row += width)
+          blank_padding(std::span(values).subspan(row, width),
+                        static_cast<float>(slice.slope * *slice.padding + slice.intercept), padding_hu);
+      std::memcpy(all.storage.data() + 2 * (from + first + k) * area, values.data(), area * sizeof(float));
+    }
+    if (done) done(first + some.size());
+  }
   return {};
 }
 
 // Each thread reads and unpacks slices of its own, so that one reads while another unpacks.
-Result<StoredVoxels> load(const Slices& slices, const Progress& progress) {
+Result<StoredVoxels> load(const std::string& folder, const Slices& slices, const Progress& progress) {
   const DicomSlice& first = slices.front();
-  const std::size_t area = static_cast<std::size_t>(first.columns) * static_cast<std::size_t>(first.rows);
+  for (const DicomSlice& slice : slices)
+    if (const auto whole = check_pixels(slice); !whole) return tl::unexpected(whole.error());
   StoredVoxels all{!uniform(slices)         ? Scalar::f32
                    : first.pixels.is_signed ? Scalar::i16
                                             : Scalar::u16,
-                   area * slices.size(),
+                   static_cast<std::size_t>(voxels(slices)),
                    {}};
+  if (const auto fits = admit_memory(
+          folder, fmt::format("the series ({} slices of {} x {})", slices.size(), first.columns, first.rows),
+          voxels(slices) * static_cast<double>(scalar_bytes(all.scalar)));
+      !fits)
+    return tl::unexpected(fits.error());
   all.storage.resize(all.count * scalar_bytes(all.scalar) / 2);
-  std::vector<Result<void>> done(slices.size());
+  std::vector<Result<void>> read(slices.size());  // by the first slice of each share
   in_slabs(std::ssize(slices), 0, [&](std::int64_t from, std::int64_t to) {
-    for (std::int64_t k = from; k < to; ++k) {
-      const auto n = static_cast<std::size_t>(k);
-      try {
-        done[n] = load_slice(slices[n], n, all);
-      } catch (const std::bad_alloc&) {  // of which file
-        done[n] = failure(slices[n].path, "does not fit into memory");
-      }
-      if (!done[n]) return;
-      // by the thread that called, of its own share
-      if (from == 0 && progress) progress(0.1 + 0.9 * static_cast<double>(k + 1) / static_cast<double>(to));
+    // by the thread that called, of its own share
+    const auto done = [&](std::size_t count) {
+      if (from == 0 && progress) progress(0.1 + 0.9 * static_cast<double>(count) / static_cast<double>(to));
+    };
+    const auto n = static_cast<std::size_t>(from);
+    if (from == to) return;
+    try {
+      read[n] = load_slices(slices, n, static_cast<std::size_t>(to), all, done);
+    } catch (const std::bad_alloc&) {  // of which file
+      read[n] = failure(slices[n].path, "does not fit into memory");
     }
   });
-  for (const auto& slice : done)
-    if (!slice) return tl::unexpected(slice.error());
+  for (const auto& share : read)
+    if (!share) return tl::unexpected(share.error());
   return all;
 }
 
@@ -295,18 +280,18 @@ ScannedVolume describe(const SliceStack& stack, const QuantityReading& reading) 
 }  // namespace
 
 Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOptions& options) try {
-  const auto found = find_groups(folder, options.progress);
+  auto found = find_groups(folder, options.progress);
   if (!found) return tl::unexpected(found.error());
-  std::vector<std::string> notes;
-  auto chosen = choose(folder, *found, notes);
+  auto chosen = choose(folder, std::move(*found));
   if (!chosen) return tl::unexpected(chosen.error());
-  const auto stack = stack_slices(folder, std::move(*chosen));
+  const auto notes = std::move(chosen->notes);
+  const auto stack = stack_slices(folder, std::move(chosen->slices));
   if (!stack) return tl::unexpected(stack.error());
   const DicomSlice& first = stack->slices.front();
   const auto quantity = quantity_of(folder, first.modality, options.quantity);
   if (!quantity) return tl::unexpected(quantity.error());
 
-  auto voxels = load(stack->slices, options.progress);
+  auto voxels = load(folder, stack->slices, options.progress);
   if (!voxels) return tl::unexpected(voxels.error());
   const bool scaled = voxels->scalar == Scalar::f32;
   const double slope = scaled ? 1 : first.slope, intercept = scaled ? 0 : first.intercept;
@@ -320,7 +305,12 @@ Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOpt
   scanned.warnings.insert(scanned.warnings.end(), notes.begin(), notes.end());
   scanned.warnings.insert(scanned.warnings.end(), stack->notes.begin(), stack->notes.end());
   scanned.volume.voxels = to_int16(std::move(*voxels), slope, intercept, range, *quantity, scanned.warnings);
-  if (!stack->sources.empty()) scanned.volume.voxels = interpolate(scanned.volume.voxels, *stack);
+  if (!stack->sources.empty()) {
+    const auto fits = admit_memory(folder, fmt::format("its {} slices evenly spaced", stack->sources.size()),
+                                   2 * static_cast<double>(stack->grid.count()));
+    if (!fits) return tl::unexpected(fits.error());
+    scanned.volume.voxels = interpolate(scanned.volume.voxels, *stack);
+  }
   return scanned;
 } catch (const std::bad_alloc&) {
   return failure(folder, "holds a series that does not fit into memory");

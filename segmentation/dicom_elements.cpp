@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <memory>
 #include <string_view>
 
+#include "segmentation/byte_stream.hpp"
 #include "segmentation/header_text.hpp"
 
 namespace borelli {
@@ -21,6 +23,10 @@ constexpr std::uint32_t item = 0xfffee000, item_end = 0xfffee00d, sequence_end =
 constexpr std::uint32_t pixels = 0x7fe00010;
 constexpr std::uint32_t longest_value = 1024;  // what is longer is no number, name or uid
 constexpr int deepest = 32;                    // sequences in sequences
+// Of an inflated header no more is read, and of sequences that are kept no more elements: far more than any
+// has.
+constexpr std::uint64_t longest_header = std::uint64_t{64} << 20;
+constexpr std::size_t most_elements = 4'000'000;
 
 // what is kept of the sequences: shared and per-frame functional groups (PS3.3, C.7.6.16), segments
 // (C.8.20.2)
@@ -43,11 +49,22 @@ struct CloseFile {
 class Reader {
  public:
   bool explicit_vr = true, big_endian = false;
+  std::size_t kept = 0;  // elements and items of sequences
 
   Reader(std::FILE* file, std::uint64_t size) : file_(file), size_(size) {}
 
   std::uint64_t position() const { return position_; }
   std::uint64_t left() const { return size_ - std::min(size_, position_); }
+  // From here on bytes are those of a deflated data set (PS3.5, A.5), and positions are in it.
+  bool inflate(const std::string& path) {
+    auto source = ByteSource::open(path, ByteSource::Packing::raw, position_);
+    if (!source) return false;
+    inflated_.emplace(std::move(*source));
+    size_ = longest_header, position_ = 0;
+    return true;
+  }
+  bool is_inflated() const { return inflated_.has_value(); }
+  bool inflated_all() const { return inflated_ && !damaged_; }  // once no more could be read
   bool seek(std::uint64_t to) {
     if (to > size_ || fseeko(file_.get(), static_cast<off_t>(to), SEEK_SET) != 0) return false;
     position_ = to;
@@ -55,10 +72,20 @@ class Reader {
   }
   bool skip(std::uint64_t count) {
     if (count > left()) return false;
+    if (inflated_) {
+      const auto done = inflated_->skip(count);
+      position_ += count, damaged_ = damaged_ || !done;
+      return done && *done == count;
+    }
     std::array<char, 256> dropped;  // what is that short is read sooner than sought
     return count <= dropped.size() ? read(dropped.data(), count) : seek(position_ + count);
   }
   bool read(void* to, std::size_t count) {
+    if (inflated_) {
+      const auto got = inflated_->read({static_cast<std::byte*>(to), count});
+      position_ += got ? *got : 0, damaged_ = damaged_ || !got;
+      return got && *got == count && position_ <= size_;
+    }
     const std::size_t got = std::fread(to, 1, count, file_.get());
     position_ += got;
     return got == count;
@@ -118,6 +145,8 @@ class Reader {
   }
 
   std::unique_ptr<std::FILE, CloseFile> file_;
+  std::optional<ByteSource> inflated_;
+  bool damaged_ = false;  // what was to be inflated
   std::uint64_t size_, position_ = 0;
 };
 
@@ -152,15 +181,17 @@ bool starts_with_data_set(Reader& reader, DicomElements& elements) {
   return true;
 }
 
-// which of the syntaxes that are not packed; everything else under the DICOM root is packed, and explicit
-// little-endian
-bool set_syntax(Reader& reader, DicomElements& elements) {
+// which of the syntaxes whose pixels are not packed; everything else under the DICOM root is packed, and
+// explicit little-endian
+bool set_syntax(Reader& reader, const std::string& path, DicomElements& elements) {
   const std::string_view uid = elements.transfer_syntax;
-  if (!uid.starts_with("1.2.840.10008.1.2") || uid == "1.2.840.10008.1.2.1.99") return false;
+  if (!uid.starts_with("1.2.840.10008.1.2")) return false;
+  const bool deflated = uid == "1.2.840.10008.1.2.1.99";
   reader.explicit_vr = uid != "1.2.840.10008.1.2";
   reader.big_endian = elements.big_endian = uid == "1.2.840.10008.1.2.2";
-  elements.packed = reader.explicit_vr && uid != "1.2.840.10008.1.2.1" && !elements.big_endian;
-  return true;
+  elements.packed = reader.explicit_vr && uid != "1.2.840.10008.1.2.1" && !elements.big_endian && !deflated;
+  elements.deflated_from = deflated ? reader.position() : 0;
+  return !deflated || reader.inflate(path);
 }
 
 // the items of packed pixels, of which the first is a table of offsets
@@ -182,6 +213,7 @@ bool read_items(Reader& reader, const Element& sequence, bool big_endian, std::v
 
 // one element of an item, its value or its items
 bool keep(Reader& reader, const Element& e, DicomItem& into, int depth) {
+  if (++reader.kept > most_elements) return false;
   const std::string_view vr(e.vr.data(), 2);
   const bool is_sequence =
       vr == "SQ" || e.length == undefined ||
@@ -210,6 +242,7 @@ bool read_items(Reader& reader, const Element& sequence, bool big_endian, std::v
     }
     if (e.tag != item) return false;
     if (e.length != undefined && e.length > reader.left()) return false;
+    if (++reader.kept > most_elements) return false;
     items.emplace_back();
     items.back().big_endian = big_endian;
     const auto item_ends = e.length == undefined ? ~std::uint64_t{0} : reader.position() + e.length;
@@ -229,13 +262,15 @@ bool read_data_set(Reader& reader, DicomElements& elements) {
   std::uint32_t before = 0;
   while (reader.left() > 0) {
     Element e;
-    if (!reader.element(e) || e.tag <= before) return false;  // tags rise
+    const std::uint64_t start = reader.position();
+    if (!reader.element(e)) return reader.inflated_all() && reader.position() == start;
+    if (e.tag <= before) return false;  // tags rise
     before = e.tag;
     if (e.tag == pixels) {
       elements.pixel_offset = reader.position();
       if (elements.packed) return e.length == undefined && read_fragments(reader, elements);
       elements.pixel_bytes = e.length;
-      return e.length <= reader.left();
+      return e.length != undefined && (e.length <= reader.left() || reader.is_inflated());
     }
     if (std::ranges::find(kept_sequences, e.tag) != kept_sequences.end()) {
       if (!read_items(reader, e, elements.big_endian, elements.sequences[e.tag], 0)) return false;
@@ -267,9 +302,16 @@ std::string DicomItem::text(std::uint32_t tag) const {
 }
 
 std::vector<double> DicomItem::decimals(std::uint32_t tag) const {
-  std::string value = text(tag);
-  std::ranges::replace(value, '\\', ' ');
-  return numbers_in(value);
+  const std::string value = text(tag);
+  std::vector<double> numbers;
+  for (std::size_t from = 0; from < value.size();) {
+    const std::size_t to = std::min(value.find('\\', from), value.size());
+    const auto number = number_in(std::string_view(value).substr(from, to - from));
+    if (!number || std::isnan(*number)) return {};
+    numbers.push_back(*number);
+    from = to + 1;
+  }
+  return numbers;
 }
 
 std::optional<std::uint16_t> DicomItem::number(std::uint32_t tag) const {
@@ -295,7 +337,7 @@ Result<std::optional<DicomElements>> read_dicom_elements(const std::string& path
       return failure(path, "is a DICOM file, but cut off or damaged in its first elements");
     elements.transfer_syntax = elements.text(0x00020010);
   }
-  if (!set_syntax(reader, elements))
+  if (!set_syntax(reader, path, elements))
     return failure(path, fmt::format("is a DICOM file of a transfer syntax that is not read here ('{}')",
                                      elements.transfer_syntax));
   if (!read_data_set(reader, elements)) {

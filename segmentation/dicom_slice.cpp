@@ -1,26 +1,69 @@
 #include "segmentation/dicom_slice.hpp"
 
 #include <fmt/format.h>
-#include <gdcmImage.h>
-#include <gdcmSequenceOfFragments.h>
-#include <gdcmTrace.h>
-#include <gdcmTransferSyntax.h>
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <string_view>
 #include <type_traits>
 
+#include "process/child.hpp"
 #include "segmentation/byte_stream.hpp"
 #include "segmentation/dicom_elements.hpp"
+#include "segmentation/files/dicom_codecs.hpp"
+#include "segmentation/files/dicom_rle.hpp"
 #include "segmentation/header_text.hpp"
 
 namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
+
+// of a number's text: 0.01 for "12.50", 1 for "12"
+double last_decimal(std::string_view text) {
+  const auto e = text.find_first_of("eE");
+  const double exponent = e == std::string_view::npos ? 0 : number_in(text.substr(e + 1)).value_or(0);
+  text = trimmed(text.substr(0, e));
+  const auto point = text.find('.');
+  const double decimals = point == std::string_view::npos ? 0 : double(text.size() - point - 1);
+  return std::pow(10.0, exponent - decimals);
+}
+
+// Numbers whose decimals follow a comma, which DICOM (PS3.5, 6.2, DS) has not: the first that is read here.
+std::string with_comma(const DicomItem& item) {
+  static constexpr std::array<std::pair<std::uint32_t, const char*>, 7> read{
+      {{0x00200032, "ImagePositionPatient"},
+       {0x00200037, "ImageOrientationPatient"},
+       {0x00280030, "PixelSpacing"},
+       {0x00281052, "RescaleIntercept"},
+       {0x00281053, "RescaleSlope"},
+       {0x00180050, "SliceThickness"},
+       {0x00180088, "SpacingBetweenSlices"}}};
+  for (const auto& [tag, name] : read)
+    if (const std::string text = item.text(tag); text.find(',') != std::string::npos)
+      return fmt::format("{} '{}'", name, text);
+  return "";
+}
+std::string bad_comma(const std::string& found) {
+  return "writes numbers with commas (" + found +
+         "), where DICOM has a point before the decimals and a backslash between numbers; what wrote it is "
+         "to "
+         "be set to points";
+}
+
+double first_decimal(const DicomItem& item, std::uint32_t tag) {
+  const auto list = item.decimals(tag);
+  return list.empty() || !(std::abs(list[0]) < 1e6) ? 0 : list[0];
+}
+
+void take_spacing(const DicomItem& item, DicomSlice& slice) {
+  slice.thickness = std::max(first_decimal(item, 0x00180050), 0.0);
+  slice.spacing_between = std::abs(first_decimal(item, 0x00180088));  // nuclear medicine has it negative
+}
 
 void take_geometry(const DicomItem& elements, DicomSlice& slice) {
   const auto position = elements.decimals(0x00200032), axes = elements.decimals(0x00200037);
@@ -32,6 +75,13 @@ void take_geometry(const DicomItem& elements, DicomSlice& slice) {
   if (!(row.normalized().cross(column.normalized()).norm() > 0.1)) return;
   if (!(spacing[0] > 0 && spacing[1] > 0 && spacing[0] < 1000 && spacing[1] < 1000)) return;
   slice.position = first;
+  const std::string text = elements.text(0x00200032);
+  for (std::size_t n = 0, from = 0; n < 3; ++n) {
+    const auto to = std::min(text.find('\\', from), text.size());
+    slice.position_decimal[static_cast<Eigen::Index>(n)] =
+        last_decimal(std::string_view(text).substr(from, to - from));
+    from = std::min(to + 1, text.size());
+  }
   slice.along_row = row.normalized(), slice.along_column = column.normalized();
   slice.row_spacing = spacing[0], slice.column_spacing = spacing[1];  // "adjacent rows \ adjacent columns"
 }
@@ -43,6 +93,7 @@ void take_pixels(const DicomElements& elements, DicomSlice& slice) {
   p.high_bit = elements.number(0x00280102).value_or(static_cast<std::uint16_t>(p.bits_stored - 1));
   p.is_signed = elements.number(0x00280103).value_or(0) == 1;
   p.big_endian = elements.big_endian, p.fragments = elements.fragments, p.packing = elements.transfer_syntax;
+  p.deflated_from = elements.deflated_from;
   p.offset = elements.pixel_offset, p.bytes = elements.pixel_bytes;
   slice.samples_per_pixel = elements.number(0x00280002).value_or(1);
   if (const auto frames = elements.decimals(0x00280008); !frames.empty() && frames[0] > 1)
@@ -78,7 +129,7 @@ bool scaling_fits(const DicomSlice& slice) {
 DicomSlice take(const std::string& path, const DicomElements& elements) {
   DicomSlice slice;
   slice.path = path;
-  slice.instance_uid = elements.text(0x00080018), slice.series_uid = elements.text(0x0020000e);
+  slice.series_uid = elements.text(0x0020000e);
   slice.modality = elements.text(0x00080060), slice.series_description = elements.text(0x0008103e);
   slice.patient_position = elements.text(0x00185100);
   slice.rescale_type = elements.text(0x00281054);
@@ -88,27 +139,25 @@ DicomSlice take(const std::string& path, const DicomElements& elements) {
   slice.acquisition = elements.text(0x00200012), slice.temporal_position = elements.text(0x00200100);
   slice.echo = elements.text(0x00180086), slice.image_type = elements.text(0x00080008);
   take_geometry(elements, slice);
+  take_spacing(elements, slice);
+  if (const auto location = elements.decimals(0x00201041); location.size() == 1) slice.location = location[0];
+  slice.reconstruction_diameter = std::max(first_decimal(elements, 0x00181100), 0.0);
   take_pixels(elements, slice);
   if (elements.packed) slice.packing = packing_name(elements.transfer_syntax);
   return slice;
 }
 
 // Where each frame of packed pixels is among their fragments: one each, as nearly all files have it.
-Result<void> part_pixels(const DicomSlice& whole, std::size_t frames, std::size_t frame, DicomPixels& p) {
-  if (p.fragments.empty()) {
-    const auto bits = static_cast<std::uint64_t>(whole.rows) * static_cast<std::uint64_t>(whole.columns) *
-                      static_cast<std::uint64_t>(p.bits_allocated);
-    p.offset += frame * bits / 8;
-    p.bytes = std::min(bits / 8, p.bytes - std::min(p.bytes, frame * bits / 8));
-    return {};
+void part_pixels(const DicomSlice& whole, std::size_t frame, DicomPixels& p) {
+  if (!whole.pixels.fragments.empty()) {
+    p.fragments = {whole.pixels.fragments[frame]};
+    return;
   }
-  if (p.fragments.size() != frames)
-    return failure(whole.path,
-                   fmt::format("has {} frames packed into {} pieces, so that they cannot be told apart here; "
-                               "unpack it first (dcmdjpeg, gdcmconv --raw)",
-                               frames, p.fragments.size()));
-  p.fragments = {p.fragments[frame]};
-  return {};
+  const auto bits = static_cast<std::uint64_t>(whole.rows) * static_cast<std::uint64_t>(whole.columns) *
+                    static_cast<std::uint64_t>(p.bits_allocated);
+  const std::uint64_t before = std::min(p.bytes, frame * bits / 8);
+  p.offset += before;
+  p.bytes = std::min(bits / 8, p.bytes - before);
 }
 
 Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const DicomSlice& whole) {
@@ -119,6 +168,15 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
     return failure(whole.path, fmt::format("is a damaged DICOM file: {} frames, of which {} are described",
                                            whole.frames, per_frame.size()));
   const DicomItem* shared = elements.item(0x52009229);
+  if (const std::size_t pieces = whole.pixels.fragments.size(); pieces > 0 && pieces != per_frame.size())
+    return failure(whole.path,
+                   fmt::format("has {} frames packed into {} pieces, so that they cannot be told apart here; "
+                               "unpack it first (dcmdjpeg, gdcmconv --raw)",
+                               per_frame.size(), pieces));
+  DicomSlice alike = whole;  // in all frames
+  alike.frames = 1;
+  alike.position.reset();
+  alike.pixels.fragments.clear();
   std::vector<DicomSlice> slices;
   for (std::size_t n = 0; n < per_frame.size(); ++n) {
     // a macro of this frame, else the one that all share
@@ -126,16 +184,16 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
       const DicomItem* own = per_frame[n].item(tag);
       return own || !shared ? own : shared->item(tag);
     };
-    DicomSlice s = whole;
-    s.frames = 1;
-    s.position.reset();
-    s.instance_uid += fmt::format(".{}", n + 1);
+    DicomSlice s = alike;
     DicomItem geometry;
     for (const auto& [group, tag] :
          {std::pair{0x00209113U, 0x00200032U}, {0x00209116U, 0x00200037U}, {0x00289110U, 0x00280030U}})
       if (const DicomItem* m = macro(group)) geometry.values[tag] = m->text(tag);
+    std::string comma = with_comma(geometry);
     take_geometry(geometry, s);
+    if (const DicomItem* m = macro(0x00289110)) take_spacing(*m, s);
     if (const DicomItem* m = macro(0x00289145)) {
+      if (comma.empty()) comma = with_comma(*m);
       take_scaling(*m, s);
       s.rescale_type = m->text(0x00281054);
     }
@@ -151,85 +209,46 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
     }
     for (const std::uint32_t tag : {0x00189329U, 0x00189226U})
       if (const DicomItem* m = macro(tag)) s.image_type = m->text(0x00080007);
+    if (!comma.empty()) return failure(whole.path, bad_comma(comma));
     if (!scaling_fits(s)) return failure(whole.path, bad_scaling);
-    if (const auto parted = part_pixels(whole, per_frame.size(), n, s.pixels); !parted)
-      return tl::unexpected(parted.error());
+    part_pixels(whole, n, s.pixels);
     slices.push_back(std::move(s));
   }
   return slices;
 }
 
-Result<void> plain_bytes(const DicomSlice& slice, std::span<std::byte> to) {
-  if (slice.pixels.bytes < to.size()) {
-    return failure(
-        slice.path,
-        fmt::format("is cut off or damaged: it holds {} bytes of pixels where its header promises {}",
-                    slice.pixels.bytes, to.size()));
-  }
-  auto source = ByteSource::open(slice.path, ByteSource::Packing::plain, slice.pixels.offset);
-  if (!source) return tl::unexpected(source.error());
-  const auto got = source->read(to);
-  if (!got) return tl::unexpected(got.error());
-  if (*got < to.size()) return failure(slice.path, "is cut off within its pixels");
-  return {};
+// The bytes of a frame's pixels where they are not packed: rows * columns * width of them.
+double plain_size(const DicomSlice& slice) {
+  return double(slice.rows) * double(slice.columns) * (slice.pixels.bits_allocated / 8);
 }
 
 // One stream of all fragments; of even length, as DICOM has it.
-Result<std::vector<char>> packed_stream(const DicomSlice& slice) {
-  std::vector<char> stream;
+Result<std::vector<std::byte>> packed_stream(const DicomSlice& slice, DicomBytes& file) {
+  std::vector<std::byte> stream;
   for (const auto& [offset, length] : slice.pixels.fragments) {
-    auto source = ByteSource::open(slice.path, ByteSource::Packing::plain, offset);
-    if (!source) return tl::unexpected(source.error());
     const std::size_t start = stream.size();
     stream.resize(start + length);
-    const auto got = source->read(std::as_writable_bytes(std::span(stream).subspan(start)));
-    if (!got) return tl::unexpected(got.error());
-    if (*got < length) return failure(slice.path, "is cut off within its pixels");
+    if (const auto got = file.read(slice, offset, std::span(stream).subspan(start)); !got)
+      return tl::unexpected(got.error());
   }
-  if (stream.size() % 2) stream.push_back(0);
+  if (stream.size() % 2) stream.push_back(std::byte{0});
   return stream;
 }
 
-// GDCM's codecs unpack a picture that is put together here: GDCM's reader of files aborts on damaged ones.
-// What the codec finds (JPEG may know better than the header) replaces what the header says of the pixels.
-Result<void> unpacked_bytes(const DicomSlice& slice, std::span<std::byte> to, DicomPixels& p) try {
-  gdcm::Trace::DebugOff(), gdcm::Trace::WarningOff(), gdcm::Trace::ErrorOff();  // a library does not print
-  const auto stream = packed_stream(slice);
+constexpr std::string_view rle_syntax = "1.2.840.10008.1.2.5";
+
+bool needs_codec(const DicomSlice& slice) {
+  return !slice.pixels.fragments.empty() && slice.pixels.packing != rle_syntax;
+}
+
+Result<void> unpacked_bytes(const DicomSlice& slice, DicomBytes& file, std::span<std::byte> to,
+                            DicomPixels& p) {
+  const auto stream = packed_stream(slice, file);
   if (!stream) return tl::unexpected(stream.error());
-  const auto syntax = gdcm::TransferSyntax::GetTSType(p.packing.c_str());
-  if (syntax == gdcm::TransferSyntax::TS_END)
-    return failure(slice.path, "has pixels packed in a way that is not known here (" + slice.packing + ")");
-
-  gdcm::Fragment fragment;
-  fragment.SetByteValue(stream->data(), static_cast<std::uint32_t>(stream->size()));
-  gdcm::SmartPointer<gdcm::SequenceOfFragments> fragments = new gdcm::SequenceOfFragments;
-  fragments->AddFragment(fragment);
-  gdcm::DataElement element(gdcm::Tag(0x7fe0, 0x0010));
-  element.SetVR(gdcm::VR::OB);
-  element.SetValue(*fragments);
-
-  gdcm::Image image;
-  image.SetNumberOfDimensions(2);
-  image.SetDimension(0, static_cast<unsigned>(slice.columns)),
-      image.SetDimension(1, static_cast<unsigned>(slice.rows));
-  const auto bits = [](int n) { return static_cast<unsigned short>(n); };
-  image.SetPixelFormat(
-      gdcm::PixelFormat(1, bits(p.bits_allocated), bits(p.bits_stored), bits(p.high_bit), p.is_signed));
-  image.SetPhotometricInterpretation(gdcm::PhotometricInterpretation::MONOCHROME2);
-  image.SetTransferSyntax(gdcm::TransferSyntax(syntax));
-  image.SetDataElement(element);
-  if (image.GetBufferLength() != to.size() || !image.GetBuffer(reinterpret_cast<char*>(to.data())))
-    return failure(slice.path,
-                   "has pixels that cannot be unpacked: cut off or damaged (" + slice.packing + ")");
-  const gdcm::PixelFormat& format = image.GetPixelFormat();
-  if (format.GetBitsAllocated() != p.bits_allocated)
-    return failure(slice.path, fmt::format("unpacks to pixels of {} bits where its header promises {}",
-                                           format.GetBitsAllocated(), p.bits_allocated));
-  p.bits_stored = format.GetBitsStored(), p.high_bit = format.GetHighBit();
-  p.is_signed = format.GetPixelRepresentation() == 1;
-  return {};
-} catch (const std::exception& trouble) {
-  return failure(slice.path, std::string("has pixels that cannot be unpacked: ") + trouble.what());
+  if (needs_codec(slice)) return unpack_by_codec(slice, *stream, to, p);
+  const auto wrong = unpack_rle(*stream, static_cast<std::size_t>(p.bits_allocated) / 8, to);
+  if (wrong.empty()) return {};
+  return failure(slice.path, fmt::format("holds damaged pixels (RLE: {})", wrong));
 }
 
 bool consistent(const DicomPixels& p) {
@@ -281,6 +300,7 @@ Result<DicomSlice> checked(const std::string& path, const DicomElements& element
   DicomSlice slice = take(path, elements);
   if (slice.rows == 0 || slice.columns == 0)
     return failure(path, "is a damaged DICOM file: it has pixels, but no rows and columns");
+  if (const auto comma = with_comma(elements); !comma.empty()) return failure(path, bad_comma(comma));
   if (!scaling_fits(slice)) return failure(path, bad_scaling);
   return slice;
 }
@@ -307,20 +327,21 @@ Result<std::vector<DicomSlice>> read_dicom_slices(const std::string& path) {
   return frames_of(**elements, *whole);
 }
 
+namespace {
+
+// one slice, by this process
 template <class T>
-Result<void> read_dicom_pixels(const DicomSlice& slice, std::span<T> to) {
+Result<void> read_slice(const DicomSlice& slice, DicomBytes& file, std::span<T> to) {
+  if (const auto fits = check_pixels(slice); !fits) return fits;
   const auto width = static_cast<std::size_t>(slice.pixels.bits_allocated) / 8;
-  if (slice.pixels.bits_allocated != 8 && slice.pixels.bits_allocated != 16 &&
-      slice.pixels.bits_allocated != 32)
-    return failure(slice.path, fmt::format("has pixels of {} bits; 8, 16 or 32 are read here",
-                                           slice.pixels.bits_allocated));
   DicomPixels p = slice.pixels;
   if (!consistent(p))
     return failure(slice.path, fmt::format("is a damaged DICOM file: {} bits stored up to bit {} of {}",
                                            p.bits_stored, p.high_bit, p.bits_allocated));
   std::vector<std::byte> apart(width == sizeof(T) ? 0 : to.size() * width);
   const auto bytes = width == sizeof(T) ? std::as_writable_bytes(to) : std::span(apart);
-  const auto read = p.fragments.empty() ? plain_bytes(slice, bytes) : unpacked_bytes(slice, bytes, p);
+  const auto read =
+      p.fragments.empty() ? file.read(slice, p.offset, bytes) : unpacked_bytes(slice, file, bytes, p);
   if (!read) return read;
   if (!consistent(p)) return failure(slice.path, "has packed pixels that contradict themselves");
 
@@ -335,7 +356,104 @@ Result<void> read_dicom_pixels(const DicomSlice& slice, std::span<T> to) {
   return {};
 }
 
-template Result<void> read_dicom_pixels(const DicomSlice&, std::span<std::int16_t>);
-template Result<void> read_dicom_pixels(const DicomSlice&, std::span<std::int32_t>);
+// A child's slices: so many that starting it is a small part, so few that they are a small part of memory.
+constexpr std::size_t bytes_of_child = std::size_t{16} << 20;
+
+template <class T>
+Result<void> read_in_child(std::span<const DicomSlice> slices, std::span<T> to) {
+  const std::size_t area = to.size() / slices.size();
+  const std::string& path = slices.front().path;
+  auto pixels = SharedBytes::make(path, to.size_bytes()), at = SharedBytes::make(path, sizeof(std::uint32_t));
+  if (!pixels) return tl::unexpected(pixels.error());
+  if (!at) return tl::unexpected(at.error());
+  const auto shared = reinterpret_cast<T*>(pixels->bytes().data());
+  const auto current = reinterpret_cast<volatile std::uint32_t*>(at->bytes().data());
+  // codecs unpack ten times as fast and more
+  const ChildLimits limits{.seconds = 5 + double(to.size()) / 1e6,
+                           .bytes = (std::uint64_t{256} << 20) + 32 * area};
+  const auto done = in_child("", "unpacking its pixels (" + slices.front().packing + ")", limits, [&] {
+    DicomBytes file;
+    Result<void> read;
+    for (std::size_t n = 0; n < slices.size() && read; ++n) {
+      *current = static_cast<std::uint32_t>(n);
+      read = read_slice(slices[n], file, std::span(shared + n * area, area));
+    }
+    return read;
+  });
+  if (!done && done.error().where.empty())
+    return failure(slices[*current].path, done.error().what + "; they are damaged");
+  if (done) std::memcpy(to.data(), shared, to.size_bytes());
+  return done;
+}
+
+}  // namespace
+
+Result<void> check_pixels(const DicomSlice& slice) {
+  const DicomPixels& p = slice.pixels;
+  if (p.bits_allocated != 8 && p.bits_allocated != 16 && p.bits_allocated != 32)
+    return failure(slice.path,
+                   fmt::format("has pixels of {} bits; 8, 16 or 32 are read here", p.bits_allocated));
+  double bytes = 0;
+  for (const auto& fragment : p.fragments) bytes += fragment.second;
+  if (p.fragments.empty()) bytes = double(p.bytes);
+  if (needs_codec(slice) || plain_size(slice) <= (p.fragments.empty() ? bytes : most_of_rle(bytes)))
+    return {};
+  return failure(slice.path,
+                 fmt::format("is cut off or damaged: it holds {:.0f} bytes of {}pixels where its header "
+                             "promises {:.0f}",
+                             bytes, p.fragments.empty() ? "" : "packed ", plain_size(slice)));
+}
+
+template <class T>
+Result<void> read_dicom_pixels(std::span<const DicomSlice> slices, std::span<T> to,
+                               const std::function<void(std::size_t)>& done) {
+  DicomBytes file;
+  const std::size_t area = to.size() / std::max<std::size_t>(slices.size(), 1);
+  const std::size_t most =
+      std::max<std::size_t>(bytes_of_child / (sizeof(T) * std::max<std::size_t>(area, 1)), 1);
+  for (std::size_t n = 0; n < slices.size();) {
+    std::size_t end = n + 1;
+    if (needs_codec(slices[n]))
+      while (end < slices.size() && end - n < most && needs_codec(slices[end])) ++end;
+    const auto some = to.subspan(n * area, (end - n) * area);
+    const auto read = needs_codec(slices[n]) ? read_in_child(slices.subspan(n, end - n), some)
+                                             : read_slice(slices[n], file, some);
+    if (!read) return read;
+    n = end;
+    if (done) done(n);
+  }
+  return {};
+}
+
+template Result<void> read_dicom_pixels(std::span<const DicomSlice>, std::span<std::int16_t>,
+                                        const std::function<void(std::size_t)>&);
+template Result<void> read_dicom_pixels(std::span<const DicomSlice>, std::span<std::int32_t>,
+                                        const std::function<void(std::size_t)>&);
+
+struct DicomBytes::Open {
+  std::string path;
+  ByteSource source;
+  std::uint64_t position;
+};
+
+DicomBytes::DicomBytes() = default;
+DicomBytes::~DicomBytes() = default;
+
+Result<void> DicomBytes::read(const DicomSlice& slice, std::uint64_t offset, std::span<std::byte> to) {
+  const std::uint64_t deflated = slice.pixels.deflated_from;
+  if (deflated == 0 || !open_ || open_->path != slice.path || open_->position > offset) {
+    auto source = deflated ? ByteSource::open(slice.path, ByteSource::Packing::raw, deflated)
+                           : ByteSource::open(slice.path, ByteSource::Packing::plain, offset);
+    if (!source) return tl::unexpected(source.error());
+    open_.reset(new Open{slice.path, std::move(*source), deflated ? 0 : offset});
+  }
+  const auto skipped = open_->source.skip(offset - open_->position);
+  if (!skipped) return tl::unexpected(skipped.error());
+  const auto got = open_->source.read(to);
+  if (!got) return tl::unexpected(got.error());
+  open_->position = offset + *got;
+  if (*got < to.size()) return failure(slice.path, "is cut off within its pixels");
+  return {};
+}
 
 }  // namespace borelli

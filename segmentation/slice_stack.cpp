@@ -4,52 +4,153 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <numbers>
-#include <set>
+#include <numeric>
+#include <string_view>
 
 namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
 
-// Positions are decimals that scanners round to as little as 0.1 mm: half of that, and some for the sum of
-// several.
-constexpr double rounding = 0.06;  // mm
+// Scanners that round positions to many decimals still place slices no better than this (mm).
+constexpr double rounding = 0.06;
 
 std::string place(double along) { return fmt::format("{:.4g} mm", along); }
 
-struct Line {
-  std::vector<double> along;  // mm along the normal, from 0
-  Vector3d first, direction;  // direction: displacement per mm along the normal
-};
-
-Result<Line> line_through(const std::string& where, const std::vector<DicomSlice>& slices) {
-  const Vector3d normal = slices.front().normal();
-  Line line;
-  line.first = *slices.front().position;
-  for (const auto& slice : slices) line.along.push_back(normal.dot(*slice.position - line.first));
-  line.direction = (*slices.back().position - line.first) / line.along.back();
-  double worst = 0;
-  for (std::size_t n = 0; n < slices.size(); ++n)
-    worst = std::max(worst, (*slices[n].position - line.first - line.along[n] * line.direction).norm());
-  if (worst > std::max(rounding, 0.1 * slices.front().column_spacing)) {
-    return failure(
-        where,
-        fmt::format("has slices that are not in one line (one is {:.2g} mm aside); a volume cannot be built "
-                    "from them",
-                    worst));
-  }
-  return line;
+// How far the text of positions may be from what it stands for: half of its last decimal (the finest of any
+// slice: a writer may drop zeros).
+Vector3d text_rounding(const std::vector<DicomSlice>& slices) {
+  Vector3d finest = slices.front().position_decimal;
+  for (const auto& slice : slices) finest = finest.cwiseMin(slice.position_decimal);
+  return finest / 2;
 }
 
-void drop_copies(std::vector<DicomSlice>& slices, std::vector<std::string>& notes) {
-  std::set<std::string> seen;
-  const auto copy = [&](const DicomSlice& s) {
-    return !s.instance_uid.empty() && !seen.insert(s.instance_uid).second;
+// y = offset + slope x, by least squares
+struct LineFit {
+  double slope = 0, offset = 0;
+};
+LineFit fitted_line(const std::vector<double>& x, const std::vector<double>& y) {
+  const auto mean = [](const std::vector<double>& v) {
+    return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
   };
-  const auto copies = std::erase_if(slices, copy);
-  if (copies)
-    notes.push_back(fmt::format("{} slices are there twice (same instance) and were taken once", copies));
+  const double mean_x = mean(x), mean_y = mean(y);
+  double square = 0, product = 0;
+  for (std::size_t n = 0; n < x.size(); ++n)
+    square += (x[n] - mean_x) * (x[n] - mean_x), product += (x[n] - mean_x) * (y[n] - mean_y);
+  const double slope = product / square;
+  return {slope, mean_y - slope * mean_x};
+}
+
+// The least distance that some line of slope near `slope` leaves to the furthest point: convex in the slope.
+double least_distance(const std::vector<double>& x, const std::vector<double>& y, double slope) {
+  const auto distance = [&](double s) {
+    double least = y[0] - s * x[0], most = least;
+    for (std::size_t n = 1; n < x.size(); ++n)
+      least = std::min(least, y[n] - s * x[n]), most = std::max(most, y[n] - s * x[n]);
+    return (most - least) / 2;
+  };
+  const double reach = 4 * distance(slope) / (x.back() - x.front());
+  double low = slope - reach, high = slope + reach;
+  for (int n = 0; n < 40; ++n) {
+    const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+    (distance(a) < distance(b) ? high : low) = distance(a) < distance(b) ? b : a;
+  }
+  return distance((low + high) / 2);
+}
+
+// The even spacing that fits sorted places best, and the number of each slice in it.
+struct Evenness {
+  std::vector<double> index;
+  double step = 0;
+  bool even = false;  // every slice lies where its number says
+};
+Evenness evenness(const std::vector<double>& along, double text) {
+  Evenness e;
+  e.step = along.back();
+  for (std::size_t n = 1; n < along.size(); ++n) e.step = std::min(e.step, along[n] - along[n - 1]);
+  for (int round = 0; round < 4; ++round) {
+    std::vector<double> index{0};
+    for (std::size_t n = 1; n < along.size(); ++n)
+      index.push_back(index.back() + std::max(1.0, std::round((along[n] - along[n - 1]) / e.step)));
+    if (index == e.index) break;
+    e.index = std::move(index);
+    e.step = fitted_line(e.index, along).slope;
+  }
+  // a text so coarse that a missing slice could hide in it (from a quarter of the spacing) counts for less
+  const double allowed = std::max({rounding, 0.05 * e.step, std::min(1.001 * text, 0.2 * e.step)});
+  e.even = least_distance(e.index, along, e.step) <= allowed;
+  return e;
+}
+
+std::vector<double> places_along(const std::vector<DicomSlice>& slices) {
+  const Vector3d normal = slices.front().normal(), first = *slices.front().position;
+  std::vector<double> along;
+  for (const auto& slice : slices) along.push_back(normal.dot(*slice.position - first));
+  return along;
+}
+
+double text_along(const std::vector<DicomSlice>& slices) {
+  return slices.front().normal().cwiseAbs().dot(text_rounding(slices));
+}
+
+// How far the slices' places along it are aside of the line from the first to the last at most, and how far
+// they may be.
+std::pair<double, double> aside_of_line(const std::vector<DicomSlice>& slices,
+                                        const std::vector<double>& along) {
+  const Vector3d first = *slices.front().position,
+                 direction = (*slices.back().position - first) / along.back();
+  double worst = 0;
+  for (std::size_t n = 0; n < slices.size(); ++n)
+    worst = std::max(worst, (*slices[n].position - first - along[n] * direction).norm());
+  return {worst, std::max(rounding, 0.1 * slices.front().column_spacing) + 2 * text_rounding(slices).norm()};
+}
+
+// What other fields say of the slices' spacing. Thickness is another thing, slices may overlap or leave gaps,
+// but no scanner makes them eight times as thick as far apart, or a fifteenth.
+void say_contradictions(const SliceStack& stack, std::vector<std::string>& notes) {
+  const Vector3d step = stack.grid.axes.col(2);
+  const auto& slices = stack.slices;
+  const DicomSlice &first = slices.front(), &last = slices.back();
+  const double across = std::abs(first.normal().dot(step)), along = step.norm();
+  const auto contradicts = [&](double said) {
+    const double allowed = 0.05 + 0.02 * across;  // some write it to a tenth
+    // (SliceLocation of oblique slices may be along an axis of the body)
+    return std::abs(said - across) > allowed && std::abs(said - along) > allowed &&
+           std::abs(said - step.cwiseAbs().maxCoeff()) > allowed;
+  };
+  const auto alike = [&](double DicomSlice::*field) {
+    return first.*field > 0 && std::ranges::all_of(slices, [&](const DicomSlice& s) {
+             return std::abs(s.*field - first.*field) <= 0.01 * first.*field;
+           });
+  };
+  std::string others;
+  const auto add = [&](std::string_view name, double said) {
+    others += fmt::format("{}{} {}", others.empty() ? "" : ", ", name, place(said));
+  };
+  if (alike(&DicomSlice::spacing_between) && contradicts(first.spacing_between))
+    add("SpacingBetweenSlices says", first.spacing_between);
+  if (first.location && last.location && *first.location != *last.location) {
+    const double steps = (*last.position - *first.position).norm() / along;
+    if (const double said = std::abs(*last.location - *first.location) / steps; contradicts(said))
+      add("SliceLocation makes it", said);
+  }
+  if (alike(&DicomSlice::thickness) &&
+      (first.thickness > std::max(8 * across, 1.0) || first.thickness < across / 15))
+    add("SliceThickness says", first.thickness);
+  if (!others.empty())
+    notes.push_back(
+        fmt::format("the slices' positions are {} apart, which was taken; {}: if that is right, "
+                    "volumes and masses are off by as much",
+                    place(across), others));
+  const double width = std::max(first.column_spacing * first.columns, first.row_spacing * first.rows);
+  if (first.modality == "CT" && first.image_type.starts_with("ORIGINAL") &&
+      first.reconstruction_diameter > 0 && std::abs(first.reconstruction_diameter - width) > 0.03 * width)
+    notes.push_back(fmt::format(
+        "PixelSpacing makes the picture {} wide, which was taken; ReconstructionDiameter says {}: "
+        "if that is right, volumes and masses are off by its square",
+        place(width), place(first.reconstruction_diameter)));
 }
 
 void say_tilt(const Grid& grid, std::vector<std::string>& notes) {
@@ -62,22 +163,27 @@ void say_tilt(const Grid& grid, std::vector<std::string>& notes) {
         tilt));
 }
 
-// Even spacing where there is none: the grid's slices among those that are there
-Result<void> even_out(const std::string& where, const std::vector<double>& along, SliceStack& stack,
-                      double& step) {
+// Slices of an even grid between those that are there, which lie at `places`, in grid steps.
+void fill_in(const std::vector<double>& places, SliceStack& stack) {
+  std::size_t below = 0;
+  for (std::int64_t k = 0; k < stack.grid.size[2]; ++k) {
+    const double at = std::min(static_cast<double>(k), places.back());
+    while (below + 2 < places.size() && places[below + 1] <= at) ++below;
+    stack.sources.push_back(static_cast<double>(below) +
+                            (at - places[below]) / (places[below + 1] - places[below]));
+  }
+}
+
+// The slices' line, evenly parted.
+Result<void> lay_grid(const std::string& where, const std::vector<double>& along, SliceStack& stack) {
   std::vector<double> gaps;
   for (std::size_t n = 1; n < along.size(); ++n) gaps.push_back(along[n] - along[n - 1]);
+  const Evenness e = evenness(along, text_along(stack.slices));
   const double least = std::ranges::min(gaps), total = along.back();
-  // gaps that are whole multiples of the least one: slices are missing; else the spacing changes
-  const bool missing = std::ranges::all_of(gaps, [&](double gap) {
-    const double times = std::round(gap / least);
-    return std::abs(gap - times * least) <= std::max(rounding, 0.05 * least) * times;
-  });
   auto sorted = gaps;
   std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2));
-  const double common = missing ? least : sorted[sorted.size() / 2];
-  const double count = std::round(total / common);
-  step = total / count;
+  const double count = e.even ? e.index.back() : std::round(total / sorted[sorted.size() / 2]);
+  const double step = e.even ? e.step : total / count;
   const std::size_t widest = static_cast<std::size_t>(std::ranges::max_element(gaps) - gaps.begin());
   if (gaps[widest] > 4.5 * step && gaps[widest] > 10) {
     return failure(where, fmt::format("misses {} of body between two slices that are {} and {} from the "
@@ -89,60 +195,85 @@ Result<void> even_out(const std::string& where, const std::vector<double>& along
                                       place(least), place(gaps[widest])));
 
   stack.grid.size[2] = static_cast<std::int64_t>(count) + 1;
-  std::size_t below = 0;
-  for (std::int64_t k = 0; k < stack.grid.size[2]; ++k) {
-    const double at = std::min(static_cast<double>(k) * step, total);
-    while (below + 2 < along.size() && along[below + 1] <= at) ++below;
-    stack.sources.push_back(static_cast<double>(below) + (at - along[below]) / gaps[below]);
-  }
-  if (missing) {
+  stack.grid.origin = *stack.slices.front().position;
+  stack.grid.axes.col(2) = (*stack.slices.back().position - stack.grid.origin) / count;
+  std::vector<double> places = e.index;
+  if (!e.even)
+    for (std::size_t n = 0; n < along.size(); ++n) places[n] = along[n] / step;
+  else
+    for (Eigen::Index c = 0; c < 3; ++c) {
+      std::vector<double> coordinate;
+      for (const auto& slice : stack.slices) coordinate.push_back((*slice.position)[c]);
+      const LineFit fit = fitted_line(e.index, coordinate);
+      stack.grid.axes(c, 2) = fit.slope, stack.grid.origin[c] = fit.offset;
+    }
+  if (e.even && e.index.back() == static_cast<double>(along.size() - 1)) return {};
+  fill_in(places, stack);
+  if (e.even)
     stack.notes.push_back(fmt::format(
         "{} slices are missing (the first behind slice {}) and were interpolated",
         stack.grid.size[2] - static_cast<std::int64_t>(along.size()),
-        std::ranges::find_if(gaps, [&](double gap) { return gap > 1.5 * least; }) - gaps.begin() + 1));
-  } else {
+        std::ranges::find_if(gaps, [&](double gap) { return gap > 1.5 * step; }) - gaps.begin() + 1));
+  else
     stack.notes.push_back(
         fmt::format("the slices are unevenly spaced, {} to {} apart; they were interpolated to {:.4g} mm",
                     place(least), place(gaps[widest]), step));
-  }
   return {};
 }
 
 }  // namespace
 
-Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice> slices) {
-  SliceStack stack;
-  drop_copies(slices, stack.notes);
-  if (slices.size() < 2)
-    return failure(where, "holds only one slice of a series; a volume needs at least two");
+void sort_along(std::vector<DicomSlice>& slices) {
   const Vector3d normal = slices.front().normal();
   std::ranges::stable_sort(slices, {}, [&](const DicomSlice& s) { return normal.dot(*s.position); });
-  for (std::size_t n = 1; n < slices.size(); ++n) {
-    if (normal.dot(*slices[n].position - *slices[n - 1].position) < 1e-3) {
+}
+
+bool evenly_spaced(const std::vector<DicomSlice>& slices) {
+  if (slices.size() < 2) return true;
+  auto sorted = slices;
+  sort_along(sorted);
+  const auto along = places_along(sorted);
+  if (std::ranges::adjacent_find(along, [](double a, double b) { return b - a < same_place; }) != along.end())
+    return false;
+  return evenness(along, text_along(sorted)).even;
+}
+
+bool in_one_line(const std::vector<DicomSlice>& slices) {
+  auto sorted = slices;
+  sort_along(sorted);
+  const auto along = places_along(sorted);
+  if (!(along.back() > 0)) return false;
+  const auto [aside, allowed] = aside_of_line(sorted, along);
+  return aside <= allowed;
+}
+
+Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice> slices) {
+  if (slices.size() < 2)
+    return failure(where, "holds only one slice of a series; a volume needs at least two");
+  SliceStack stack;
+  sort_along(slices);
+  stack.slices = std::move(slices);
+  const auto along = places_along(stack.slices);
+  for (std::size_t n = 1; n < along.size(); ++n) {
+    if (along[n] - along[n - 1] < same_place) {
       return failure(
           where, fmt::format(
                      "has two different slices at one position ({} and {}); give it a folder with one volume",
-                     slices[n - 1].path, slices[n].path));
+                     stack.slices[n - 1].path, stack.slices[n].path));
     }
   }
-  const auto line = line_through(where, slices);
-  if (!line) return tl::unexpected(line.error());
-
-  const double steps = static_cast<double>(slices.size() - 1);
-  double step = line->along.back() / steps, off = 0;
-  for (std::size_t n = 0; n < slices.size(); ++n)
-    off = std::max(off, std::abs(line->along[n] - static_cast<double>(n) * step));
-  const DicomSlice& first = slices.front();
-  stack.grid.size = {first.columns, first.rows, static_cast<std::int64_t>(slices.size())};
-  if (off > std::max(rounding, 0.05 * step)) {
-    if (const auto evened = even_out(where, line->along, stack, step); !evened)
-      return tl::unexpected(evened.error());
-  }
-  stack.grid.axes << first.column_spacing * first.along_row, first.row_spacing * first.along_column,
-      step * line->direction;
-  stack.grid.origin = line->first;
+  if (const auto [aside, allowed] = aside_of_line(stack.slices, along); aside > allowed)
+    return failure(where,
+                   fmt::format("has slices that are not in one line (one is {:.2g} mm aside); a volume "
+                               "cannot be built from them",
+                               aside));
+  const DicomSlice& first = stack.slices.front();
+  stack.grid.size = {first.columns, first.rows, 0};
+  stack.grid.axes.col(0) = first.column_spacing * first.along_row;
+  stack.grid.axes.col(1) = first.row_spacing * first.along_column;
+  if (const auto laid = lay_grid(where, along, stack); !laid) return tl::unexpected(laid.error());
   say_tilt(stack.grid, stack.notes);
-  stack.slices = std::move(slices);
+  say_contradictions(stack, stack.notes);
   return stack;
 }
 

@@ -2,7 +2,9 @@
 //
 // Positions are ordered along the normal of the slices. Neighbours may also be shifted sideways, as behind a
 // tilted gantry: the third axis of the grid is the true step from slice to slice, so that a tilt is a shear
-// of the grid, not an error in it.
+// of the grid, not an error in it. Positions are decimals that somebody rounded: the grid is the straight
+// line that fits all of them best, and slices are even if no position is further off one than its text is
+// rounded.
 #pragma once
 
 #include <string>
@@ -19,11 +21,24 @@ struct SliceStack {
   /// Where each of the grid's slices lies among `slices`: 2.25 is a quarter of the way from slice 2 to
   /// slice 3. Empty where they are the same.
   std::vector<double> sources;
-  std::vector<std::string> notes;  ///< tilt, missing slices, uneven spacing, doubles: one sentence each
+  /// Tilt, missing slices, uneven spacing, other fields that contradict the positions: one sentence each.
+  std::vector<std::string> notes;
 };
 
 /// Orders slices of one series and one orientation. Errors: fewer than two, two different ones at one
 /// position, slices that are not in one line, gaps too wide to fill.
 Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice> slices);
+
+/// By their places along the normal of the first one.
+void sort_along(std::vector<DicomSlice>& slices);
+
+/// Whether slices of one orientation lie evenly, but for missing ones, and no two at one place.
+bool evenly_spaced(const std::vector<DicomSlice>& slices);
+
+/// Whether slices of one orientation, of which there are two places at least, lie behind each other.
+bool in_one_line(const std::vector<DicomSlice>& slices);
+
+/// Two positions closer than this are one (mm).
+inline constexpr double same_place = 1e-3;
 
 }  // namespace borelli

@@ -26,8 +26,10 @@ struct TestSlice {
   Eigen::Vector3d position{-10, -20, 30}, along_row{1, 0, 0}, along_column{0, 1, 0};
   double column_spacing = 0.75, row_spacing = 0.5;
   double slope = 1, intercept = -1024;
-  std::string slope_text, intercept_text;  ///< in place of them, as they stand
-  std::optional<std::uint16_t> padding;    ///< stored value
+  std::string slope_text, intercept_text;                      ///< in place of them, as they stand
+  std::string position_text, pixel_spacing_text;               ///< likewise
+  std::string thickness, spacing_between, location, diameter;  ///< as they stand; empty: not there
+  std::optional<std::uint16_t> padding;                        ///< stored value
   bool is_signed = false;
   int bits_stored = 12;
   int frames = 1;                     ///< only said, not there
@@ -77,6 +79,12 @@ inline void write_slice(const std::string& path, const TestSlice& s) {
   set(0x0020, 0x0032, three(s.position)),
       set(0x0020, 0x0037, three(s.along_row) + "\\" + three(s.along_column));
   set(0x0028, 0x0030, fmt::format("{}\\{}", s.row_spacing, s.column_spacing));
+  if (!s.position_text.empty()) set(0x0020, 0x0032, s.position_text);
+  if (!s.pixel_spacing_text.empty()) set(0x0028, 0x0030, s.pixel_spacing_text);
+  if (!s.thickness.empty()) set(0x0018, 0x0050, s.thickness);
+  if (!s.spacing_between.empty()) set(0x0018, 0x0088, s.spacing_between);
+  if (!s.location.empty()) set(0x0020, 0x1041, s.location);
+  if (!s.diameter.empty()) set(0x0018, 0x1100, s.diameter);
   set(0x0028, 0x1053, s.slope_text.empty() ? fmt::format("{}", s.slope) : s.slope_text);
   set(0x0028, 0x1052, s.intercept_text.empty() ? fmt::format("{}", s.intercept) : s.intercept_text);
   set(0x0028, 0x1054, "HU");

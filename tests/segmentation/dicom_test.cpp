@@ -291,7 +291,6 @@ TEST(Dicom, RefusesAScalingThatIsNoNumber) {
                                                                                          {"", "1e400"},
                                                                                          {"", "-10x4"},
                                                                                          {"one", ""},
-                                                                                         {"1,5", ""},
                                                                                          {"0", ""},
                                                                                          {"0x10", ""}}) {
     ScratchFolder folder;
@@ -374,7 +373,9 @@ TEST(Dicom, CopiesAreTakenOnceAndPhasesParted) {
   const auto parted = read_volume(phases.path());
   ASSERT_TRUE(parted) << parted.error().message();
   EXPECT_EQ(parted->volume.grid.size[2], 5);
-  EXPECT_TRUE(says(parted->warnings, "of 2 series the largest CT"));
+  EXPECT_TRUE(says(parted->warnings,
+                   "of 2 volumes of one series the largest CT was taken, CT 'body', "
+                   "acquisition 1 (5 slices of 6 x 5)"));
 }
 
 TEST(Dicom, FlippedBytesNeverCrash) {
@@ -449,16 +450,14 @@ TEST(Dicom, EveryEncodingHoldsTheSameVolume) {
   const auto plain = converted("cp");
   ASSERT_TRUE(plain) << plain.error().message();
   ASSERT_EQ(plain->volume.grid.size[2], 3);
-  for (const char* command : {"dcmconv +ti", "dcmconv +tb", "dcmconv -F +ti", "dcmconv -F +te",
-                              "dcmconv -e +te", "dcmconv +e +ti", "dcmcrle", "dcmcjpeg +e1", "dcmcjpls"}) {
+  for (const char* command :
+       {"dcmconv +ti", "dcmconv +tb", "dcmconv -F +ti", "dcmconv -F +te", "dcmconv -e +te", "dcmconv +e +ti",
+        "dcmcrle", "dcmcjpeg +e1", "dcmcjpls", "dcmconv +td"}) {
     const auto other = converted(command);
     ASSERT_TRUE(other) << command << ": " << other.error().message();
     EXPECT_EQ(other->volume.grid, plain->volume.grid) << command;
     EXPECT_EQ(other->volume.voxels, plain->volume.voxels) << command;
   }
-  const auto deflated = converted("dcmconv +td");
-  ASSERT_FALSE(deflated);
-  EXPECT_NE(deflated.error().what.find("transfer syntax that is not read here"), std::string::npos);
 }
 
 TEST(Dicom, RealMrOfAKneeIsUnpacked) {

@@ -1,0 +1,100 @@
+#include "segmentation/files/dicom_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string_view>
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t dicom_preamble = 132;  // 128 bytes and "DICM"
+
+bool holds_folder(const fs::path& outer, const fs::path& inner) {
+  return std::ranges::mismatch(outer, inner).in1 == outer.end();
+}
+
+// One folder's files, and the folders in it.
+void list_folder(const fs::path& folder, const fs::path& root, std::set<fs::path>& seen, FolderFiles& found,
+                 std::error_code& trouble) {
+  std::vector<fs::path> entries;
+  for (auto it = fs::directory_iterator(folder, trouble); !trouble && it != fs::directory_iterator();
+       it.increment(trouble))
+    entries.push_back(it->path());
+  std::ranges::sort(entries);
+  for (const fs::path& path : entries) {
+    if (trouble) return;
+    std::error_code ignored;
+    const auto status = fs::status(path, ignored);
+    if (path.filename().string().starts_with("._")) {
+      found.placeholders.apple.push_back(path.string());
+    } else if (status.type() == fs::file_type::not_found) {
+      found.placeholders.unfetched.push_back(path.string());
+    } else if (status.type() == fs::file_type::regular) {
+      found.files.push_back(path.string());
+    } else if (status.type() == fs::file_type::directory) {
+      const fs::path real = fs::canonical(path, trouble);
+      if (!trouble && !holds_folder(real, root) && seen.insert(real).second)
+        list_folder(path, root, seen, found, trouble);
+    }
+  }
+}
+
+std::string files_sentence(const std::vector<std::string>& paths, std::string_view one,
+                           std::string_view many) {
+  const std::string first = fs::path(paths.front()).filename().string();
+  return paths.size() == 1 ? fmt::format("{} {}", first, one)
+                           : fmt::format("{} files (the first is {}) {}", paths.size(), first, many);
+}
+
+}  // namespace
+
+bool Placeholders::take(const std::string& path) {
+  std::array<char, dicom_preamble + 1> start{};
+  std::ifstream file(path, std::ios::binary);
+  file.read(start.data(), start.size());
+  const std::string_view text(start.data(), static_cast<std::size_t>(file.gcount()));
+  if (text.starts_with("version https://git-lfs") || text.starts_with("/annex/objects/") ||
+      text.find(".git/annex/objects/") != std::string_view::npos)
+    unfetched.push_back(path);
+  else if (text.empty() || (text.size() == dicom_preamble && text.ends_with("DICM")))
+    stubs.push_back(path);
+  else
+    return false;
+  return true;
+}
+
+std::vector<std::string> Placeholders::sentences() const {
+  std::vector<std::string> all;
+  if (!unfetched.empty())
+    all.push_back(files_sentence(unfetched, "points", "point") +
+                  " to content that is not there (git-annex, Git LFS, a broken link); fetch it with 'datalad "
+                  "get', 'git annex get' or 'git lfs pull'");
+  if (!stubs.empty())
+    all.push_back(files_sentence(stubs, "holds", "hold") + " no more than the start of a DICOM file");
+  if (!apple.empty()) all.push_back(files_sentence(apple, "is", "are") + " macOS's own (._*), no pictures");
+  return all;
+}
+
+Result<FolderFiles> files_below(const std::string& folder) {
+  FolderFiles found;
+  std::error_code trouble;
+  if (fs::is_regular_file(folder, trouble)) {
+    found.files.push_back(folder);
+    return found;
+  }
+  const fs::path root = fs::canonical(folder, trouble);
+  std::set<fs::path> seen{root};
+  if (!trouble) list_folder(folder, root, seen, found, trouble);
+  if (trouble) return bad_use(folder, "cannot be listed: " + trouble.message());
+  std::ranges::sort(found.files);
+  return found;
+}
+
+}  // namespace borelli

@@ -1,0 +1,118 @@
+// A folder's files: links, files that only stand for pictures, and headers that other programs misread too.
+#include "segmentation/files/dicom_files.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "segmentation/read.hpp"
+#include "tests/segmentation/dicom_series.hpp"
+#include "tests/segmentation/scratch_folder.hpp"
+
+namespace borelli {
+namespace dicom_files_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+void write_slices(const std::string& folder, int first, int last) {
+  for (int k = first; k < last; ++k) {
+    TestSlice slice;
+    slice.columns = 3, slice.rows = 2;
+    slice.position.z() = 2 * k;
+    slice.instance = "1.2.3.1." + std::to_string(k + 1);
+    slice.pixels.assign(6, static_cast<std::uint16_t>(1000 + k));
+    write_slice(folder + "/" + std::to_string(k) + ".dcm", slice);
+  }
+}
+
+void put_text(const std::string& path, const std::string& text) {
+  put_bytes(path, {text.begin(), text.end()});
+}
+
+std::string preamble() { return std::string(128, '\0') + "DICM"; }
+
+// One of each kind of file that only stands for a picture.
+void put_placeholders(const ScratchFolder& folder) {
+  put_text(folder / "._0.dcm", std::string("\0\5\26\7", 4) + std::string(200, 'x'));
+  put_text(folder / "stub.dcm", preamble());
+  put_text(folder / "lfs.dcm", "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 525382\n");
+  put_text(folder / "annex.dcm", "/annex/objects/MD5E-s525382--0123456789abcdef.dcm\n");
+  fs::create_symlink("../.git/annex/objects/xx/yy/MD5E-s525382--00.dcm", folder / "datalad.dcm");
+}
+
+TEST(DicomFiles, WhatOnlyStandsForAPictureIsLeftAsideAndSaid) {
+  const ScratchFolder folder;
+  write_slices(folder.path(), 0, 5);
+  put_placeholders(folder);
+  const auto read = read_volume(folder.path());
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->volume.grid.size[2], 5);
+  ASSERT_EQ(read->warnings.size(), 3U);
+  EXPECT_NE(read->warnings[0].find("3 files (the first is datalad.dcm) point to content that is not there"),
+            std::string::npos)
+      << read->warnings[0];
+  EXPECT_EQ(read->warnings[1], "stub.dcm holds no more than the start of a DICOM file; left aside");
+  EXPECT_EQ(read->warnings[2], "._0.dcm is macOS's own (._*), no pictures; left aside");
+}
+
+TEST(DicomFiles, AFolderOfNothingElseNamesThem) {
+  const ScratchFolder folder;
+  put_placeholders(folder);
+  for (const auto& refusal : {read_volume(folder.path()).error(), read_labels(folder.path()).error()}) {
+    EXPECT_EQ(refusal.kind, Error::Kind::use);
+    for (const char* part : {"git annex get", "git lfs pull", "stub.dcm holds no more", "._0.dcm is macOS's"})
+      EXPECT_NE(refusal.message().find(part), std::string::npos) << refusal.message();
+  }
+}
+
+TEST(DicomFiles, FoldersBehindLinksAreFollowedOnce) {
+  const ScratchFolder folder, elsewhere;
+  write_slices(elsewhere.path(), 0, 6);
+  fs::create_directory(folder / "a");
+  fs::create_directory_symlink(elsewhere.path(), folder / "a/slices");
+  fs::create_directory_symlink(elsewhere.path(), folder / "a/again");
+  fs::create_directory_symlink("..", folder / "a/up");                      // a cycle
+  fs::create_directory_symlink(folder.path(), elsewhere / "back");          // another
+  fs::create_directory_symlink(fs::temp_directory_path(), folder / "all");  // holds this folder and others
+  const auto below = files_below(folder.path());
+  ASSERT_TRUE(below) << below.error().message();
+  EXPECT_EQ(below->files.size(), 6U);
+  const auto read = read_volume(folder.path());
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->volume.grid.size[2], 6);
+  EXPECT_TRUE(read->warnings.empty()) << read->warnings.front();
+}
+
+TEST(DicomFiles, DecimalCommasAreNamed) {
+  const auto refusal = [](const std::function<void(TestSlice&)>& change) {
+    const ScratchFolder folder;
+    for (int k = 0; k < 3; ++k) {
+      TestSlice slice;
+      slice.columns = 3, slice.rows = 2;
+      slice.position.z() = 2 * k;
+      slice.instance = "1.2.3.1." + std::to_string(k + 1);
+      slice.pixels.assign(6, 1000);
+      change(slice);
+      write_slice(folder / std::to_string(k), slice);
+    }
+    const auto read = read_volume(folder.path());
+    return read ? "read" : read.error().message();
+  };
+  EXPECT_NE(refusal([](TestSlice& s) {
+              s.pixel_spacing_text = "0,75\\0,75";
+            }).find("writes numbers with commas (PixelSpacing '0,75\\0,75')"),
+            std::string::npos);
+  EXPECT_NE(refusal([](TestSlice& s) {
+              s.position_text = fmt::format("-10,5\\-20,5\\{},0", 2 * s.position.z());
+            }).find("writes numbers with commas (ImagePositionPatient '-10,5\\-20,5\\0,0')"),
+            std::string::npos);
+  EXPECT_NE(refusal([](TestSlice& s) { s.intercept_text = "-1024,0"; }).find("RescaleIntercept '-1024,0'"),
+            std::string::npos);
+  EXPECT_NE(refusal([](TestSlice& s) { s.thickness = "1,25"; }).find("SliceThickness '1,25'"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace dicom_files_test
+}  // namespace borelli
