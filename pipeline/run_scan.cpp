@@ -11,6 +11,7 @@
 #include "pipeline/table_tolerance.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/dicom_segmentation.hpp"
+#include "segmentation/files/label_grid.hpp"
 #include "segmentation/given_landmarks.hpp"
 
 namespace borelli {
@@ -116,6 +117,9 @@ Result<json> segment_scan(RunData& data, const StageProgress& progress) {
 Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   const auto scan = data.scan([&](double share) { progress(0.5 * share); });
   if (!scan) return tl::unexpected(scan.error());
+  if (const auto fits = check_label_grid(data.settings.labels, (*scan)->volume.grid, data.settings.volume);
+      !fits)
+    return tl::unexpected(fits.error());
   auto labels = read_labels(data.settings.labels, data.settings.label_names);
   if (!labels) return tl::unexpected(labels.error());
   if (!same_grid(labels->grid, (*scan)->volume.grid) && same_lattice(labels->grid, (*scan)->volume.grid))

@@ -9,9 +9,10 @@
 #include <optional>
 #include <set>
 
-#include "segmentation/byte_stream.hpp"
+#include "process/memory.hpp"
 #include "segmentation/dicom_elements.hpp"
 #include "segmentation/dicom_slice.hpp"
+#include "segmentation/files/dicom_files.hpp"
 
 namespace borelli {
 namespace {
@@ -36,17 +37,23 @@ const DicomItem* macro(const DicomElements& elements, std::size_t frame, std::ui
 Result<std::string> file_of(const std::string& path) {
   std::error_code trouble;
   if (!std::filesystem::is_directory(path, trouble)) return path;
+  auto below = files_below(path);
+  if (!below) return tl::unexpected(below.error());
   std::string found;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(path, trouble)) {
-    if (!entry.is_regular_file(trouble)) continue;
-    const auto elements = read_dicom_elements(entry.path().string());
+  for (const std::string& file : below->files) {
+    const auto elements = read_dicom_elements(file);
+    if ((!elements || !*elements) && below->placeholders.take(file)) continue;
     if (!elements || !*elements || (*elements)->text(0x00080060) != "SEG") continue;
     if (!found.empty()) return bad_use(path, "holds several DICOM segmentations; give one file of them");
-    found = entry.path().string();
+    found = file;
   }
-  if (found.empty()) return bad_use(path, "is a folder without a DICOM segmentation; a label map is a file");
-  return found;
+  if (!found.empty()) return found;
+  std::string what = "is a folder without a DICOM segmentation; a label map is a file";
+  for (const auto& sentence : below->placeholders.sentences()) what += "; " + sentence;
+  return bad_use(path, what);
 }
+
+constexpr double longest_body = 3000;  // mm
 
 // The grid that all frames lie on, and each frame's slice of it. `between`: of neighbouring slices, mm, where
 // said.
@@ -68,6 +75,9 @@ Result<Grid> grid_of(const std::string& path, std::vector<Frame>& frames, double
   }
   if (!(step > 0)) step = thickness;
   if (!(step > 0)) return failure(path, "has frames at one place only and does not say how thick they are");
+  if (total > longest_body)
+    return failure(
+        path, fmt::format("has frames {:.4g} mm apart, longer than any body; its header is damaged", total));
   const double count = std::round(total / step);
   if (count > 20000)
     return failure(path, "has frames too far apart for their spacing; its header is damaged");
@@ -97,34 +107,73 @@ Result<Grid> grid_of(const std::string& path, std::vector<Frame>& frames, double
 
 // A frame's bits: frames follow each other without gaps, the least significant bit of a byte first
 // (PS3.5, 8.1.1).
-Result<std::vector<std::int32_t>> bits_of(const DicomSlice& slice, const DicomElements& elements,
-                                          std::size_t frame) {
-  const std::size_t area = static_cast<std::size_t>(slice.rows) * static_cast<std::size_t>(slice.columns);
-  const std::uint64_t first = frame * area, last = first + area;
-  if (elements.packed)
-    return failure(slice.path, "has binary frames that are packed; unpack it first (gdcmconv --raw)");
-  if ((last + 7) / 8 > elements.pixel_bytes)
-    return failure(slice.path, "is cut off or damaged: it holds fewer bits than frames");
+Result<void> read_bits(const DicomSlice& slice, const DicomElements& elements, std::size_t frame,
+                       DicomBytes& file, std::span<std::int32_t> values) {
+  const std::uint64_t first = frame * values.size(), last = first + values.size();
   std::vector<std::byte> bytes((last + 7) / 8 - first / 8);
-  auto source = ByteSource::open(slice.path, ByteSource::Packing::plain, elements.pixel_offset + first / 8);
-  if (!source) return tl::unexpected(source.error());
-  const auto got = source->read(bytes);
-  if (!got) return tl::unexpected(got.error());
-  if (*got < bytes.size()) return failure(slice.path, "is cut off within its pixels");
-  std::vector<std::int32_t> values(area);
-  for (std::size_t n = 0; n < area; ++n) {
+  if (const auto read = file.read(slice, elements.pixel_offset + first / 8, bytes); !read) return read;
+  for (std::size_t n = 0; n < values.size(); ++n) {
     const std::uint64_t bit = first % 8 + n;
     values[n] = static_cast<std::int32_t>(std::to_integer<unsigned>(bytes[bit / 8]) >> (bit % 8) & 1U);
   }
-  return values;
+  return {};
 }
 
-Result<std::vector<std::int32_t>> numbers_of(const DicomSlice& slice) {
-  std::vector<std::int32_t> numbers(static_cast<std::size_t>(slice.rows) *
-                                    static_cast<std::size_t>(slice.columns));
-  if (const auto read = read_dicom_pixels(slice, std::span(numbers)); !read)
-    return tl::unexpected(read.error());
-  return numbers;
+// What a segmentation's header says.
+struct SegmentationHeader {
+  std::string path;
+  DicomElements elements;
+  std::string type;
+  std::vector<Frame> frames;
+  Grid grid;
+
+  bool binary() const { return type == "BINARY"; }
+  bool labels() const { return type == "LABELMAP"; }
+};
+
+Result<SegmentationHeader> read_segmentation_header(const std::string& path) {
+  const auto file = file_of(path);
+  if (!file) return tl::unexpected(file.error());
+  auto read = read_dicom_elements(*file);
+  if (!read) return tl::unexpected(read.error());
+  if (!*read || (*read)->text(0x00080060) != "SEG" || (*read)->pixel_offset == 0)
+    return bad_use(*file, "is no DICOM segmentation (modality SEG)");
+  SegmentationHeader header{*file, std::move(**read), "", {}, {}};
+  const DicomElements& elements = header.elements;
+  const auto slices = read_dicom_slices(*file);
+  if (!slices) return tl::unexpected(slices.error());
+  header.type = elements.text(0x00620001);
+  if (!header.binary() && !header.labels() && header.type != "FRACTIONAL")
+    return failure(*file, "is a segmentation of type '" + header.type +
+                              "'; BINARY, FRACTIONAL and LABELMAP are read here");
+
+  for (std::size_t n = 0; n < slices->size(); ++n) {
+    Frame frame{(*slices)[n]};
+    const DicomItem* segment = macro(elements, n, 0x0062000a);
+    frame.segment = segment ? segment->number(0x0062000b).value_or(0) : 0;
+    if (!frame.slice.position || (!header.labels() && frame.segment == 0))
+      return failure(*file, fmt::format("does not say {} of frame {}",
+                                        frame.slice.position ? "the segment" : "the place", n + 1));
+    if (const auto whole = header.binary() ? Result<void>() : check_pixels(frame.slice); !whole)
+      return tl::unexpected(whole.error());
+    header.frames.push_back(std::move(frame));
+  }
+  if (header.frames.empty()) return failure(*file, "is a segmentation without frames");
+  if (header.binary() && elements.packed)
+    return failure(*file, "has binary frames that are packed; unpack it first (gdcmconv --raw)");
+  const DicomSlice& first = header.frames.front().slice;
+  const double bits = double(header.frames.size()) * first.rows * first.columns;
+  if (header.binary() && bits > 8 * double(elements.pixel_bytes))
+    return failure(*file, "is cut off or damaged: it holds fewer bits than frames");
+  const DicomItem* measures = macro(elements, 0, 0x00289110);
+  const auto said = [&](std::uint32_t tag) {
+    const auto list = measures ? measures->decimals(tag) : std::vector<double>{};
+    return list.empty() ? 0.0 : list[0];
+  };
+  const auto grid = grid_of(*file, header.frames, said(0x00180088), said(0x00180050));
+  if (!grid) return tl::unexpected(grid.error());
+  header.grid = *grid;
+  return header;
 }
 
 }  // namespace
@@ -136,59 +185,60 @@ bool is_dicom_file(const std::string& path) {
   return elements && *elements;
 }
 
-Result<DicomSegmentation> read_dicom_segmentation(const std::string& path) try {
-  const auto file = file_of(path);
-  if (!file) return tl::unexpected(file.error());
-  const auto read = read_dicom_elements(*file);
-  if (!read) return tl::unexpected(read.error());
-  if (!*read || (*read)->text(0x00080060) != "SEG" || (*read)->pixel_offset == 0)
-    return bad_use(*file, "is no DICOM segmentation (modality SEG)");
-  const DicomElements& elements = **read;
-  const auto slices = read_dicom_slices(*file);
-  if (!slices) return tl::unexpected(slices.error());
-  const std::string type = elements.text(0x00620001);
-  const bool binary = type == "BINARY", labels = type == "LABELMAP";
-  if (!binary && !labels && type != "FRACTIONAL")
-    return failure(*file,
-                   "is a segmentation of type '" + type + "'; BINARY, FRACTIONAL and LABELMAP are read here");
+Result<Grid> dicom_segmentation_grid(const std::string& path) {
+  const auto header = read_segmentation_header(path);
+  if (!header) return tl::unexpected(header.error());
+  return header->grid;
+}
 
-  std::vector<Frame> frames;
-  for (std::size_t n = 0; n < slices->size(); ++n) {
-    Frame frame{(*slices)[n]};
-    const DicomItem* segment = macro(elements, n, 0x0062000a);
-    frame.segment = segment ? segment->number(0x0062000b).value_or(0) : 0;
-    if (!frame.slice.position || (!labels && frame.segment == 0))
-      return failure(*file, fmt::format("does not say {} of frame {}",
-                                        frame.slice.position ? "the segment" : "the place", n + 1));
-    frames.push_back(std::move(frame));
-  }
+Result<DicomSegmentation> read_dicom_segmentation(const std::string& path) try {
+  const auto header = read_segmentation_header(path);
+  if (!header) return tl::unexpected(header.error());
   DicomSegmentation out;
-  const DicomItem* measures = macro(elements, 0, 0x00289110);
-  const auto said = [&](std::uint32_t tag) {
-    const auto list = measures ? measures->decimals(tag) : std::vector<double>{};
-    return list.empty() ? 0.0 : list[0];
-  };
-  const auto grid = grid_of(*file, frames, said(0x00180088), said(0x00180050));
-  if (!grid) return tl::unexpected(grid.error());
-  out.grid = *grid;
+  out.grid = header->grid;
+  const DicomElements& elements = header->elements;
   if (const auto list = elements.sequences.find(0x00620002); list != elements.sequences.end())
     for (const DicomItem& segment : list->second)
       if (const auto number = segment.number(0x00620004)) out.names[*number] = segment.text(0x00620005);
 
+  const bool binary = header->binary(), labels = header->labels();
+  const std::size_t area = static_cast<std::size_t>(out.grid.size[0] * out.grid.size[1]);
+  constexpr std::size_t at_once = 16;  // frames
+  const double bytes = static_cast<double>(out.grid.count()) * (binary || labels ? 5 : 9) +
+                       4.0 * static_cast<double>(at_once * area);
+  if (const auto fits = admit_memory(
+          header->path,
+          fmt::format("its grid ({} x {} x {})", out.grid.size[0], out.grid.size[1], out.grid.size[2]),
+          bytes);
+      !fits)
+    return tl::unexpected(fits.error());
   const double most = binary ? 1 : elements.number(0x0062000e).value_or(255);
   out.numbers.assign(out.grid.count(), 0);
   std::vector<float> best(binary || labels ? 0 : out.numbers.size(), 0);
-  const std::size_t area = static_cast<std::size_t>(out.grid.size[0] * out.grid.size[1]);
-  for (std::size_t n = 0; n < frames.size(); ++n) {
-    const Frame& frame = frames[n];
-    const auto values = binary ? bits_of(frame.slice, elements, n) : numbers_of(frame.slice);
-    if (!values) return tl::unexpected(values.error());
+  std::vector<std::int32_t> values(std::min(at_once, header->frames.size()) * area);
+  DicomBytes file;
+  for (std::size_t n = 0; n < header->frames.size(); ++n) {
+    const Frame& frame = header->frames[n];
+    const auto own = std::span(values).subspan(n % at_once * area, area);
+    if (binary) {
+      if (const auto read = read_bits(frame.slice, elements, n, file, own); !read)
+        return tl::unexpected(read.error());
+    } else if (n % at_once == 0) {
+      std::vector<DicomSlice> some;
+      for (std::size_t m = n; m < std::min(n + at_once, header->frames.size()); ++m)
+        some.push_back(header->frames[m].slice);
+      const auto read =
+          read_dicom_pixels(std::span<const DicomSlice>(some), std::span(values).first(some.size() * area));
+      if (!read) return tl::unexpected(read.error());
+    }
     const std::size_t at = static_cast<std::size_t>(frame.k) * area;
-    const auto number = static_cast<std::int32_t>(frame.segment);
+    const auto number = static_cast<std::uint16_t>(frame.segment);
     for (std::size_t o = 0; o < area; ++o) {
-      const std::int32_t value = (*values)[o];
+      const std::int32_t value = own[o];
       if (labels) {
-        if (value != 0) out.numbers[at + o] = value;
+        if (value < 0 || value > 65535)
+          return failure(header->path, fmt::format("holds {} for a segment's number", value));
+        if (value != 0) out.numbers[at + o] = static_cast<std::uint16_t>(value);
       } else if (binary) {
         if (value != 0) out.numbers[at + o] = std::max(out.numbers[at + o], number);
       } else if (const auto share = static_cast<float>(value / most);

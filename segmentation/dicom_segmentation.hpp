@@ -16,7 +16,7 @@ namespace borelli {
 
 struct DicomSegmentation {
   Grid grid;                                  ///< from the first to the last frame's place, evenly spaced
-  std::vector<std::int32_t> numbers;          ///< #grid.count() segment numbers, 0: none
+  std::vector<std::uint16_t> numbers;         ///< #grid.count() segment numbers, 0: none
   std::map<std::int64_t, std::string> names;  ///< segment labels, by number
 };
 
@@ -26,8 +26,12 @@ bool is_dicom_file(const std::string& path);
 /// Reads a segmentation: a file, or a folder that holds one and no other. A fractional segment has a pixel
 /// from half of the most on; of several that would have it, the one with the largest fraction has it, of
 /// equals the one with the larger number. Errors: no segmentation, frames without a place or a segment, out
-/// of line or unevenly spaced, packed binary frames.
+/// of line, unevenly spaced or longer than any body, packed binary frames; fewer pixels than frames; more
+/// than fits into memory.
 Result<DicomSegmentation> read_dicom_segmentation(const std::string& path);
+
+/// Its grid, from the header alone. Errors: those of them that the header tells.
+Result<Grid> dicom_segmentation_grid(const std::string& path);
 
 /// A sentence where scan and labels (files or folders) are both DICOM and name frames of reference
 /// (0020,0052) that are not the same: their coordinates need not mean the same places. Else empty.

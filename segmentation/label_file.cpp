@@ -158,9 +158,9 @@ struct Read {
   Names names;
 };
 
-Result<StoredVoxels> stored(const std::vector<std::int32_t>& numbers) {
-  StoredVoxels voxels{Scalar::i32, numbers.size(), std::vector<std::int16_t>(2 * numbers.size())};
-  std::memcpy(voxels.storage.data(), numbers.data(), 4 * numbers.size());
+Result<StoredVoxels> stored(const std::vector<std::uint16_t>& numbers) {
+  StoredVoxels voxels{Scalar::u16, numbers.size(), std::vector<std::int16_t>(numbers.size())};
+  std::memcpy(voxels.storage.data(), numbers.data(), 2 * numbers.size());
   return voxels;
 }
 
@@ -214,7 +214,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
     auto read = read_dicom_segmentation(path);
     if (!read) return tl::unexpected(read.error());
     dicom = std::move(*read);
-    header->grid = dicom->grid, header->scalar = Scalar::i32;
+    header->grid = dicom->grid, header->scalar = Scalar::u16;
   } else {
     header = read_image_header(path);
   }

@@ -17,6 +17,7 @@
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/dicom_segmentation.hpp"
+#include "segmentation/files/label_grid.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/mr_tissues.hpp"
 #include "segmentation/read.hpp"
@@ -102,6 +103,8 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   const GreyVolume& weighed = mr ? mr->density : grey;
   Result<LabelMap> labels;
   if (!classes) {
+    if (const auto fits = check_label_grid(settings.labels, grey.grid, settings.volume); !fits)
+      return tl::unexpected(fits.error());
     labels = read_labels(settings.labels, settings.names);
     if (!labels) return tl::unexpected(labels.error());
     if (auto sides = compare_sides(*labels); !sides.empty()) warnings.push_back(std::move(sides));

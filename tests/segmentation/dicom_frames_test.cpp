@@ -8,7 +8,9 @@
 
 #include "scratch_folder.hpp"
 #include "segmentation/dicom_segmentation.hpp"
+#include "segmentation/files/label_grid.hpp"
 #include "segmentation/read.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli {
 namespace {
@@ -307,6 +309,51 @@ TEST(DicomFrames, DamagedSegmentationsAreRefused) {
   };
   EXPECT_NE(spoiled("BINARY", "SURELY").find("type 'SURELY'"), std::string::npos);
   EXPECT_NE(spoiled("-9.800000", "-7.800000").find("not evenly spaced in one line"), std::string::npos);
+}
+
+// A segmentation's frames are 5 slices of 5 x 4 pixels: its header tells whether that can be the scan's grid.
+TEST(DicomFrames, GridOfASegmentationIsToldByItsHeader) {
+  const ScratchFolder folder;
+  write(folder / "seg.dcm", Segments{"BINARY", true});
+  Grid scan{{9, 8, 12}, Eigen::Matrix3d(Vector3d(0.75, 0.5, 3).asDiagonal()), Vector3d(-10.75, -21, 24)};
+  scan.axes(0, 2) = 0.2;
+  scan.origin.x() -= 2 * 0.2;
+  const auto answer = [&](const Grid& grid) {
+    const auto fits = check_label_grid(folder / "seg.dcm", grid, "the scan");
+    return fits ? "fits" : fits.error().message();
+  };
+  EXPECT_EQ(answer(scan), "fits");
+  Grid turned = scan;  // rows for columns, slices from above
+  turned.size = {12, 9, 8};
+  turned.axes.col(0) = -scan.axes.col(2), turned.axes.col(1) = scan.axes.col(0);
+  turned.axes.col(2) = scan.axes.col(1);
+  turned.origin = scan.point(0, 0, 11);
+  EXPECT_EQ(answer(turned), "fits");
+  Grid shifted = scan, coarse = scan;
+  shifted.origin.z() += 1;
+  coarse.axes.col(0) *= 2;
+  for (const Grid& other : {shifted, coarse})
+    EXPECT_EQ(answer(other),
+              folder / "seg.dcm" + ": lies on another grid than the scan; resample one onto the other");
+}
+
+// Two frames 4 m apart, in a file of 66 kB.
+TEST(DicomFrames, SegmentationLongerThanABodyIsRefusedByItsHeader) {
+  const std::string path = test::shared_folder() + "/cases/seg_bomb.dcm";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "the case is not there: " << path;
+  const auto read = read_labels(path);
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message().find("frames 4000 mm apart, longer than any body"), std::string::npos)
+      << read.error().message();
+}
+
+// Ten thousand frames, in a time that is linear in their number.
+TEST(DicomFrames, ManyFramesAreRead) {
+  const ScratchFolder folder;
+  write(folder / "a.dcm", {.frames = 9999, .described = 9999, .step = {0, 0, 0.05}});
+  const auto read = read_volume(folder / "a.dcm");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->volume.grid.size[2], 9999);
 }
 
 }  // namespace
