@@ -1,0 +1,134 @@
+#include "tests/mutation/reader.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <exception>
+#include <new>
+
+#ifndef BORELLI_FUZZ
+#include "pipeline/verbs/verb.hpp"
+#endif
+
+namespace borelli::mutation {
+namespace {
+
+// What stands in the errors of the libraries that are used here, and of the standard library.
+constexpr std::array library_words{"json.exception",
+                                   "filesystem error",
+                                   "basic_string",
+                                   "std::",
+                                   "vector::",
+                                   "toml::",
+                                   "toml++",
+                                   "H5",
+                                   "HDF5-DIAG",
+                                   "CLI::",
+                                   "bad_alloc",
+                                   "bad_cast",
+                                   "bad_variant",
+                                   "bad optional",
+                                   "bad_function",
+                                   "map::at",
+                                   "_M_range",
+                                   "regex_error",
+                                   "stod",
+                                   "stoi",
+                                   "stol",
+                                   "stoul",
+                                   "gdcm",
+                                   "itk::",
+                                   "vtk",
+                                   "Eigen",
+                                   "unordered_map",
+                                   "fmt::",
+                                   "format_error",
+                                   "terminate called",
+                                   "Assertion",
+                                   "__",
+                                   "tl::",
+                                   "nlohmann",
+                                   "XML_",
+                                   "zlib",
+                                   "sunmatrix",
+                                   "CVODE",
+                                   "ARKODE",
+                                   "parse error at"};
+
+bool is_sentence(const std::string& what) {
+  const auto letters = std::ranges::count_if(what, [](unsigned char c) { return std::isalpha(c); });
+  return letters >= 8 && std::ranges::count(what, ' ') >= 2;
+}
+
+}  // namespace
+
+const std::vector<Reader>& readers() {
+  static const std::vector<Reader> all{
+#define BORELLI_READER(name) name##_reader(),
+#ifdef BORELLI_FUZZ
+#define BORELLI_PROGRAM_READER(name)
+#else
+#define BORELLI_PROGRAM_READER(name) name##_reader(),
+#endif
+#include "tests/mutation/readers.def"
+  };
+  return all;
+}
+
+const Reader* find_reader(std::string_view name) {
+  const auto found = std::ranges::find(readers(), name, &Reader::name);
+  return found == readers().end() ? nullptr : &*found;
+}
+
+tl::unexpected<Error> defect(const std::string& what) { return failure(std::string(defect_place), what); }
+
+std::string fault_in(const Error& error, const std::filesystem::path& file) {
+  const std::string message = error.message();
+  if (error.where == defect_place) return message;
+  for (const char* words : library_words)
+    if (message.find(words) != std::string::npos)
+      return std::string("a library's words (") + words + "): " + message;
+  if (!is_sentence(error.what)) return "no sentence: " + message;
+  if (message.find(file.parent_path().filename().string()) == std::string::npos)
+    return "no file is named: " + message;
+  return "";
+}
+
+std::string fault_in_reading(const Reader& reader, const std::filesystem::path& file, bool& refused,
+                             std::string& said) {
+  refused = false;
+  try {
+    const Result<void> answer = reader.read(file);
+    if (answer) return "";
+    refused = true;
+    said = answer.error().message();
+    return fault_in(answer.error(), file);
+  } catch (const std::bad_alloc&) {
+    return "an exception: more memory than there is was asked for";
+  } catch (const std::exception& thrown) {
+    return std::string("an exception: ") + thrown.what();
+  } catch (...) {
+    return "an exception of no known kind";
+  }
+}
+
+#ifdef BORELLI_FUZZ
+Result<void> run_verb(const std::vector<std::string>&) { return {}; }
+#else
+Result<void> run_verb(const std::vector<std::string>& words) {
+  CLI::App program{"", "borelli"};
+  Command command;
+  command.json = true;
+  add_info(program, command);
+  add_evaluate(program, command);
+  add_report(program, command);
+  program.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // which it takes from the end
+  const auto answer = command.work(command);
+  if (!answer) return tl::unexpected(answer.error());
+  // (bytes that are no UTF-8 are replaced, as the program does)
+  static_cast<void>(answer->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  return {};
+}
+#endif
+
+}  // namespace borelli::mutation

@@ -1,0 +1,83 @@
+// Checkpoints of a run that was broken off.
+#include "pipeline/verbs/checkpoint.hpp"
+
+#include "dynamics/keeper.hpp"
+#include "dynamics/scene_file.hpp"
+#include "tests/mutation/dicom_bytes.hpp"
+#include "tests/mutation/model_trial.hpp"
+
+namespace borelli::mutation {
+namespace of_checkpoint {
+
+namespace fs = std::filesystem;
+
+struct Run {
+  std::string text;
+  System system;
+};
+
+Run run_of(const std::string& sample) {
+  const std::string text = bytes_of(sample);
+  return {text, compile(parse_scene(text, sample).value()).value()};
+}
+
+// The last eight bytes are a checksum of those before, without the first line.
+std::string with_checksum(const std::string& bytes) {
+  const auto line = bytes.find('\n');
+  return bytes +
+         little_endian(checksum_of(std::string_view(bytes).substr(line == bytes.npos ? 0 : line + 1)));
+}
+
+// Goes on from the file, if it is there, to its fifth step.
+Result<void> go_on(const Run& run, const fs::path& file) {
+  CheckpointFile kept(file.string(), 1e9);
+  Observer observer;
+  int steps = 0;
+  observer.progress = [&](double) { return ++steps < 5; };
+  observer.limits.evaluations = 2000;
+  if (auto fine = kept.watch(run.text, observer); !fine) return fine;
+  const auto motion = simulate(run.system, run.system.initial, run.system.settings, observer);
+  kept.run_is_over();
+  if (!motion) {
+    // as the verb says it
+    Error error = motion.error();
+    if (error.where == "checkpoint") error.where = file.string();
+    return tl::unexpected(error.where.empty() ? Error{file.string(), error.what, error.kind} : error);
+  }
+  return {};
+}
+
+std::vector<TestCase> seeds() {
+  std::vector<TestCase> out;
+  for (TestCase& test : sample_cases({"pendulum.toml", "turntable.toml", "bouncing_ball.toml"})) {
+    const fs::path folder = fs::temp_directory_path() / ("borelli-checkpoint-" + test.name);
+    write_case(test, folder);
+    const fs::path file = folder / "a.checkpoint";
+    static_cast<void>(go_on(run_of((folder / test.files[0].name).string()), file));
+    const std::string bytes = bytes_of(file);
+    fs::remove_all(folder);
+    if (bytes.size() < 8) continue;
+    test.files.insert(test.files.begin(), {"a.checkpoint", bytes.substr(0, bytes.size() - 8), with_checksum});
+    out.push_back(test);
+  }
+  return out;
+}
+
+Result<void> read(const fs::path& file) {
+  for (const auto& entry : fs::directory_iterator(file.parent_path())) {
+    if (entry.path().extension() != ".toml") continue;
+    const std::string text = bytes_of(entry.path());
+    const auto scene = parse_scene(text, entry.path().string());
+    if (!scene) return tl::unexpected(scene.error());
+    auto system = compile(*scene);
+    if (!system) return failure(entry.path().string(), system.error().message());
+    return go_on({text, std::move(*system)}, file);
+  }
+  return {};
+}
+
+}  // namespace of_checkpoint
+
+Reader checkpoint_reader() { return {"checkpoint", of_checkpoint::seeds, of_checkpoint::read}; }
+
+}  // namespace borelli::mutation
