@@ -89,7 +89,10 @@ std::string fault_in(const Error& error, const std::filesystem::path& file) {
     if (message.find(words) != std::string::npos)
       return std::string("a library's words (") + words + "): " + message;
   if (!is_sentence(error.what)) return "no sentence: " + message;
-  if (message.find(file.parent_path().filename().string()) == std::string::npos)
+  std::vector<std::string> names{file.parent_path().filename().string()};
+  for (const auto& entry : std::filesystem::directory_iterator(file.parent_path()))
+    names.push_back(entry.path().filename().string());
+  if (std::ranges::none_of(names, [&](const auto& name) { return message.find(name) != message.npos; }))
     return "no file is named: " + message;
   return "";
 }
