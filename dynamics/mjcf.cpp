@@ -4,15 +4,13 @@
 
 #include <algorithm>
 
-#include "dynamics/mjcf_compiler.hpp"
+#include "dynamics/formats/mjcf_assemble.hpp"
+#include "dynamics/formats/mjcf_motion.hpp"
 #include "dynamics/mjcf_contact.hpp"
-#include "dynamics/mjcf_defaults.hpp"
 #include "dynamics/mjcf_equality.hpp"
 #include "dynamics/mjcf_geom.hpp"
-#include "dynamics/mjcf_include.hpp"
 #include "dynamics/mjcf_inertia.hpp"
 #include "dynamics/mjcf_joint.hpp"
-#include "dynamics/mjcf_names.hpp"
 #include "dynamics/unread.hpp"
 
 namespace borelli {
@@ -27,10 +25,11 @@ constexpr double most_contact_numbers = 2e6;
 struct Options {
   Vector3d gravity{0, 0, -9.81};
   double timestep = 0;
-  bool passive = true, equality = true, contact = true;
+  MjcfJoints::Acting joints;
+  bool equality = true, contact = true;
 
   explicit Options(const XmlElement& root) {
-    bool weight = true;
+    bool weight = true, passive = true;
     for (const XmlElement& e : root.children) {
       if (e.name != "option") continue;
       e.read = true;
@@ -46,7 +45,10 @@ struct Options {
       };
       weight = enabled("gravity", weight);
       passive = enabled("passive", passive);
+      joints.springs = passive && enabled("spring", joints.springs);
+      joints.dampers = passive && enabled("damper", joints.dampers);
       const bool constraints = enabled("constraint", true);
+      joints.limits = constraints && enabled("limit", joints.limits);
       equality = constraints && enabled("equality", equality);
       contact = constraints && enabled("contact", contact);
     }
@@ -56,13 +58,13 @@ struct Options {
 
 class MjcfReader {
  public:
-  explicit MjcfReader(const XmlElement& root)
-      : root_(root),
-        compiler_(MjcfCompiler::read(root)),
-        options_(root),
-        geoms_(root, compiler_),
-        contacts_(root),
-        joints_(compiler_, options_.passive, model_.not_modelled) {}
+  explicit MjcfReader(const MjcfModel& model)
+      : root_(model.root),
+        compilers_(model.compilers),
+        options_(root_),
+        geoms_(root_, compilers_, model_.not_modelled.other),
+        contacts_(root_),
+        joints_(compilers_, options_.joints, model_.not_modelled.motion) {}
 
   ModelFile read() {
     model_.scene.name = root_.text("model");
@@ -73,13 +75,13 @@ class MjcfReader {
     for (const XmlElement& section : root_.children)
       if (section.name == "worldbody") add_world(section);
     scale_to_total_mass();
-    compensate_gravity();
+    if (options_.joints.springs || options_.joints.dampers) compensate_gravity();
     if (options_.equality) model_.scene.constraints = read_mjcf_equality(root_, poses_, joints_.named());
     if (meshes_not_seen_ > 0)
-      model_.not_modelled.push_back(fmt::format(
+      model_.not_modelled.other.push_back(fmt::format(
           "the looks of {} geoms that are meshes (they weigh, but are not seen)", meshes_not_seen_));
     if (options_.contact) add_contacts();
-    for (std::string& line : list_unread(root_)) model_.not_modelled.push_back(std::move(line));
+    list_unread(root_, mjcf_motion_rules(), model_.not_modelled);
     return std::move(model_);
   }
 
@@ -117,7 +119,7 @@ class MjcfReader {
     if (solid.name.empty())
       solid.name = joints_.solid_names.make(fmt::format("body {}", ++bodies_without_name_));
     solid.parent = parent.solid;
-    const Pose X_PS = compiler_.pose_of(body);
+    const Pose X_PS = compilers_.pose_of(body);
     const Pose X_WS = X_WP * X_PS;
     poses_[solid.name] = X_WS;
 
@@ -126,7 +128,7 @@ class MjcfReader {
     });
     const MjcfContacts::Body self{body.text("name"), solid.name, moves ? solid.name : parent.weld,
                                   moves ? parent.weld : parent.weld_parent};
-    const Inertial own = mjcf_inertial(body, read_geoms(body, solid, self), compiler_);
+    const Inertial own = mjcf_inertial(body, read_geoms(body, solid, self), compilers_);
     if (own.mass > 0 || !own.tensor.isZero(0)) solid.inertials.push_back(own);
     std::vector<Solid> before;
     joints_.read(body, X_PS, solid, before, model_.scene.efforts);
@@ -140,7 +142,7 @@ class MjcfReader {
 
   // A body's geoms; their shapes go to the solid.
   std::vector<MjcfGeom> read_geoms(const XmlElement& body, Solid& solid, const MjcfContacts::Body& self) {
-    const bool weighs = weighs_by_geoms(body, compiler_);
+    const bool weighs = weighs_by_geoms(body, compilers_);
     std::vector<MjcfGeom> out;
     for (const XmlElement& c : body.children) {
       if (c.name != "geom") continue;
@@ -160,7 +162,7 @@ class MjcfReader {
         if (!one.coordinate.empty()) freedoms += std::holds_alternative<Ball>(one.kind) ? 3 : 1;
     if (3. * double(found.contacts.size()) * freedoms <= most_contact_numbers) return;
     std::erase_if(found.contacts, [](const Constraint& c) { return radii_of(c.kind) > 0; });
-    model_.not_modelled.push_back(
+    model_.not_modelled.motion.push_back(
         fmt::format("contacts of {} pairs of spheres and capsules, more than there is room for beside {:.0f} "
                     "coordinates: they pass through each other",
                     found.rounded.size(), freedoms));
@@ -181,10 +183,10 @@ class MjcfReader {
     }
     for (Constraint& c : found.contacts) model_.scene.constraints.push_back(std::move(c));
     if (found.twisting > 0)
-      model_.not_modelled.push_back(fmt::format(
+      model_.not_modelled.motion.push_back(fmt::format(
           "friction against turning and rolling (condim 4 and 6) of {} pairs of geoms", found.twisting));
     if (!found.without.empty())
-      model_.not_modelled.push_back(fmt::format(
+      model_.not_modelled.motion.push_back(fmt::format(
           "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "
           "contacts are those of spheres and capsules, and of boxes over planes",
           found.without.size(), found.without[0].a.name, found.without[0].b.name));
@@ -192,15 +194,16 @@ class MjcfReader {
   }
 
   void scale_to_total_mass() {
-    if (!(compiler_.total_mass > 0)) return;
+    const double total = compilers_.all[0].total_mass;
+    if (!(total > 0)) return;
     double whole = 0;
     for (const Solid& solid : model_.scene.solids)
       for (const Inertial& i : solid.inertials) whole += i.mass;
     if (!(whole > 0)) return;
     for (Solid& solid : model_.scene.solids)
       for (Inertial& i : solid.inertials) {
-        i.mass *= compiler_.total_mass / whole;
-        i.tensor *= compiler_.total_mass / whole;
+        i.mass *= total / whole;
+        i.tensor *= total / whole;
       }
   }
 
@@ -208,7 +211,7 @@ class MjcfReader {
   void compensate_gravity() {
     for (const auto& [index, share] : compensated_) {
       const Solid& solid = model_.scene.solids[index];
-      if (!options_.passive || solid.inertials.empty()) continue;
+      if (solid.inertials.empty()) continue;
       const Inertial& own = solid.inertials[0];
       model_.scene.efforts.push_back(
           {"gravcomp of " + solid.name, Force{.at = {solid.name, own.centre},
@@ -221,7 +224,7 @@ class MjcfReader {
 
   const XmlElement& root_;
   ModelFile model_;
-  const MjcfCompiler compiler_;
+  const MjcfCompilers& compilers_;
   const Options options_;
   MjcfGeoms geoms_;
   MjcfContacts contacts_;
@@ -234,10 +237,8 @@ class MjcfReader {
 }  // namespace
 
 ModelFile read_mjcf(XmlElement root) {
-  put_in_includes(root);
-  check_mjcf_names(root);
-  apply_mjcf_defaults(root);
-  return MjcfReader(root).read();
+  const MjcfModel model = assemble_mjcf(std::move(root));
+  return MjcfReader(model).read();
 }
 
 }  // namespace borelli

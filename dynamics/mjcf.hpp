@@ -6,8 +6,7 @@
 
 namespace borelli {
 
-/// Includes are put in place (mjcf_include), classes of defaults applied (mjcf_defaults.hpp), then each body
-/// becomes a solid, in the order of the file, which is MuJoCo's: so the scene's coordinates are qpos, qvel
+/// The model is put together (formats/mjcf_assemble.hpp), then each body becomes a solid, in the order of the file, which is MuJoCo's: so the scene's coordinates are qpos, qvel
 /// and qfrc_applied, in their order and convention (mjcf_joint.hpp). Inertia comes from <inertial> or the
 /// geoms (mjcf_inertia.hpp), springs, dampers and armatures from the joints, constraints from <equality>
 /// (mjcf_equality.hpp) and from geoms that touch (mjcf_contact.hpp), gravity and the step from <option>;

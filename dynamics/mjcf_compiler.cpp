@@ -34,6 +34,7 @@ void read_section(const XmlElement& e, MjcfCompiler& c) {
     c.highest_group = static_cast<int>(groups[1]);
   }
   c.balance_inertia = e.boolean("balanceinertia", c.balance_inertia);
+  c.fit_box = e.boolean("fitaabb", c.fit_box);
   c.exact_mesh_inertia = e.boolean("exactmeshinertia", c.exact_mesh_inertia);
   c.least_mass = e.number("boundmass", c.least_mass);
   c.least_inertia = e.number("boundinertia", c.least_inertia);
@@ -41,18 +42,6 @@ void read_section(const XmlElement& e, MjcfCompiler& c) {
   c.mesh_folder = e.text("assetdir", c.mesh_folder);
   c.mesh_folder = e.text("meshdir", c.mesh_folder);
   c.strip_path = e.boolean("strippath", c.strip_path);
-}
-
-Matrix3d from_euler(const Vector3d& angles, const std::string& sequence) {
-  Matrix3d R = Matrix3d::Identity();
-  for (std::size_t i = 0; i < 3; ++i) {
-    const char axis = sequence[i];
-    const bool turns_along = std::islower(static_cast<unsigned char>(axis)) != 0;
-    const int number = std::tolower(static_cast<unsigned char>(axis)) - 'x';
-    const Matrix3d next = rotation_about(Vector3d::Unit(number), angles[static_cast<Eigen::Index>(i)]);
-    R = turns_along ? Matrix3d(R * next) : Matrix3d(next * R);
-  }
-  return R;
 }
 
 }  // namespace
@@ -66,6 +55,18 @@ MjcfCompiler MjcfCompiler::read(const XmlElement& root) {
       read_section(section, out);
     }
   return out;
+}
+
+Matrix3d MjcfCompiler::from_euler(const Vector3d& angles) const {
+  Matrix3d R = Matrix3d::Identity();
+  for (std::size_t i = 0; i < 3; ++i) {
+    const char axis = euler_sequence[i];
+    const bool turns_along = std::islower(static_cast<unsigned char>(axis)) != 0;
+    const int number = std::tolower(static_cast<unsigned char>(axis)) - 'x';
+    const Matrix3d next = rotation_about(Vector3d::Unit(number), angle(angles[static_cast<Eigen::Index>(i)]));
+    R = turns_along ? Matrix3d(R * next) : Matrix3d(next * R);
+  }
+  return R;
 }
 
 double MjcfCompiler::angle(double value) const { return degrees ? value * (std::numbers::pi / 180) : value; }
@@ -89,8 +90,7 @@ Matrix3d MjcfCompiler::orientation_of(const XmlElement& e) const {
   }
   if (const auto a = e.numbers("axisangle", 4, 4); !a.empty())
     return rotation_about(unit("axisangle", Vector3d(a[0], a[1], a[2])), angle(a[3]));
-  if (const auto a = e.numbers("euler", 3, 3); !a.empty())
-    return from_euler({angle(a[0]), angle(a[1]), angle(a[2])}, euler_sequence);
+  if (const auto a = e.numbers("euler", 3, 3); !a.empty()) return from_euler({a[0], a[1], a[2]});
   if (const auto a = e.numbers("xyaxes", 6, 6); !a.empty()) {
     Matrix3d R;
     R.col(0) = unit("xyaxes", Vector3d(a[0], a[1], a[2]));

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "dynamics/pose.hpp"
 #include "dynamics/xml_element.hpp"
@@ -20,6 +21,7 @@ struct MjcfCompiler {
   int lowest_group = 0, highest_group = 5;  ///< of the geoms that count in an inertia
   bool balance_inertia = false;             ///< impossible moments are replaced by their mean
   bool exact_mesh_inertia = false;
+  bool fit_box = false;  ///< forms are fitted to the box around a mesh, not to that of its inertia
   double least_mass = 0, least_inertia = 0;  ///< of any body, kg, kg m^2
   double total_mass = -1;                    ///< kg; masses and inertias are scaled to it; -1: not
   std::string mesh_folder;
@@ -34,6 +36,15 @@ struct MjcfCompiler {
   /// `pos` and one of quat, axisangle, euler, xyaxes, zaxis: where an element's frame sits in its parent's.
   Pose pose_of(const XmlElement& element) const;
   Eigen::Matrix3d orientation_of(const XmlElement& element) const;
+  /// A rotation by three angles of the file, about the axes of `eulerseq`.
+  Eigen::Matrix3d from_euler(const Eigen::Vector3d& angles) const;
+};
+
+/// Those of the models that one is put together from: each element is read by its own model's.
+struct MjcfCompilers {
+  std::vector<MjcfCompiler> all;
+  const MjcfCompiler& of(const XmlElement& e) const { return all[static_cast<std::size_t>(e.part)]; }
+  Pose pose_of(const XmlElement& e) const { return of(e).pose_of(e); }
 };
 
 /// The least rotation that turns z along a direction (any length but zero).

@@ -60,12 +60,12 @@ class Defaults {
     if (const std::string* own = parent.find("childclass")) around = checked(parent, "childclass", *own);
     for (XmlElement& c : parent.children) {
       const bool in_equality = parent.name == "equality";
-      if (in_equality || c.name == "joint" || c.name == "geom" || c.name == "mesh") {
+      if (in_equality || c.name == "joint" || c.name == "geom" || c.name == "mesh" || c.name == "pair") {
         const std::string* own = c.find("class");
         const Class& chosen = classes_.at(own ? checked(c, "class", *own) : around);
         const auto found = chosen.find(in_equality ? "equality" : c.name);
         if (found != chosen.end()) c.attributes = merged(c.attributes, found->second);
-      } else if (c.name == "body") {
+      } else if (c.name == "body" || c.name == "frame" || c.name == "replicate") {
         apply(c, around);
       }
     }
@@ -98,7 +98,8 @@ class Defaults {
 void apply_mjcf_defaults(XmlElement& root) {
   Defaults defaults(root);
   for (XmlElement& section : root.children)
-    if (section.name == "worldbody" || section.name == "asset" || section.name == "equality")
+    if (section.name == "worldbody" || section.name == "asset" || section.name == "equality" ||
+        section.name == "contact")
       defaults.apply(section, defaults.outermost());
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
+
 namespace borelli {
 namespace {
 
@@ -79,8 +81,9 @@ class EqualityReader {
 
   // q1 - start1 = c0 + c1 (q2 - start2) + c2 (..)^2 ...; without joint2 it is c0.
   ConstraintKind coupling(const XmlElement& e) const {
-    auto c = e.numbers("polycoef", 5, 5);
-    if (c.empty()) c = {0, 1, 0, 0, 0};
+    std::vector<double> c{0, 1, 0, 0, 0};
+    const auto given = e.numbers("polycoef", 1, 5);
+    std::copy(given.begin(), given.end(), c.begin());
     const MjcfJoint& first = joint(e, "joint1");
     const bool curved = c[2] != 0 || c[3] != 0 || c[4] != 0;
     if (curved && e.has("joint2")) {

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "dynamics/formats/convex_hull.hpp"
 #include "dynamics/triangle_file.hpp"
 
 namespace borelli {
@@ -19,12 +20,12 @@ struct Sized {
 };
 
 // Type, place and size, of which `fromto` may give a part: the ends of a form's axis z.
-Sized sized(const XmlElement& geom, const MjcfCompiler& compiler) {
+Sized sized(const XmlElement& geom, const MjcfCompilers& compilers) {
   Sized out;
   out.type = geom.word(
       "type", {"plane", "hfield", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf"},
       "sphere");
-  out.X = compiler.pose_of(geom);
+  out.X = compilers.pose_of(geom);
   out.size = geom.numbers("size", 1, 3);
   const auto ends = geom.numbers("fromto", 6, 6);
   if (ends.empty()) return out;
@@ -76,6 +77,22 @@ std::vector<Facet> facets_of(const ClosedMesh& mesh) {
   return out;
 }
 
+double signed_volume(const ClosedMesh& mesh) {
+  double volume = 0;
+  Vector3d middle = Vector3d::Zero();
+  for (const Vector3d& p : mesh.vertices) middle += p / double(mesh.vertices.size());
+  for (const Facet& f : facets_of(mesh)) volume += (f.centre() - middle).dot(f.normal_area()) / 3;
+  return std::abs(volume);
+}
+
+// A mesh's maxhullvert.
+int hull_vertices(const XmlElement& asset) {
+  const double most = asset.number("maxhullvert", -1);
+  if (most != -1 && !(most > 3 && most < 1e9))
+    asset.refuse("maxhullvert", fmt::format("maxhullvert is {:g}, expected more than 3", most));
+  return static_cast<int>(most);
+}
+
 }  // namespace
 
 Inertial legacy_mesh_inertial(const ClosedMesh& mesh) {
@@ -109,7 +126,26 @@ Inertial legacy_mesh_inertial(const ClosedMesh& mesh) {
   return out;
 }
 
-MjcfGeoms::MjcfGeoms(const XmlElement& root, const MjcfCompiler& compiler) : compiler_(compiler) {
+Inertial shell_mesh_inertial(const ClosedMesh& mesh) {
+  Inertial out;
+  Matrix3d second = Matrix3d::Zero();  // integral of x x^T
+  for (const Facet& f : facets_of(mesh)) {
+    const double area = f.normal_area().norm();
+    const Vector3d sum = f.a + f.b + f.c;
+    out.mass += area;
+    out.centre += area * f.centre();
+    second += area / 12 *
+              (f.a * f.a.transpose() + f.b * f.b.transpose() + f.c * f.c.transpose() + sum * sum.transpose());
+  }
+  if (!(out.mass > 0)) return out;
+  out.centre /= out.mass;
+  second -= out.mass * out.centre * out.centre.transpose();
+  out.tensor = second.trace() * Matrix3d::Identity() - second;
+  return out;
+}
+
+MjcfGeoms::MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes)
+    : compilers_(compilers), notes_(notes) {
   for (const XmlElement& section : root.children) {
     if (section.name != "asset") continue;
     section.read = true;
@@ -127,7 +163,7 @@ MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
   for (const char* key : {"name", "class"}) geom.find(key);
   MjcfGeom out;
   out.group = static_cast<int>(geom.number("group", 0));
-  const Sized s = sized(geom, compiler_);
+  const Sized s = sized(geom, compilers_);
   if (s.type == "plane") {
     out.plane = s.X;
     return out;
@@ -136,98 +172,168 @@ MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
     geom.read = false;  // a thing to touch only: listed
     return out;
   }
-  if (s.type == "sdf") geom.refuse("signed distance fields are not supported");
-  if (s.type != "mesh" && geom.has("mesh"))
-    geom.refuse("mesh", fmt::format("fitting a {} to a mesh is not supported; give its size", s.type));
-  if (weighs && geom.boolean("shellinertia", false))
-    geom.refuse("shellinertia", "inertia of a shell is not supported; give the body an <inertial>");
-
   std::optional<double> mass;
   if (geom.has("mass")) mass = geom.not_negative("mass", 0);
   const double density = geom.not_negative("density", 1000);
   weighs = weighs && mass.value_or(density) > 0;
-  if (s.type == "mesh") {
-    if (weighs) out.inertial = mesh_inertial(geom, s.X, mass, density);
+  if (weighs && s.type == "sdf") geom.refuse("the mass of signed distance fields is not supported");
+  if (weighs && s.type != "mesh" && geom.boolean("shellinertia", false))
+    geom.refuse("shellinertia", "inertia of a shell is not supported; give the body an <inertial>");
+  if (s.type == "mesh" || s.type == "sdf") {
+    if (!weighs) return out;
+    Mesh& mesh = mesh_of(geom);
+    Inertial own = weight(mesh);
+    const double factor = mass ? *mass / own.mass : density;
+    own.mass *= factor;
+    own.tensor *= factor;
+    out.inertial = own.expressed_in(s.X.R, s.X.p);
     return out;
   }
-  const Quaternion q = quaternion(s.X.R);
-  const Shape shape{*form_of(geom, s), s.X.p, Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
-  out.shape = ShapeElement{.shape = shape, .density = {}, .mass = {}};
+  if (geom.has("mesh")) {
+    out.shape = fitted(geom, s.type, s.X);
+  } else {
+    const Quaternion q = quaternion(s.X.R);
+    const Shape shape{*form_of(geom, s), s.X.p, Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
+    out.shape = ShapeElement{.shape = shape, .density = {}, .mass = {}};
+  }
   if (!weighs) return out;
+  const Shape& shape = out.shape->shape;
   const auto inertial = mass ? inertial_of_mass(shape, *mass) : inertial_of_density(shape, density);
   if (!inertial) geom.refuse(inertial.error().message());
   out.inertial = *inertial;
   return out;
 }
 
-const ClosedMesh& MjcfGeoms::mesh(const XmlElement& geom) {
+MjcfGeoms::Mesh& MjcfGeoms::mesh_of(const XmlElement& geom) {
   const auto found = meshes_.find(geom.require("mesh"));
   if (found == meshes_.end())
     geom.refuse("mesh", fmt::format("no mesh in <asset> is named '{}'", geom.require("mesh")));
-  if (!found->second.loaded) found->second.loaded = load(*found->second.asset);
-  return *found->second.loaded;
+  return found->second;
+}
+
+const ClosedMesh& MjcfGeoms::loaded(Mesh& mesh) const {
+  if (!mesh.loaded) mesh.loaded = load(*mesh.asset);
+  return *mesh.loaded;
 }
 
 ClosedMesh MjcfGeoms::load(const XmlElement& asset) const {
   asset.read = true;
   asset.find("class");
-  for (const char* key : {"smoothnormal", "maxhullvert"}) asset.find(key);  // of looks and contacts
-  if (asset.has("builtin"))
+  for (const char* key : {"smoothnormal", "maxhullvert", "content_type", "normal", "texcoord", "material"})
+    asset.find(key);  // of looks and contacts
+  if (asset.has("builtin") && asset.text("builtin") != "none")
     asset.refuse("builtin", "built-in meshes are not supported; save the mesh as .stl or .obj");
   ClosedMesh mesh;
   if (asset.has("file")) {
+    const MjcfCompiler& compiler = compilers_.of(asset);
     std::filesystem::path file = asset.require("file");
-    if (compiler_.strip_path) file = file.filename();
-    auto loaded = read_triangles(compiler_.folder / compiler_.mesh_folder / file);
-    if (!loaded) asset.refuse("file", loaded.error().message());
-    mesh = std::move(*loaded);
+    if (compiler.strip_path) file = file.filename();
+    auto read = read_triangles(compiler.folder / compiler.mesh_folder / file);
+    if (!read) asset.refuse("file", read.error().message());
+    mesh = std::move(*read);
   } else {
     constexpr std::size_t many = 100'000'000;
     const auto points = asset.numbers("vertex", 12, many), corners = asset.numbers("face", 3, many);
-    if (points.empty() || corners.empty())
-      asset.refuse("has no file, and not both vertex and face; hulls of points are not supported");
+    if (points.empty()) asset.refuse("has neither file nor vertex");
     if (points.size() % 3 || corners.size() % 3) asset.refuse("vertex and face must hold threes of numbers");
     for (std::size_t i = 0; i < points.size(); i += 3)
       mesh.vertices.emplace_back(points[i], points[i + 1], points[i + 2]);
-    for (std::size_t i = 0; i < corners.size(); i += 3)
-      mesh.triangles.push_back({int(corners[i]), int(corners[i + 1]), int(corners[i + 2])});
     for (double corner : corners)
       if (corner < 0 || corner >= double(mesh.vertices.size()) || corner != std::floor(corner))
         asset.refuse("face", fmt::format("face names vertex {:g}, but they go from 0 to {}", corner,
                                          mesh.vertices.size() - 1));
+    for (std::size_t i = 0; i < corners.size(); i += 3)
+      mesh.triangles.push_back({int(corners[i]), int(corners[i + 1]), int(corners[i + 2])});
+  }
+  if (mesh.triangles.empty()) {
+    auto hull = convex_hull(mesh.vertices, hull_vertices(asset));
+    if (!hull) asset.refuse(hull.error().what);
+    mesh = std::move(*hull);
   }
   const Vector3d origin = asset.vector("refpos", Vector3d::Zero()),
                  scale = asset.vector("scale", Vector3d::Ones());
   Matrix3d turn = Matrix3d::Identity();
-  if (const auto q = asset.numbers("refquat", 4, 4); !q.empty())
-    turn = rotation_matrix(Quaternion(q[0], q[1], q[2], q[3]).normalized()).transpose();
+  if (const auto q = asset.numbers("refquat", 4, 4); !q.empty()) {
+    const Quaternion given(q[0], q[1], q[2], q[3]);
+    if (given.norm() < 1e-10) asset.refuse("refquat", "refquat is zero, expected a rotation");
+    turn = rotation_matrix(given.normalized()).transpose();
+  }
   for (Vector3d& p : mesh.vertices) p = scale.cwiseProduct(turn * (p - origin));
   if (scale.prod() < 0)
     for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
   return mesh;
 }
 
-Inertial MjcfGeoms::mesh_inertial(const XmlElement& geom, const Pose& X, std::optional<double> mass,
-                                  double density) {
-  const ClosedMesh& triangles = mesh(geom);
-  const XmlElement& asset = *meshes_.at(geom.require("mesh")).asset;
+// By the rule that the mesh's `inertia` names.
+const Inertial& MjcfGeoms::weight(Mesh& mesh) {
+  if (mesh.weight) return *mesh.weight;
+  const XmlElement& asset = *mesh.asset;
+  const ClosedMesh& triangles = loaded(mesh);
   const std::string rule = asset.word("inertia", {"legacy", "exact", "convex", "shell"},
-                                      compiler_.exact_mesh_inertia ? "exact" : "legacy");
+                                      compilers_.of(asset).exact_mesh_inertia ? "exact" : "legacy");
+  const auto enclosed = [](const ClosedMesh& m) {
+    return inertial_of_density({m, Vector3d::Zero(), Eigen::Quaterniond::Identity()}, 1);
+  };
   Inertial own;
   if (rule == "legacy") {
     own = legacy_mesh_inertial(triangles);
+    if (const double inside = signed_volume(triangles); own.mass > 1.01 * inside)
+      notes_.push_back(
+          fmt::format("mesh '{}' weighs by MuJoCo's legacy rule as {:.4g} m^3 where its surface encloses "
+                      "{:.4g} m^3; with "
+                      "inertia=\"exact\" it would weigh what it encloses: at {}",
+                      asset.text("name", std::filesystem::path(asset.text("file")).stem().string()), own.mass,
+                      inside, asset.where()));
   } else if (rule == "exact") {
-    const auto exact = inertial_of_density({triangles, Vector3d::Zero(), Eigen::Quaterniond::Identity()}, 1);
+    const auto exact = enclosed(triangles);
     if (!exact) asset.refuse(exact.error().message());
     own = *exact;
+  } else if (rule == "convex") {
+    const auto hull = convex_hull(triangles.vertices, hull_vertices(asset));
+    if (!hull) asset.refuse(hull.error().what);
+    own = legacy_mesh_inertial(*hull);  // (exact for what is convex)
   } else {
-    asset.refuse("inertia", fmt::format("the rule {} is not supported; expected legacy or exact", rule));
+    own = shell_mesh_inertial(triangles);
   }
   if (!(own.mass > 0)) asset.refuse("encloses no volume");
-  const double factor = mass ? *mass / own.mass : density;
-  own.mass *= factor;
-  own.tensor *= factor;
-  return own.expressed_in(X.R, X.p);
+  mesh.weight = own;
+  return *mesh.weight;
+}
+
+// A form of the size of a mesh (MuJoCo's mjCMesh::FitGeom): by the box of the same inertia, or by the box
+// around the mesh along its principal axes.
+ShapeElement MjcfGeoms::fitted(const XmlElement& geom, const std::string& type, const Pose& X) {
+  Mesh& mesh = mesh_of(geom);
+  const Inertial& own = weight(mesh);
+  const PrincipalAxes principal = own.principal();  // ascending
+  Matrix3d R;
+  R << principal.axes.col(2), principal.axes.col(1), principal.axes.col(0);
+  if (R.determinant() < 0) R.col(2) = -R.col(2);
+  Pose X_box{R, own.centre};
+  const Vector3d m = principal.moments.reverse();
+  Vector3d half;
+  for (int i = 0; i < 3; ++i) half[i] = 0.5 * std::sqrt(std::max(0.0, 6 * (m.sum() - 2 * m[i]) / own.mass));
+  if (compilers_.of(geom).fit_box) {
+    Eigen::AlignedBox3d around;
+    for (const auto& t : mesh.loaded->triangles)
+      for (const int v : t)
+        around.extend(
+            Vector3d(R.transpose() * (mesh.loaded->vertices[static_cast<std::size_t>(v)] - own.centre)));
+    half = around.sizes() / 2;
+    X_box.p += R * around.center();
+  }
+  const bool box = compilers_.of(geom).fit_box;
+  half *= geom.number("fitscale", 1);
+  const double across = box ? std::max(half[0], half[1]) : (half[0] + half[1]) / 2;
+  std::vector<double> size{half[0], half[1], half[2]};
+  if (type == "sphere") size = {box ? half.maxCoeff() : half.mean()};
+  if (type == "cylinder") size = {across, half[2]};
+  if (type == "capsule") size = {across, std::max(0.0, half[2] - (box ? across : across / 2))};
+  const Pose placed = X * X_box;
+  const Quaternion q = quaternion(placed.R);
+  const Shape shape{*form_of(geom, {type, placed, size}), placed.p,
+                    Eigen::Quaterniond(q[0], q[1], q[2], q[3])};
+  return ShapeElement{.shape = shape, .density = {}, .mass = {}};
 }
 
 }  // namespace borelli

@@ -20,7 +20,8 @@ struct MjcfGeom {
 /// Reads geoms, with the meshes of a model's <asset>.
 class MjcfGeoms {
  public:
-  MjcfGeoms(const XmlElement& root, const MjcfCompiler& compiler);
+  /// `notes`: what is to be said of how they weigh.
+  MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes);
 
   /// A geom, its attributes complete (mjcf_defaults.hpp). Its mass is `mass`, else its volume times `density`
   /// (1000 kg/m^3 if not given). `weighs`: whether its inertia is wanted, for which meshes are read from
@@ -31,13 +32,17 @@ class MjcfGeoms {
   struct Mesh {
     const XmlElement* asset = nullptr;
     std::optional<ClosedMesh> loaded{};
+    std::optional<Inertial> weight{};  // of density 1
   };
 
-  const ClosedMesh& mesh(const XmlElement& geom);
+  Mesh& mesh_of(const XmlElement& geom);
+  const ClosedMesh& loaded(Mesh& mesh) const;
+  const Inertial& weight(Mesh& mesh);
   ClosedMesh load(const XmlElement& asset) const;
-  Inertial mesh_inertial(const XmlElement& geom, const Pose& X, std::optional<double> mass, double density);
+  ShapeElement fitted(const XmlElement& geom, const std::string& type, const Pose& X);
 
-  const MjcfCompiler& compiler_;
+  const MjcfCompilers& compilers_;
+  std::vector<std::string>& notes_;
   std::map<std::string, Mesh> meshes_;
 };
 
@@ -48,5 +53,8 @@ class MjcfGeoms {
 /// flat mesh. (MuJoCo 2.2 gave a mesh without `mass` the volume of the box of equal inertia; this is the
 /// volume itself, as later ones have it.)
 Inertial legacy_mesh_inertial(const ClosedMesh& mesh);
+
+/// The same by its `shell` rule: the surface weighs 1 kg/m^2.
+Inertial shell_mesh_inertial(const ClosedMesh& mesh);
 
 }  // namespace borelli

@@ -36,17 +36,19 @@ void put_right(Inertial& inertial, const MjcfCompiler& compiler) {
 
 }  // namespace
 
-bool weighs_by_geoms(const XmlElement& body, const MjcfCompiler& compiler) {
+bool weighs_by_geoms(const XmlElement& body, const MjcfCompilers& compilers) {
   using From = MjcfCompiler::InertiaFromGeom;
+  const MjcfCompiler& compiler = compilers.of(body);
   if (body.name != "body" || compiler.inertia_from_geom == From::never) return false;
   return compiler.inertia_from_geom == From::always || !body.child("inertial");
 }
 
 Inertial mjcf_inertial(const XmlElement& body, const std::vector<MjcfGeom>& geoms,
-                       const MjcfCompiler& compiler) {
+                       const MjcfCompilers& compilers) {
+  const MjcfCompiler& compiler = compilers.of(body);
   Inertial out;
   const XmlElement* inertial = body.child("inertial");
-  if (weighs_by_geoms(body, compiler)) {
+  if (weighs_by_geoms(body, compilers)) {
     for (const MjcfGeom& geom : geoms)
       if (geom.inertial && geom.group >= compiler.lowest_group && geom.group <= compiler.highest_group)
         out += *geom.inertial;

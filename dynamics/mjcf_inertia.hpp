@@ -13,9 +13,9 @@ namespace borelli {
 /// inertiafromgeom says, put right by its boundmass, boundinertia and balanceinertia. `geoms`: the body's, as
 /// read. Mass zero where there is none.
 Inertial mjcf_inertial(const XmlElement& body, const std::vector<MjcfGeom>& geoms,
-                       const MjcfCompiler& compiler);
+                       const MjcfCompilers& compilers);
 
 /// Whether the geoms of a body count in its inertia.
-bool weighs_by_geoms(const XmlElement& body, const MjcfCompiler& compiler);
+bool weighs_by_geoms(const XmlElement& body, const MjcfCompilers& compilers);
 
 }  // namespace borelli

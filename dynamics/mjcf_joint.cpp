@@ -61,8 +61,18 @@ std::string MjcfJoints::name_of(const XmlElement& joint, const Solid& solid) {
 }
 
 MjcfJoints::Passive MjcfJoints::passive_of(const XmlElement& joint) const {
-  const Passive out{joint.not_negative("stiffness", 0), joint.not_negative("damping", 0)};
-  return passive_ ? out : Passive{};
+  const double stiffness = linear(joint, "stiffness"), damping = linear(joint, "damping");
+  return {acting_.springs ? stiffness : 0, acting_.dampers ? damping : 0};
+}
+
+// The first of a polynomial's coefficients.
+double MjcfJoints::linear(const XmlElement& joint, const char* key) const {
+  const auto given = joint.numbers(key, 1, 3);
+  if (given.empty()) return 0;
+  if (given[0] < 0) joint.refuse(key, fmt::format("{} is {:g}, expected no negative number", key, given[0]));
+  if (std::any_of(given.begin() + 1, given.end(), [](double c) { return c != 0; }))
+    notes_.push_back(fmt::format("{} of <joint> beyond its linear part: at {}", key, joint.where()));
+  return given[0];
 }
 
 void MjcfJoints::read(const XmlElement& body, const Pose& X_PS, Solid& solid, std::vector<Solid>& before,
@@ -130,7 +140,7 @@ void MjcfJoints::read_scalar(const XmlElement& joint, const std::string& type, S
   const Vector3d axis = axis_of(joint);
   const auto position = [&](const char* key) {
     const double value = joint.number(key, 0);
-    return hinge ? compiler_.angle(value) : value;
+    return hinge ? compilers_.of(joint).angle(value) : value;
   };
   const double ref = position("ref"), spring_ref = position("springref");
   if (ref != 0)
@@ -182,13 +192,16 @@ void MjcfJoints::read_ball(const XmlElement& joint, Solid& solid, std::vector<So
 void MjcfJoints::add_range(const XmlElement& joint, bool hinge, Switch& one) {
   const auto range = joint.numbers("range", 2, 2);
   const std::string limited = joint.word("limited", {"true", "false", "auto"}, "auto");
-  if (limited == "false" || (limited == "auto" && (range.empty() || !compiler_.auto_limits))) return;
+  const MjcfCompiler& compiler = compilers_.of(joint);
+  const bool none = range.empty() || (range[0] == 0 && range[1] == 0);
+  if (limited == "false" || (limited == "auto" && (none || !compiler.auto_limits))) return;
   if (range.empty()) joint.refuse("is limited, but has no range");
   const Range limits =
-      hinge ? Range{compiler_.angle(range[0]), compiler_.angle(range[1])} : Range{range[0], range[1]};
+      hinge ? Range{compiler.angle(range[0]), compiler.angle(range[1])} : Range{range[0], range[1]};
   if (!(limits.lower < limits.upper))
     joint.refuse("range",
                  fmt::format("range goes from {:g} to {:g}, expected a rising one", range[0], range[1]));
+  if (!acting_.limits) return;
   one.ranges = {limits};
   const double start = one.q.empty() ? 0 : one.q[0];
   const double allowed = std::clamp(start, limits.lower, limits.upper);

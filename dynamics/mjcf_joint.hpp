@@ -25,9 +25,12 @@ struct MjcfJoint {
 /// the body.
 class MjcfJoints {
  public:
-  /// `passive`: whether springs and dampers act.
-  MjcfJoints(const MjcfCompiler& compiler, bool passive, std::vector<std::string>& notes)
-      : compiler_(compiler), passive_(passive), notes_(notes) {}
+  /// What acts on joints.
+  struct Acting {
+    bool springs = true, dampers = true, limits = true;
+  };
+  MjcfJoints(const MjcfCompilers& compilers, const Acting& acting, std::vector<std::string>& notes)
+      : compilers_(compilers), acting_(acting), notes_(notes) {}
 
   /// Takes the names that the joints of a model give, so that those made up differ from them.
   void take_names(const XmlElement& worldbody);
@@ -59,9 +62,10 @@ class MjcfJoints {
     bool any() const { return stiffness != 0 || damping != 0; }
   };
   Passive passive_of(const XmlElement& joint) const;
+  double linear(const XmlElement& joint, const char* key) const;
 
-  const MjcfCompiler& compiler_;
-  bool passive_;
+  const MjcfCompilers& compilers_;
+  Acting acting_;
   std::vector<std::string>& notes_;
   std::map<std::string, MjcfJoint> named_;
   UniqueNames names_;

@@ -2,7 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <exception>
 #include <fstream>
+#include <new>
 
 #include "dynamics/mjcf.hpp"
 #include "dynamics/scene_file.hpp"
@@ -47,6 +49,10 @@ Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptio
                    fmt::format("the root is <{}>, expected <mujoco> (MJCF) or <robot> (URDF)", root.name));
   } catch (const XmlRefusal& refusal) {
     return tl::unexpected(refusal.error);
+  } catch (const std::bad_alloc&) {
+    return failure(path.string(), "is larger than memory has room for");
+  } catch (const std::exception& problem) {  // (of files that come and go while they are read)
+    return failure(path.string(), fmt::format("cannot be read: {}", problem.what()));
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "dynamics/pass_through.hpp"
 #include "dynamics/scene.hpp"
+#include "dynamics/unread.hpp"
 #include "error/error.hpp"
 
 namespace borelli {
@@ -18,10 +19,9 @@ struct ModelOptions {
 
 struct ModelFile {
   Scene scene;
-  /// What the file holds and the scene does not, a line each: kinds of elements and attributes with how often
-  /// they stand there and where first, and starts that were moved. Empty for TOML, which is read whole or
-  /// refused.
-  std::vector<std::string> not_modelled;
+  /// What the file holds and the scene does not: kinds of elements and attributes with how often they stand
+  /// there and where first, and starts that were moved. Empty for TOML, which is read whole or refused.
+  NotModelled not_modelled;
   /// What the file lets touch and the scene has no contact for; judge_passing() looks at a motion of it.
   std::vector<TouchablePair> without_contact;
 };

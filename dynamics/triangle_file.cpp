@@ -104,21 +104,59 @@ Result<ClosedMesh> obj(const std::string& text, const std::string& file) {
   return mesh;
 }
 
+// Four counts (vertices, normals, texture coordinates, triangles), then these: floats, floats, floats, ints.
+Result<ClosedMesh> msh(const std::string& bytes, const std::string& file) {
+  std::int32_t counts[4] = {};
+  if (bytes.starts_with("$MeshFormat"))
+    return bad_use(file, "is a mesh of Gmsh, expected MuJoCo's binary .msh; save it as .stl or .obj");
+  if (bytes.size() < sizeof counts) return bad_use(file, "is too short for an .msh file");
+  std::memcpy(counts, bytes.data(), sizeof counts);
+  const auto [points, normals, textures, triangles] = counts;
+  for (const std::int32_t count : counts)
+    if (count < 0) return bad_use(file, fmt::format("states {} of something", count));
+  const std::size_t expected = sizeof counts + 12 * std::size_t(points) + 12 * std::size_t(normals) +
+                               8 * std::size_t(textures) + 12 * std::size_t(triangles);
+  if (bytes.size() != expected)
+    return bad_use(file, fmt::format("has {} bytes, expected {} for its {} vertices and {} triangles",
+                                     bytes.size(), expected, points, triangles));
+  ClosedMesh mesh;
+  const char* at = bytes.data() + sizeof counts;
+  for (std::int32_t i = 0; i < points; ++i, at += 12) {
+    float p[3];
+    std::memcpy(p, at, sizeof p);
+    mesh.vertices.emplace_back(p[0], p[1], p[2]);
+  }
+  at += 12 * std::size_t(normals) + 8 * std::size_t(textures);
+  for (std::int32_t i = 0; i < triangles; ++i, at += 12) {
+    std::int32_t corners[3];
+    std::memcpy(corners, at, sizeof corners);
+    for (const std::int32_t c : corners)
+      if (c < 0 || c >= points)
+        return bad_use(
+            file, fmt::format("triangle {} names vertex {}, but they go from 0 to {}", i, c, points - 1));
+    mesh.triangles.push_back({corners[0], corners[1], corners[2]});
+  }
+  return mesh;
+}
+
 }  // namespace
 
 Result<ClosedMesh> read_triangles(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return std::tolower(c); });
-  if (ending != ".stl" && ending != ".obj")
-    return bad_use(path.string(), fmt::format("ends in '{}', expected a mesh in .stl or .obj", ending));
+  if (ending != ".stl" && ending != ".obj" && ending != ".msh")
+    return bad_use(path.string(), fmt::format("ends in '{}', expected a mesh in .stl, .obj or .msh", ending));
   std::error_code problem;
   if (!std::filesystem::is_regular_file(path, problem)) return bad_use(path.string(), "no such file");
   std::ifstream stream(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
   if (!stream) return failure(path.string(), "cannot be read");
-  auto mesh = ending == ".stl" ? stl(bytes, path.string()) : obj(bytes, path.string());
-  if (mesh && mesh->triangles.empty()) return bad_use(path.string(), "holds no triangles");
+  auto mesh = ending == ".stl"   ? stl(bytes, path.string())
+              : ending == ".obj" ? obj(bytes, path.string())
+                                 : msh(bytes, path.string());
+  if (mesh && mesh->triangles.empty() && (ending == ".stl" || mesh->vertices.empty()))
+    return bad_use(path.string(), "holds no triangles");
   if (mesh)
     for (const Vector3d& p : mesh->vertices)
       if (!p.allFinite()) return bad_use(path.string(), "holds a vertex that is not finite");

@@ -17,60 +17,105 @@ struct Kind {
   std::map<std::string, int> content;  // of an unread element: the names in it
 };
 
-struct Listing {
-  std::vector<std::pair<std::string, Kind>> kinds;  // in the order of the file
-
-  Kind& kind(const std::string& name) {
-    const auto found =
-        std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.first == name; });
-    return found != kinds.end() ? found->second : kinds.emplace_back(name, Kind{}).second;
+// Kinds by name, in the order of the file.
+class Kinds {
+ public:
+  Kind& operator[](const std::string& name) {
+    const auto [at, is_new] = index_.try_emplace(name, kinds_.size());
+    if (is_new) kinds_.emplace_back(name, Kind{});
+    return kinds_[at->second].second;
   }
+  auto begin() const { return kinds_.begin(); }
+  auto end() const { return kinds_.end(); }
+
+ private:
+  std::vector<std::pair<std::string, Kind>> kinds_;
+  std::map<std::string, std::size_t> index_;
+};
+
+std::string often(const Kind& k) {
+  return k.count == 1 ? "at " + k.first : fmt::format("{} times, first at {}", k.count, k.first);
+}
+
+class Listing {
+ public:
+  explicit Listing(const MotionRules& rules) : rules_(rules) {}
 
   void add(const XmlElement& element) {
     for (const XmlElement& c : element.children)
       if (!c.read) {
-        Kind& k = kind(fmt::format("<{}> in <{}>", c.name, element.name));
-        if (k.count++ == 0) k.first = c.where();
-        for (const XmlElement& inner : c.children) ++k.content[inner.name];
+        add_whole(c, element);
       } else {
         add_attributes(c, element);
         add(c);
       }
   }
 
+  void put_into(NotModelled& out) const {
+    for (const auto& [name, k] : motion_) out.motion.push_back(fmt::format("{}: {}", name, often(k)));
+    for (const auto& [name, k] : other_) {
+      std::string what;
+      if (!k.attributes.empty()) {
+        what = fmt::format(" ({})", fmt::join(k.attributes, ", "));
+      } else if (!k.content.empty()) {
+        std::vector<std::string> parts;
+        for (const auto& [inner, count] : k.content) parts.push_back(fmt::format("{} <{}>", count, inner));
+        what = fmt::format(" with {}", fmt::join(parts, ", "));
+      }
+      out.other.push_back(fmt::format("{}{}: {}", name, what, often(k)));
+    }
+  }
+
+ private:
+  static Kind& count(Kind& k, const std::string& where) {
+    if (k.count++ == 0) k.first = where;
+    return k;
+  }
+
+  // Of an unread element: itself, or what in it changes the motion, goes to one group, the rest to the other.
+  void add_whole(const XmlElement& e, const XmlElement& parent) {
+    const std::string name = fmt::format("<{}> in <{}>", e.name, parent.name);
+    if (rules_.element(e, parent)) {
+      count(motion_[name], e.where());
+      return;
+    }
+    const bool held = std::any_of(e.children.begin(), e.children.end(),
+                                  [&](const XmlElement& c) { return rules_.element(c, e); });
+    std::map<std::string, int> content;
+    for (const XmlElement& c : e.children)
+      if (rules_.element(c, e))
+        count(motion_[fmt::format("<{}> in <{}>", c.name, e.name)], c.where());
+      else
+        ++content[c.name];
+    if (held && content.empty()) return;
+    Kind& k = count(other_[name], e.where());
+    for (const auto& [inner, times] : content) k.content[inner] += times;
+  }
+
   void add_attributes(const XmlElement& element, const XmlElement& parent) {
     Kind* k = nullptr;
     for (const XmlAttribute& a : element.attributes) {
       if (a.read) continue;
-      if (!k) k = &kind(fmt::format("attributes of <{}> in <{}>", element.name, parent.name));
-      if (k->first.empty()) k->first = a.where;
+      if (rules_.attribute(a, element)) {
+        count(motion_[fmt::format("{} of <{}>", a.name, element.name)], a.where);
+        continue;
+      }
+      if (!k)
+        k = &count(other_[fmt::format("attributes of <{}> in <{}>", element.name, parent.name)], a.where);
       k->attributes.insert(a.name);
     }
-    if (k) ++k->count;
   }
-};
 
-std::string line(const std::string& name, const Kind& k) {
-  std::string what;
-  if (!k.attributes.empty()) {
-    what = fmt::format(" ({})", fmt::join(k.attributes, ", "));
-  } else if (!k.content.empty()) {
-    std::vector<std::string> parts;
-    for (const auto& [inner, count] : k.content) parts.push_back(fmt::format("{} <{}>", count, inner));
-    what = fmt::format(" with {}", fmt::join(parts, ", "));
-  }
-  return fmt::format("{}{}: {}", name, what,
-                     k.count == 1 ? "at " + k.first : fmt::format("{} times, first at {}", k.count, k.first));
-}
+  const MotionRules& rules_;
+  Kinds motion_, other_;
+};
 
 }  // namespace
 
-std::vector<std::string> list_unread(const XmlElement& root) {
-  Listing listing;
+void list_unread(const XmlElement& root, const MotionRules& rules, NotModelled& out) {
+  Listing listing(rules);
   listing.add(root);
-  std::vector<std::string> out;
-  for (const auto& [name, kind] : listing.kinds) out.push_back(line(name, kind));
-  return out;
+  listing.put_into(out);
 }
 
 void mark_read(const XmlElement& element) {

@@ -48,6 +48,46 @@ void check_names(const XmlElement& element) {
   }
 }
 
+// ---- what changes the motion ----
+
+bool is_physics_of_gazebo(const XmlElement& e) {
+  static const std::set<std::string, std::less<>> names{"mu1",
+                                                        "mu2",
+                                                        "fdir1",
+                                                        "kp",
+                                                        "kd",
+                                                        "maxVel",
+                                                        "minDepth",
+                                                        "maxContacts",
+                                                        "gravity",
+                                                        "turnGravityOff",
+                                                        "selfCollide",
+                                                        "self_collide",
+                                                        "dampingFactor",
+                                                        "implicitSpringDamper",
+                                                        "springStiffness",
+                                                        "springReference",
+                                                        "stopCfm",
+                                                        "stopErp",
+                                                        "cfmDamping",
+                                                        "fudgeFactor",
+                                                        "plugin"};
+  return names.contains(e.name);
+}
+
+bool urdf_element_moves(const XmlElement& e, const XmlElement& parent) {
+  return e.name == "transmission" || e.name == "safety_controller" ||
+         (e.name == "contact" && parent.name == "link") ||
+         (parent.name == "gazebo" && is_physics_of_gazebo(e));
+}
+
+bool urdf_attribute_moves(const XmlAttribute& a, const XmlElement& e) {
+  return e.name == "dynamics" && a.name == "friction" &&
+         a.value.find_first_of("123456789") != std::string::npos;
+}
+
+constexpr MotionRules urdf_motion_rules{urdf_element_moves, urdf_attribute_moves};
+
 // ---- placements, inertia, shapes ----
 
 // The rotation by roll about x, then pitch about y, then yaw about z, all fixed axes.
@@ -140,7 +180,8 @@ class UrdfReader {
     add_root(root_link, options.floating);
     for (const XmlElement* joint : joints_) add_joint(*joint);
     for (const XmlElement* joint : joints_) add_mimic(*joint);
-    for (std::string& line : list_unread(root_)) model_.not_modelled.push_back(std::move(line));
+    say_no_contacts();
+    list_unread(root_, urdf_motion_rules, model_.not_modelled);
     return std::move(model_);
   }
 
@@ -156,6 +197,21 @@ class UrdfReader {
       if (c.name == "joint") joints_.push_back(&c);
     }
     if (links_.empty()) root_.refuse("has no <link>");
+  }
+
+  void say_no_contacts() {
+    int count = 0;
+    const XmlElement* first = nullptr;
+    for (const auto& [name, link] : links_)
+      for (const XmlElement& c : link->children)
+        if (c.name == "collision") {
+          ++count;
+          if (!first || c.line < first->line) first = &c;
+          mark_read(c);
+        }
+    if (first)
+      model_.not_modelled.motion.push_back(fmt::format(
+          "contacts of {} <collision>, links pass through each other: first at {}", count, first->where()));
   }
 
   const std::string& link_of(const XmlElement& joint, const char* which) const {
@@ -273,7 +329,7 @@ class UrdfReader {
     const double start = std::clamp(0.0, range.lower, range.upper);
     if (start == 0) return;
     one.q = {start};
-    model_.not_modelled.push_back(
+    model_.not_modelled.motion.push_back(
         fmt::format("joint '{}' starts at {:g}, for 0 lies outside its limits: at {}", one.coordinate, start,
                     limit->where()));
   }

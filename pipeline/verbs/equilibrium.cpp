@@ -41,7 +41,7 @@ Result<json> work(const EquilibriumOptions& o, const Command& command) {
     answer["constraint_rows"] = there->rows;
     answer["multipliers"] = std::vector<double>(found->multipliers.begin(), found->multipliers.end());
   }
-  if (!given->model.not_modelled.empty()) answer["not_modelled"] = given->model.not_modelled;
+  if (!given->model.not_modelled.empty()) answer["not_modelled"] = json_of(given->model.not_modelled);
   auto fine = of_numbers(o, std::move(answer));
   if (!fine) return fine;
   if (!o.output.empty())

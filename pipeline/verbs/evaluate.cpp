@@ -150,7 +150,7 @@ Result<json> work(const EvaluateOptions& o, const Command& command) {
   const auto evaluation = evaluate(given->system, given->state, given->efforts);
   if (!evaluation) return in_scene(o, evaluation.error());
   json answer = answer_of(*evaluation, given->system, given->order);
-  if (!given->model.not_modelled.empty()) answer["not_modelled"] = given->model.not_modelled;
+  if (!given->model.not_modelled.empty()) answer["not_modelled"] = json_of(given->model.not_modelled);
   if (o.derivatives) {
     const auto derivatives = forward_derivatives(given->system, given->state, given->efforts);
     if (!derivatives) return in_scene(o, derivatives.error());

@@ -8,10 +8,21 @@ void add_model_options(CLI::App& verb, ModelOptions& options) {
   verb.add_flag("--floating", options.floating, "URDF: the root link moves freely instead of being fixed");
 }
 
-std::string not_modelled_text(const std::vector<std::string>& lines) {
+std::string not_modelled_text(const NotModelled& lines) {
   std::string out;
-  for (const std::string& line : lines) out += fmt::format("  not modelled: {}\n", line);
+  for (const std::string& line : lines.motion)
+    out += fmt::format("warning: not modelled, changes the motion: {}\n", line);
+  for (const std::string& line : lines.other) out += fmt::format("  not modelled: {}\n", line);
   return out;
+}
+
+nlohmann::json json_of(const NotModelled& lines) {
+  return {{"changes_motion", lines.motion}, {"other", lines.other}};
+}
+
+std::string not_modelled_text(const nlohmann::json& lines) {
+  return not_modelled_text(NotModelled{lines["changes_motion"].get<std::vector<std::string>>(),
+                                       lines["other"].get<std::vector<std::string>>()});
 }
 
 }  // namespace borelli

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "dynamics/model_file.hpp"
 
@@ -13,7 +13,11 @@ namespace borelli {
 /// Adds --floating.
 void add_model_options(CLI::App& verb, ModelOptions& options);
 
-/// ModelFile::not_modelled for people: a line each.
-std::string not_modelled_text(const std::vector<std::string>& lines);
+/// ModelFile::not_modelled for people, a line each: warnings of what changes the motion, then the rest.
+std::string not_modelled_text(const NotModelled& lines);
+
+/// The same as JSON: {"changes_motion": [...], "other": [...]}; as text again.
+nlohmann::json json_of(const NotModelled& lines);
+std::string not_modelled_text(const nlohmann::json& lines);
 
 }  // namespace borelli

@@ -46,7 +46,7 @@ Result<json> work(const ModesOptions& o, const Command& command) {
               {"modes", modes},
               {"basis", rows_in_file_order(linear->basis.transpose(), given->order)},
               {"state_matrix", matrix}};
-  if (!given->model.not_modelled.empty()) answer["not_modelled"] = given->model.not_modelled;
+  if (!given->model.not_modelled.empty()) answer["not_modelled"] = json_of(given->model.not_modelled);
   if (!command.json) fmt::print("{}\n", answer.dump(2));
   return answer;
 }

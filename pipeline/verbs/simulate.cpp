@@ -105,7 +105,7 @@ nlohmann::json answer_of(const SimulateOptions& o, const ModelFile& model, const
       {"end",
        {{"t", t.times.empty() ? 0 : t.times.back()}, {"q", last(t.q, order.q)}, {"v", last(t.v, order.v)}}},
       {"certificate", json_of(t.certificate)}};
-  if (!model.not_modelled.empty()) answer["not_modelled"] = model.not_modelled;
+  if (!model.not_modelled.empty()) answer["not_modelled"] = json_of(model.not_modelled);
   return answer;
 }
 

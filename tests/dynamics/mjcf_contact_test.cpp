@@ -149,7 +149,7 @@ TEST(MjcfContacts, WhatHasNoContactIsToldWhereItPassesThrough) {
   // two boxes that meet in the middle: 1 m between them, at 1 m/s each
   const ModelFile boxes = two_that_meet("type='box' size='.5 .5 .5'");
   ASSERT_EQ(boxes.without_contact.size(), 1u);
-  EXPECT_NE(boxes.not_modelled[0].find("1 pairs of geoms"), std::string::npos);
+  EXPECT_NE(boxes.not_modelled.motion[0].find("1 pairs of geoms"), std::string::npos);
   Trajectory path = run(boxes.scene, [] {
     SimulationSettings how = settings("rk4", 1, 1e-2);
     how.output_interval = 0;
@@ -180,8 +180,8 @@ TEST(MjcfContacts, MorePairsThanThereIsRoomForAreSaid) {
   const ModelFile model = read_text(over_floor(balls));
   EXPECT_EQ(model.scene.constraints.size(), 80u);
   EXPECT_EQ(model.without_contact.size(), 80u * 79 / 2);
-  EXPECT_EQ(model.not_modelled[0].find("contacts of 3160 pairs of spheres and capsules"), 0u)
-      << model.not_modelled[0];
+  EXPECT_EQ(model.not_modelled.motion[0].find("contacts of 3160 pairs of spheres and capsules"), 0u)
+      << model.not_modelled.motion[0];
 }
 
 TEST(MjcfContacts, WhatOverlapsAtTheStartIsPutApart) {

@@ -159,7 +159,7 @@ TEST(Urdf, LimitsShapesAndWhatIsNotModelled) {
       joint_text(
           "j", "revolute", "base", "arm",
           "<limit lower='.2' upper='.5' effort='3' velocity='1'/><dynamics damping='1' friction='.1'/>") +
-      "<transmission name='t'/><gazebo/>"));
+      "<transmission name='t'/><gazebo><mu1>1</mu1><material>Red</material></gazebo>"));
   const Scene& scene = model.scene;
   ASSERT_EQ(scene.solids[0].shapes.size(), 1u);
   EXPECT_EQ(std::get<Box>(scene.solids[0].shapes[0].shape.form).size, Vector3d(1, 2, 3));
@@ -167,14 +167,20 @@ TEST(Urdf, LimitsShapesAndWhatIsNotModelled) {
   const Switch& joint = scene.solids[1].switches.back();
   EXPECT_EQ(joint.ranges.at(0).upper, .5);
   EXPECT_EQ(joint.q, std::vector{.2});  // 0 lies outside
-  const auto listed = [&](const std::string& part) {
-    return std::any_of(model.not_modelled.begin(), model.not_modelled.end(),
+  const auto listed = [](const std::vector<std::string>& lines, const std::string& part) {
+    return std::any_of(lines.begin(), lines.end(),
                        [&](const std::string& line) { return line.find(part) != std::string::npos; });
   };
-  for (const char* part : {"starts at 0.2", "(effort, velocity)", "(friction)", "<mesh> in <geometry>",
-                           "<collision> in", "<transmission>", "<gazebo>"})
-    EXPECT_TRUE(listed(part)) << part << "\n" << fmt::format("{}", fmt::join(model.not_modelled, "\n"));
-  EXPECT_EQ(model.not_modelled.size(), 7u) << fmt::format("{}", fmt::join(model.not_modelled, "\n"));
+  const NotModelled& found = model.not_modelled;
+  for (const char* part : {"starts at 0.2", "friction of <dynamics>: at", "contacts of 2 <collision>",
+                           "<transmission> in <robot>: at", "<mu1> in <gazebo>: at"})
+    EXPECT_TRUE(listed(found.motion, part)) << part << "\n"
+                                            << fmt::format("{}", fmt::join(found.motion, "\n"));
+  EXPECT_EQ(found.motion.size(), 5u) << fmt::format("{}", fmt::join(found.motion, "\n"));
+  for (const char* part :
+       {"(effort, velocity)", "<mesh> in <geometry>", "<gazebo> in <robot> with 1 <material>"})
+    EXPECT_TRUE(listed(found.other, part)) << part << "\n" << fmt::format("{}", fmt::join(found.other, "\n"));
+  EXPECT_EQ(found.other.size(), 3u) << fmt::format("{}", fmt::join(found.other, "\n"));
 }
 
 TEST(Urdf, BadFilesEndInOneSentence) {

@@ -51,8 +51,9 @@ TEST(ModelVerbs, EvaluateKeepsUrdfsOrderOfJoints) {
   EXPECT_NEAR(a["bias"][1], -2 * s * (1 + 2 * 1 * -2), 1e-14);  // -m2 sin(q) (w_e^2 + 2 w_e w_s)
   EXPECT_NEAR(a["generalized_efforts"][0], -2 * g * std::sin(0.7), 1e-13);
   EXPECT_NEAR(a["generalized_efforts"][1], 3 - g * (3 * std::sin(0.2) + 2 * std::sin(0.7)), 1e-13);
-  ASSERT_EQ(a["not_modelled"].size(), 1u);
-  EXPECT_NE(a["not_modelled"][0].get<std::string>().find("(effort, velocity)"), std::string::npos);
+  EXPECT_TRUE(a["not_modelled"]["changes_motion"].empty());
+  ASSERT_EQ(a["not_modelled"]["other"].size(), 1u);
+  EXPECT_NE(a["not_modelled"]["other"][0].get<std::string>().find("(effort, velocity)"), std::string::npos);
 }
 
 TEST(ModelVerbs, EvaluateTakesMjcfsFreeJoint) {
@@ -89,12 +90,12 @@ TEST(ModelVerbs, WhatIsNoSceneIsRefusedInOneSentence) {
 TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {
   const TestFolder folder;
   const std::string file = folder.write("plate.xml", spinner_mjcf);
-  const std::string line = "not modelled: <actuator> in <mujoco> with 1 <motor>: at ";
+  const std::string line = "warning: not modelled, changes the motion: <motor> in <actuator>: at ";
   for (const char* verb : {"info ", "simulate "}) {
     const ProgramRun run = run_program(verb + file);
     EXPECT_EQ(run.code, 0) << run.err;
     EXPECT_NE(run.out.find(line), std::string::npos) << run.out;
-    EXPECT_EQ(said(run_program(verb + file + " --json"))["not_modelled"].size(), 1u);
+    EXPECT_EQ(said(run_program(verb + file + " --json"))["not_modelled"]["changes_motion"].size(), 1u);
   }
   // a trajectory keeps the scene as TOML, whatever it was read from
   const std::string output = folder / "motion.h5";

@@ -1,0 +1,16 @@
+// The convex hull of points, by the Qhull library.
+#pragma once
+
+#include <vector>
+
+#include "dynamics/shape.hpp"
+#include "error/error.hpp"
+
+namespace borelli {
+
+/// The hull's triangles, counter-clockwise seen from outside, over the points as given. `most_vertices` above
+/// 3: Qhull stops there, with the farthest points taken first (MuJoCo's maxhullvert). Refuses points that are
+/// not finite or lie in one plane.
+Result<ClosedMesh> convex_hull(const std::vector<Eigen::Vector3d>& points, int most_vertices = -1);
+
+}  // namespace borelli

@@ -1,0 +1,30 @@
+// Small changes to elements of MJCF.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dynamics/pose.hpp"
+#include "dynamics/xml_element.hpp"
+
+namespace borelli {
+
+/// Numbers as text that reads back the same.
+std::string mjcf_numbers(const std::vector<double>& numbers);
+
+/// Gives an attribute this value, whether it was there or not.
+void set_attribute(XmlElement& element, std::string_view key, std::string value);
+void remove_attribute(XmlElement& element, std::string_view key);
+
+/// Writes `pos` and `quat` in place of what the element says of its place.
+void set_pose(XmlElement& element, const Pose& X);
+
+/// A new element that stands where another one stands.
+XmlElement made_from(const XmlElement& origin, std::string name);
+
+/// How many elements there are, the element itself included.
+std::size_t count_elements(const XmlElement& element);
+
+}  // namespace borelli
