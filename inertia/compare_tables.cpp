@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "error/json_text.hpp"
 #include "inertia/csv.hpp"
 #include "inertia/entries.hpp"
 
@@ -286,7 +287,7 @@ std::string comparison_json(const std::vector<NamedTable>& tables) {
       if (d.deviation) one["sd"] = *d.deviation, one["in_sds"] = finite((d.second - d.first) / *d.deviation);
       json["differences"].push_back(one);
     }
-    return json.dump(1) + "\n";
+    return json_text(json, 1) + "\n";
   }
   const GroupTable group = group_of(tables);
   if (!group.no_regression.empty()) json["no_regression"] = group.no_regression;
@@ -303,7 +304,7 @@ std::string comparison_json(const std::vector<NamedTable>& tables) {
                            {"residual_sd", r->residual_sd}};
     json["group"].push_back(one);
   }
-  return json.dump(1) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 }  // namespace borelli

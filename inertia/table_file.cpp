@@ -13,6 +13,7 @@
 #include <sstream>
 #include <utility>
 
+#include "error/json_text.hpp"
 #include "inertia/csv.hpp"
 #include "inertia/entries.hpp"
 #include "inertia/published_summary.hpp"
@@ -386,17 +387,16 @@ std::string to_json(const InertiaTable& table) {
       {"deviation_causes", table.causes},
       {"body", row_json(table, table.whole)},
       {"parts", parts}};
-  return json.dump(1) + "\n";
+  return json_text(json, 1) + "\n";
 }
 
 Result<InertiaTable> table_from_json(const std::string& bytes, const std::string& where) {
+  const auto json = parse_ordered_json(bytes, where);
+  if (!json && where.ends_with(".csv"))
+    return bad_use(where, "is the table as CSV; expected the JSON that `borelli inertia` writes beside it");
+  if (!json) return tl::unexpected(json.error());
   try {
-    return table_from(Json::parse(bytes));
-  } catch (const Json::parse_error& e) {
-    if (where.ends_with(".csv"))
-      return bad_use(where, "is the table as CSV; expected the JSON that `borelli inertia` writes beside it");
-    return failure(where, e.byte > bytes.size() ? "ends too early to be an inertia table: was it cut off?"
-                                                : fmt::format("is not JSON: see byte {}", e.byte));
+    return table_from(*json);
   } catch (const Json::exception&) {
     return failure(where,
                    "is no whole inertia table: an entry is of another kind than `borelli inertia` writes");

@@ -5,6 +5,7 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
+#include "error/json_text.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/deface.hpp"
 #include "pipeline/display.hpp"
@@ -36,8 +37,9 @@ Result<void> take_face(const RunSettings& settings, std::vector<Mesh>& meshes, c
 Result<json> read_object(const fs::path& path) {
   const auto bytes = read_whole(path);
   if (!bytes) return tl::unexpected(bytes.error());
-  json object = json::parse(*bytes, nullptr, false);
-  if (!object.is_object()) return failure(path.string(), "is not whole: remove it, and it is made anew");
+  auto object = parse_json(*bytes, path.string());
+  if (!object || !object->is_object())
+    return failure(path.string(), "is not whole: remove it, and it is made anew");
   return object;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "error/json_text.hpp"
 #include "pipeline/colour_table.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/given_landmarks.hpp"
@@ -85,14 +86,15 @@ Result<void> write_segmentation(const fs::path& folder, const Segmentation& segm
     });
     if (!markups) return markups;
   }
-  return write_whole(folder / "segmentation.json", account.dump(1) + "\n");
+  return write_whole(folder / "segmentation.json", json_text(account, 1) + "\n");
 }
 
 Result<std::string> read_convention(const fs::path& path) {
   const auto bytes = read_whole(path);
   if (!bytes) return tl::unexpected(bytes.error());
-  const json account = json::parse(*bytes, nullptr, false);
-  if (!account.is_object() || !account.contains("convention")) return std::string();
+  const auto parsed = parse_json(*bytes, path.string());
+  if (!parsed || !parsed->is_object() || !parsed->contains("convention")) return std::string();
+  const json& account = *parsed;
   if (!account["convention"].is_string()) return failure(path.string(), "\"convention\" must be text");
   return account["convention"].get<std::string>();
 }
@@ -100,30 +102,32 @@ Result<std::string> read_convention(const fs::path& path) {
 Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path) {
   const auto bytes = read_whole(path);
   if (!bytes) return tl::unexpected(bytes.error());
+  const auto parsed = parse_json(*bytes, path.string());
+  if (!parsed) return tl::unexpected(parsed.error());
+  if (!parsed->is_object() || !parsed->contains("parts") || !(*parsed)["parts"].is_object())
+    return bad_use(
+        path.string(),
+        "is no account of a segmentation: expected segmentation.json as `borelli segment` leaves it");
   std::array<PartFinding, parts.size()> findings{};
-  try {
-    const json account = json::parse(*bytes);
-    if (!account.is_object() || !account.contains("parts") || !account["parts"].is_object())
-      return bad_use(
-          path.string(),
-          "is no account of a segmentation: expected segmentation.json as `borelli segment` leaves it");
-    for (const auto& [name, entry] : account.at("parts").items()) {
-      const int label = part_label(name);
-      if (label == 0) return failure(path.string(), "names a part that is none: " + name);
-      PartFinding& finding = findings[static_cast<std::size_t>(label)];
-      const auto coverage = entry.at("coverage").get<std::string>();
-      bool known = false;
-      for (const Coverage c : {Coverage::absent, Coverage::cut, Coverage::whole})
-        if (coverage == name_of(c)) finding.coverage = c, known = true;
-      if (!known)
-        return failure(path.string(),
-                       name + ": coverage is \"" + coverage + "\": expected absent, cut or whole");
-      finding.volume = entry.value("volume_mm3", 0.0);
-      finding.confidence = entry.value("confidence", 0.0);
-      finding.note = entry.value("note", "");
-    }
-  } catch (const json::exception& e) {
-    return failure(path.string(), std::string("is not an account of a segmentation: ") + e.what());
+  for (const auto& [name, entry] : (*parsed)["parts"].items()) {
+    const std::string where = path.string() + ": " + name;
+    const int label = part_label(name);
+    if (label == 0) return failure(path.string(), "names a part that is none: " + name);
+    if (!entry.is_object() || !entry.contains("coverage"))
+      return failure(where, "has no \"coverage\": expected absent, cut or whole");
+    const json kinds{{"coverage", ""}, {"volume_mm3", 0}, {"confidence", 0}, {"note", ""}};
+    if (auto fine = check_kinds(entry, kinds, where); !fine) return tl::unexpected(fine.error());
+    PartFinding& finding = findings[static_cast<std::size_t>(label)];
+    const std::string coverage = entry["coverage"];
+    bool known = false;
+    for (const Coverage c : {Coverage::absent, Coverage::cut, Coverage::whole})
+      if (coverage == name_of(c)) finding.coverage = c, known = true;
+    if (!known)
+      return failure(path.string(),
+                     name + ": coverage is \"" + coverage + "\": expected absent, cut or whole");
+    finding.volume = entry.value("volume_mm3", 0.0);
+    finding.confidence = entry.value("confidence", 0.0);
+    finding.note = entry.value("note", "");
   }
   return findings;
 }

@@ -13,6 +13,7 @@
 #include <optional>
 #include <thread>
 
+#include "error/json_text.hpp"
 #include "pipeline/whole_file.hpp"
 #include "threads/slabs.hpp"
 
@@ -213,7 +214,7 @@ class StagesAtWork {
       if (turn.error) return tl::unexpected(*turn.error);
     json whole = record();
     whole["slowest"] = slowest_of(whole["stages"]);
-    if (auto written = write_whole(folder_ / "run.json", whole.dump(2) + "\n"); !written)
+    if (auto written = write_whole(folder_ / "run.json", json_text(whole, 2) + "\n"); !written)
       return tl::unexpected(written.error());
     return whole;
   }
@@ -281,7 +282,7 @@ class StagesAtWork {
                      {"inputs", head_.value("inputs", json())},
                      {"program", head_.value("program", "")}};
     for (const auto& need : stage.needs) identity["needs"].push_back(turns_[index_of(need)].key);
-    const std::string key = turn.key = digest_of_bytes(identity.dump());
+    const std::string key = turn.key = digest_of_bytes(json_text(identity, -1));
 
     const json past = past_entry(before_, stage.name);
     const Standing standing = standing_of(stage, past, key, folder_);
@@ -337,7 +338,7 @@ class StagesAtWork {
     if (!digests->empty()) entry["digests"] = *digests;
     entry.update(*answer);
     turn.entry = std::move(entry);
-    if (auto written = write_whole(folder_ / "run.json", record_with_those_to_come().dump(2) + "\n");
+    if (auto written = write_whole(folder_ / "run.json", json_text(record_with_those_to_come(), 2) + "\n");
         !written)
       return written;
     observer_.ends(stage, seconds);
@@ -420,6 +421,23 @@ Result<std::string> digest_of(const fs::path& path) {
   return digest.hex();
 }
 
+json run_record_kinds() {
+  const json texts = json::array({""});
+  return {{"program", ""},
+          {"settings", {{"mesh_tolerance_mm", 0}}},
+          {"warnings", texts},
+          {"stages", json::array({{{"stage", ""},
+                                   {"key", ""},
+                                   {"seconds", 0},
+                                   {"mass_kg", 0},
+                                   {"tolerance", {{"met", true}, {"in_words", ""}}},
+                                   {"economy", {{"in_words", ""}}},
+                                   {"outputs", json::object()},
+                                   {"digests", json::object()},
+                                   {"warnings", texts},
+                                   {"by_hand", texts}}})}};
+}
+
 Result<json> run_stages(const FolderLock& lock, const json& head, const std::vector<Stage>& stages,
                         bool force, int threads, const StageObserver& observer) {
   const fs::path& folder = lock.folder();
@@ -428,12 +446,17 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
       if (auto fine = check_writable(folder / output); !fine) return tl::unexpected(fine.error());
   const fs::path record_path = folder / "run.json";
   json before;
-  if (fs::exists(record_path) && !force) {
+  if (std::error_code problem; fs::exists(record_path, problem) && !force) {
     const auto bytes = read_whole(record_path);
     if (!bytes) return tl::unexpected(bytes.error());
-    before = json::parse(*bytes, nullptr, false);
-    if (!before.is_object())
-      return failure(record_path.string(), "is no run's record; remove it or use --force");
+    auto parsed = parse_json(*bytes, record_path.string());
+    if (parsed)
+      if (auto fine = check_kinds(*parsed, run_record_kinds(), record_path.string()); !fine)
+        parsed = tl::unexpected(fine.error());
+    if (!parsed)
+      return failure(parsed.error().where,
+                     parsed.error().what + ": this is no run's record; remove it or use --force");
+    before = std::move(*parsed);
   }
   sweep_partial_files(folder);
   return StagesAtWork(folder, head, before, stages, threads, observer).run();

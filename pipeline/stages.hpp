@@ -65,6 +65,9 @@ Result<std::string> digest_of(const std::filesystem::path& path);
 /// SHA-256 of bytes, in hex.
 std::string digest_of_bytes(std::string_view bytes);
 
+/// The kinds of what is read again of a run.json (error/json_text.hpp).
+nlohmann::json run_record_kinds();
+
 /// Runs the stages inside the locked folder, each as soon as those that it needs are done, up to `threads`
 /// side by side (0: as many as the machine has); `head` opens run.json (versions, inputs, settings) and takes
 /// part in every key by its "inputs" and "program". Every stage's seconds, peak memory (MiB; the program's

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <cctype>
 #include <fstream>
-#include <nlohmann/json.hpp>
+#include <iterator>
 #include <set>
 #include <sstream>
 
+#include "error/json_text.hpp"
 #include "segmentation/header_text.hpp"
 
 namespace borelli {
@@ -152,27 +153,13 @@ Result<ClassMapping> from_table(const std::string& path, std::istream& text) {
 
 Result<ClassMapping> from_json(const std::string& path, std::istream& text) {
   using nlohmann::json;
-  json document;
-  // the keys of each object that is open: a reader keeps the last of two that are the same
-  std::vector<std::set<std::string>> open;
-  std::string twice;
-  const auto watch = [&](int, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::object_start) open.emplace_back();
-    if (event == json::parse_event_t::object_end) open.pop_back();
-    if (event == json::parse_event_t::key && !open.back().insert(parsed.get<std::string>()).second)
-      twice = parsed.get<std::string>();
-    return true;
-  };
-  try {
-    document = json::parse(text, watch);
-  } catch (const json::parse_error& e) {
-    return failure(path, std::string("is not JSON: ") + e.what());
-  }
+  const auto parsed = parse_json(std::string{std::istreambuf_iterator<char>(text), {}}, path);
+  if (!parsed) return tl::unexpected(parsed.error());
+  const json& document = *parsed;
   if (!document.is_object())
     return failure(
         path,
         "is no mapping: expected an object from label or name to part, {\"femur_left\": \"thigh_left\"}");
-  if (!twice.empty()) return failure(path, "\"" + twice + "\" is there twice");
   ClassMapping mapping;
   std::set<std::string> seen;
   for (const auto& [key, value] : document.items()) {

@@ -6,9 +6,10 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
+#include <iterator>
 #include <optional>
 
+#include "error/json_text.hpp"
 #include "segmentation/class_mapping.hpp"
 #include "segmentation/header_text.hpp"
 #include "segmentation/landmarks_file.hpp"
@@ -289,10 +290,11 @@ Result<GivenLandmarks> read_given_landmarks(const std::string& path) {
   if (!file) return bad_use(path, "no such file, or not readable");
   if (ending.ends_with(".fcsv")) return read_fcsv(path, file);
   if (ending.ends_with(".json")) {
-    const json document = json::parse(file, nullptr, false);
-    if (document.is_object() && document.contains("markups") && document["markups"].is_array())
-      return read_markups(path, document);
-    if (ending.ends_with(".mrk.json") && !document.is_discarded())
+    const auto document = parse_json(std::string{std::istreambuf_iterator<char>(file), {}}, path);
+    if (!document) return tl::unexpected(document.error());
+    if (document->is_object() && document->contains("markups") && (*document)["markups"].is_array())
+      return read_markups(path, *document);
+    if (ending.ends_with(".mrk.json"))
       return failure(path, "holds no \"markups\", as 3D Slicer's point lists do");
   }
   return read_own(path);
@@ -330,7 +332,7 @@ Result<void> write_markups(const std::string& path, const Landmarks& landmarks,
                                     {"lastUsedControlPointNumber", points.size()},
                                     {"controlPoints", points}}})}};
   std::ofstream file(path, std::ios::binary);
-  file << document.dump(1) << '\n';
+  file << json_text(document, 1) << '\n';
   file.close();
   if (!file) return failure(path, "cannot be written: is the folder writable and the disk not full?");
   return {};

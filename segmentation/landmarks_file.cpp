@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
+#include <iterator>
+
+#include "error/json_text.hpp"
 
 namespace borelli {
 
@@ -16,7 +18,7 @@ Result<void> write_landmarks(const std::string& path, const Landmarks& landmarks
                  {"radius", landmark.radius},
                  {"source", landmark.source}};
   std::ofstream file(path, std::ios::binary);
-  file << json{{"frame", "LPS"}, {"unit", "mm"}, {"landmarks", all}}.dump(1) << '\n';
+  file << json_text(json{{"frame", "LPS"}, {"unit", "mm"}, {"landmarks", all}}, 1) << '\n';
   file.close();
   if (!file) return failure(path, "cannot be written: is the folder writable and the disk not full?");
   return {};
@@ -25,12 +27,9 @@ Result<void> write_landmarks(const std::string& path, const Landmarks& landmarks
 Result<Landmarks> read_landmarks(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return bad_use(path, "no such file, or not readable");
-  json document;
-  try {
-    document = json::parse(file);
-  } catch (const json::parse_error& e) {
-    return failure(path, std::string("is not JSON: ") + e.what());
-  }
+  const auto parsed = parse_json(std::string{std::istreambuf_iterator<char>(file), {}}, path);
+  if (!parsed) return tl::unexpected(parsed.error());
+  const json& document = *parsed;
   if (!document.is_object() || !document.contains("landmarks") || !document["landmarks"].is_object())
     return failure(
         path,

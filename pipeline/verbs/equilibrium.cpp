@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include "dynamics/evaluate.hpp"
+#include "error/json_text.hpp"
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
@@ -45,8 +46,9 @@ Result<json> work(const EquilibriumOptions& o, const Command& command) {
   auto fine = of_numbers(o, std::move(answer));
   if (!fine) return fine;
   if (!o.output.empty())
-    if (auto done = write_whole(o.output, state.dump(2) + "\n"); !done) return tl::unexpected(done.error());
-  if (!command.json) fmt::print("{}\n", fine->dump(2));
+    if (auto done = write_whole(o.output, json_text(state, 2) + "\n"); !done)
+      return tl::unexpected(done.error());
+  if (!command.json) fmt::print("{}\n", json_text(*fine, 2));
   return fine;
 }
 

@@ -8,6 +8,7 @@
 
 #include "dynamics/derivatives.hpp"
 #include "dynamics/reaction.hpp"
+#include "error/json_text.hpp"
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/verb.hpp"
 
@@ -168,7 +169,7 @@ Result<json> work(const EvaluateOptions& o, const Command& command) {
     answer["reactions"] = *reactions;
   }
   auto fine = of_numbers(o, std::move(answer));
-  if (fine && !command.json) fmt::print("{}\n", fine->dump(2));
+  if (fine && !command.json) fmt::print("{}\n", json_text(*fine, 2));
   return fine;
 }
 

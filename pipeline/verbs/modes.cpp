@@ -3,6 +3,7 @@
 
 #include "dynamics/equilibrium.hpp"
 #include "dynamics/linearize.hpp"
+#include "error/json_text.hpp"
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/verb.hpp"
 
@@ -47,7 +48,8 @@ Result<json> work(const ModesOptions& o, const Command& command) {
               {"basis", rows_in_file_order(linear->basis.transpose(), given->order)},
               {"state_matrix", matrix}};
   if (!given->model.not_modelled.empty()) answer["not_modelled"] = json_of(given->model.not_modelled);
-  if (!command.json) fmt::print("{}\n", answer.dump(2));
+  if (!command.json) fmt::print("{}
+", json_text(answer, 2));
   return answer;
 }
 

@@ -58,10 +58,10 @@ void print_outcome(const nlohmann::json& record, const fs::path& folder) {
     for (const auto& warning : stage.value("warnings", nlohmann::json::array()))
       fmt::print("warning: {}: {}\n", stage["stage"].get<std::string>(), warning.get<std::string>());
   for (const auto& stage : record["stages"])
-    if (stage.contains("tolerance") && stage["tolerance"]["met"])
-      fmt::print("{}\n", stage["tolerance"]["in_words"].get<std::string>());
+    if (stage.contains("tolerance") && stage["tolerance"].value("met", false))
+      fmt::print("{}\n", stage["tolerance"].value("in_words", ""));
   for (const auto& stage : record["stages"])
-    if (stage.contains("economy")) fmt::print("{}\n", stage["economy"]["in_words"].get<std::string>());
+    if (stage.contains("economy")) fmt::print("{}\n", stage["economy"].value("in_words", ""));
   for (const auto& stage : record["stages"])
     if (stage.contains("mass_kg") && !stage.contains("by_hand"))
       fmt::print("mass {:.3f} kg; ", stage["mass_kg"].get<double>());

@@ -10,6 +10,7 @@
 #include "dynamics/model_file.hpp"
 #include "dynamics/reaction.hpp"
 #include "dynamics/scene_file.hpp"
+#include "error/json_text.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/file_order.hpp"
 #include "pipeline/scene_meshes.hpp"
@@ -175,7 +176,7 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   const Certificate& certificate = trajectory->certificate;
   if (!command.json) fmt::print("{}", text_of(certificate));
   if (!certificate.trusted && !o.allow_untrusted) {
-    if (command.json) fmt::print("{}\n", answer_of(o, *model, *trajectory, false).dump(2));
+    if (command.json) fmt::print("{}\n", json_text(answer_of(o, *model, *trajectory, false), 2));
     return failure(o.scene, fmt::format("the run is not to be trusted: {}; {}--allow-untrusted accepts it",
                                         certificate.reason, o.output.empty() ? "" : "nothing was written; "));
   }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dynamics/evaluate.hpp"
+#include "error/json_text.hpp"
 #include "pipeline/whole_file.hpp"
 
 namespace borelli {
@@ -18,13 +19,12 @@ Result<Eigen::VectorXd> list_of(const json& state, const std::string& file, cons
   if (!state.contains(key)) return standard;
   const json& list = state.at(key);
   if (!list.is_array() || list.size() != order.size())
-    return bad_use(file,
-                   fmt::format("{} is {}, expected a list of {} numbers", key,
-                               list.is_array() ? fmt::format("a list of {}", list.size()) : list.type_name(),
-                               order.size()));
+    return bad_use(
+        file, fmt::format("{} is {}, expected a list of {} numbers", key, kind_of_json(list), order.size()));
   Eigen::VectorXd out(static_cast<Eigen::Index>(order.size()));
   for (std::size_t i = 0; i < order.size(); ++i) {
-    if (!list[i].is_number()) return bad_use(file, fmt::format("{}[{}] is not a number", key, i));
+    if (!list[i].is_number())
+      return bad_use(file, fmt::format("{}[{}] is {}, expected a number", key, i, kind_of_json(list[i])));
     out[order[i]] = list[i].get<double>();
   }
   return out;
@@ -36,15 +36,18 @@ Result<void> read_state(const std::string& file, SceneAtState& given) {
   const FileOrder& order = given.order;
   const auto bytes = read_whole(file);
   if (!bytes) return tl::unexpected(bytes.error());
-  const json state = json::parse(*bytes, nullptr, false);
+  auto parsed = parse_json(*bytes, file);
+  if (!parsed) return bad_use(parsed.error().where, parsed.error().what);
+  const json& state = *parsed;
   if (!state.is_object())
-    return bad_use(
-        file,
-        R"(is not a JSON object of numbers in range, expected {"t": 0, "q": [...], "v": [...], "efforts": [...]})");
+    return bad_use(file,
+                   fmt::format(R"(is {}, expected {{"t": 0, "q": [...], "v": [...], "efforts": [...]}})",
+                               kind_of_json(state)));
   for (const auto& [key, value] : state.items())
     if (key != "t" && key != "q" && key != "v" && key != "efforts")
       return bad_use(file, fmt::format("unknown key '{}'; known: t, q, v, efforts", key));
-  if (state.contains("t") && !state.at("t").is_number()) return bad_use(file, "t is not a number");
+  if (state.contains("t") && !state.at("t").is_number())
+    return bad_use(file, fmt::format("t is {}, expected a number", kind_of_json(state.at("t"))));
   if (!state.contains("q") && system.nq > 0)
     return bad_use(file, fmt::format("q is missing, expected a list of {} numbers", system.nq));
 

@@ -253,14 +253,15 @@ TEST(Evaluate, BadStatesEndInOneSentence) {
   const TestFolder folder;
   const std::pair<const char*, const char*> bad[] = {
       {"{\"q\": [0, 0]}", "q is a list of 2, expected a list of 3 numbers"},
-      {"{\"q\": [0, 0, \"a\"]}", "q[2] is not a number"},
+      {"{\"q\": [0, 0, \"a\"]}", "state.json: q[2] is the text \"a\", expected a number"},
       {"{\"q\": 1}", "expected a list of 3 numbers"},
       {"{\"v\": [0, 0, 0]}", "q is missing"},
       {"{\"q\": [0, 0, 0], \"u\": []}", "unknown key 'u'"},
-      {"{\"t\": \"now\", \"q\": [0, 0, 0]}", "t is not a number"},
-      {"{\"q\": [0, 0, 1e999]}", "is not a JSON object"},
-      {"[1, 2]", "is not a JSON object"},
-      {"", "is not a JSON object"}};
+      {"{\"t\": \"now\", \"q\": [0, 0, 0]}", "t is the text \"now\", expected a number"},
+      {"{\"q\":\n [0, 0, 1e999]}", "state.json:2: the number 1e999 is too large"},
+      {"{\"q\": [0, 0, 0}", "state.json:1: is not JSON: found '0}'"},
+      {"[1, 2]", "state.json: is a list of 2, expected {\"t\": 0"},
+      {"", "state.json:1: is empty, expected JSON"}};
   for (const auto& [text, said] : bad) {
     const std::string file = folder.write("state.json", text);
     const ProgramRun run = run_program("evaluate " + samples + "roundabout.toml --state " + file);
