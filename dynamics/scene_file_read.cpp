@@ -9,6 +9,7 @@
 #include <map>
 #include <system_error>
 
+#include "dynamics/formats/toml_text.hpp"
 #include "dynamics/integrator.hpp"
 #include "dynamics/scene_fields.hpp"
 #include "dynamics/scene_file.hpp"
@@ -368,13 +369,12 @@ std::string what_else(std::string_view bytes) {
 }  // namespace
 
 Result<Scene> parse_scene(std::string_view text, const std::string& file) {
+  const auto root = parse_toml(text, file);
+  if (!root) return tl::unexpected(root.error());
   try {
-    const toml::table root = toml::parse(text);
-    return SceneReader(root, file).read();
+    return SceneReader(*root, file).read();
   } catch (const TomlRefusal& refusal) {
     return tl::unexpected(refusal.error);
-  } catch (const toml::parse_error& e) {
-    return bad_use(fmt::format("{}:{}", file, e.source().begin.line), std::string(e.description()));
   }
 }
 

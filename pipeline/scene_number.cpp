@@ -10,6 +10,8 @@
 #include <optional>
 #include <vector>
 
+#include "dynamics/formats/toml_text.hpp"
+
 namespace borelli {
 namespace {
 
@@ -140,14 +142,6 @@ tl::unexpected<Error> no_number(const toml::table& root, const std::string& file
                                                  fmt::join(all, ", ")));
 }
 
-Result<toml::table> parsed(std::string_view text, const std::string& file) {
-  try {
-    return toml::parse(text);
-  } catch (const toml::parse_error& e) {
-    return bad_use(fmt::format("{}:{}", file, e.source().begin.line), std::string(e.description()));
-  }
-}
-
 /// Where a position in a text is; columns count letters, not bytes.
 std::size_t offset_of(std::string_view text, const toml::source_position& at) {
   std::size_t i = 0;
@@ -168,7 +162,7 @@ std::string written(double value) {
 }  // namespace
 
 Result<double> number_at(std::string_view text, const std::string& file, const std::string& path) {
-  const auto root = parsed(text, file);
+  const auto root = parse_toml(text, file);
   if (!root) return tl::unexpected(root.error());
   const toml::node* node = find(*root, path);
   if (!node || !is_number(*node)) return no_number(*root, file, path);
@@ -177,7 +171,7 @@ Result<double> number_at(std::string_view text, const std::string& file, const s
 
 Result<std::string> with_number(std::string_view text, const std::string& file, const std::string& path,
                                 double value) {
-  const auto root = parsed(text, file);
+  const auto root = parse_toml(text, file);
   if (!root) return tl::unexpected(root.error());
   const toml::node* node = find(*root, path);
   const auto steps = steps_of(path);

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <toml++/toml.h>
+#include <iterator>
 #include <sstream>
+
+#include "dynamics/formats/toml_text.hpp"
 
 namespace borelli {
 namespace {
@@ -111,15 +114,15 @@ CLI::Option* option_of(CLI::App& app, const std::string& key) {
 }  // namespace
 
 SettingsError::SettingsError(unsigned line, const std::string& what)
-    : CLI::ParseError("SettingsError", fmt::format("{}: {}", line, what), CLI::ExitCodes::InvalidError) {}
+    : CLI::ParseError("SettingsError", fmt::format(":{}: {}", line, what), CLI::ExitCodes::InvalidError) {}
+
+SettingsError::SettingsError(const Error& error)
+    : CLI::ParseError("SettingsError", error.message(), CLI::ExitCodes::InvalidError) {}
 
 std::vector<CLI::ConfigItem> TomlSettings::from_config(std::istream& input) const {
-  toml::table file;
-  try {
-    file = toml::parse(input);
-  } catch (const toml::parse_error& e) {
-    throw SettingsError(e.source().begin.line, std::string(e.description()));
-  }
+  const auto parsed = parse_toml(std::string{std::istreambuf_iterator<char>(input), {}}, "");
+  if (!parsed) throw SettingsError(parsed.error());
+  const toml::table& file = *parsed;
   std::vector<CLI::ConfigItem> found;
   const auto add = [&](CLI::App& app, std::vector<std::string> parents, const toml::key& name,
                        const toml::node& value) {

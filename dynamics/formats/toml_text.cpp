@@ -1,0 +1,113 @@
+#include "dynamics/formats/toml_text.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <vector>
+
+namespace borelli {
+namespace {
+
+constexpr std::size_t deepest = 100;
+
+// Follows the text's keys and brackets without building anything.
+class NestingScan {
+ public:
+  explicit NestingScan(std::string_view text) : text_(text) {}
+
+  /// The line where the nesting becomes too deep; 0: nowhere.
+  std::size_t line_too_deep() {
+    for (; at_ < text_.size(); ++at_) {
+      switch (text_[at_]) {
+        case '\n':
+          ++line_, parts_ = 1;
+          break;
+        case '#':
+          at_ = std::min(text_.find('\n', at_), text_.size()) - 1;
+          break;
+        case '"':
+        case '\'':
+          skip_string();
+          break;
+        case '.':
+          if (outer_ + ++parts_ > deepest) return line_;
+          break;
+        case '[':
+        case '{':
+          open_.push_back(parts_);
+          if ((outer_ += parts_) > deepest) return line_;
+          parts_ = 1;
+          break;
+        case ']':
+        case '}':
+          if (!open_.empty()) outer_ -= open_.back(), open_.pop_back();
+          parts_ = 1;
+          break;
+        case ',':
+          parts_ = 1;
+          break;
+        default:
+          break;
+      }
+    }
+    return 0;
+  }
+
+ private:
+  // Goes on to the last quote of a string; one of a single line ends with it at the latest.
+  void skip_string() {
+    const char quote = text_[at_];
+    const std::string three(3, quote);
+    const bool many_lines = text_.substr(at_).starts_with(three);
+    at_ += many_lines ? 3 : 1;
+    for (; at_ < text_.size(); ++at_) {
+      if (text_[at_] == '\\' && quote == '"') {
+        if (++at_ < text_.size() && text_[at_] == '\n') ++line_;
+      } else if (text_[at_] == '\n') {
+        if (!many_lines) {
+          --at_;
+          return;
+        }
+        ++line_;
+      } else if (many_lines ? text_.substr(at_).starts_with(three) : text_[at_] == quote) {
+        at_ += many_lines ? 2 : 0;
+        return;
+      }
+    }
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0, line_ = 1;
+  std::size_t parts_ = 1;          ///< of the key being read
+  std::size_t outer_ = 0;          ///< sum of open_
+  std::vector<std::size_t> open_;  ///< of each open bracket, the parts of the key that it stands behind
+};
+
+// "Error while parsing key-value pair: expected '=', saw ..." as the end of our sentence.
+std::string told(std::string_view description) {
+  constexpr std::string_view begin = "Error while parsing ";
+  const bool in_something = description.starts_with(begin);
+  if (in_something) description.remove_prefix(begin.size());
+  std::string out(in_something ? ", in " : ": ");
+  out += description;
+  std::replace_if(
+      out.begin(), out.end(), [](unsigned char c) { return c < ' '; }, ' ');
+  return out;
+}
+
+}  // namespace
+
+Result<toml::table> parse_toml(std::string_view text, const std::string& file) {
+  if (const std::size_t line = NestingScan(text).line_too_deep(); line > 0)
+    return bad_use(fmt::format("{}:{}", file, line),
+                   fmt::format("more than {} tables and lists stand in each other", deepest));
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& e) {
+    const auto& at = e.source().begin;
+    return bad_use(fmt::format("{}:{}", file, at.line),
+                   fmt::format("is not TOML at column {}{}", at.column, told(e.description())));
+  }
+}
+
+}  // namespace borelli
