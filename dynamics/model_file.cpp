@@ -6,6 +6,7 @@
 #include <fstream>
 #include <new>
 
+#include "dynamics/formats/placeholder_inertia.hpp"
 #include "dynamics/mjcf.hpp"
 #include "dynamics/scene_file.hpp"
 #include "dynamics/urdf.hpp"
@@ -24,26 +25,41 @@ bool is_xml(const std::filesystem::path& path) {
   return false;
 }
 
+// Refuses options that are of URDF alone.
+Result<void> check_no_urdf_options(const std::filesystem::path& path, const ModelOptions& options) {
+  if (options.floating) return bad_use(path.string(), "is not URDF: only a URDF's root can be left floating");
+  if (options.minimum_mass > 0)
+    return bad_use(path.string(), "is not URDF: only of a URDF's links there can be a minimum mass");
+  return {};
+}
+
+Result<ModelFile> with_locks(ModelFile model, const std::filesystem::path& path,
+                             const ModelOptions& options) {
+  if (auto done = lock_coordinates(model.scene, options.locked); !done)
+    return bad_use(path.string(), done.error().message());
+  return model;
+}
+
 }  // namespace
 
 Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptions& options) {
   const bool named_xml = path.extension() == ".xml" || path.extension() == ".urdf";
   if (std::error_code problem;
       !std::filesystem::is_regular_file(path, problem) || !(named_xml || is_xml(path))) {
-    if (options.floating)
-      return bad_use(path.string(), "is not URDF: only a URDF's root can be left floating");
-    return read_scene(path).map([](Scene scene) { return ModelFile{std::move(scene), {}, {}}; });
+    if (auto fine = check_no_urdf_options(path, options); !fine) return tl::unexpected(fine.error());
+    auto scene = read_scene(path);
+    if (!scene) return tl::unexpected(scene.error());
+    return with_locks(ModelFile{std::move(*scene), {}, {}}, path, options);
   }
   try {
     XmlElement root = read_xml(path);
     if (root.name == "robot") return read_urdf(root, options);
-    if (options.floating)
-      return bad_use(path.string(), "is not URDF: only a URDF's root can be left floating");
+    if (auto fine = check_no_urdf_options(path, options); !fine) return tl::unexpected(fine.error());
     if (root.name == "mujoco") {
       auto model = read_mjcf(std::move(root));
       if (model.scene.solids.empty())
         return bad_use(path.string(), "holds no body, so there is nothing that could move");
-      return model;
+      return with_locks(std::move(model), path, options);
     }
     return bad_use(root.where(),
                    fmt::format("the root is <{}>, expected <mujoco> (MJCF) or <robot> (URDF)", root.name));

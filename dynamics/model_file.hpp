@@ -15,6 +15,9 @@ namespace borelli {
 
 struct ModelOptions {
   bool floating = false;  ///< URDF: the root link moves freely instead of being fixed to the world
+  /// URDF: bodies that move and weigh less (kg) are taken as balls of water of that mass
+  double minimum_mass = 0;
+  std::vector<std::string> locked = {};  ///< free coordinates, or joints, that stay where they start
 };
 
 struct ModelFile {

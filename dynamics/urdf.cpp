@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "dynamics/formats/placeholder_inertia.hpp"
 #include "dynamics/free_joint.hpp"
 #include "dynamics/unread.hpp"
 
@@ -16,35 +17,13 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// ---- the file's rules ----
-
-// Known children of each element that is read; elements of other name spaces (a colon in the name) may stand
-// anywhere. What is known and not read is listed in the end.
-const std::map<std::string, std::set<std::string>, std::less<>> known_children{
-    {"robot", {"link", "joint", "material", "transmission", "gazebo", "mujoco", "sensor", "group_state"}},
-    {"link",
-     {"inertial", "visual", "collision", "self_collision_checking", "contact", "sensor", "gazebo",
-      "material"}},
-    {"joint",
-     {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller",
-      "hardwareInterface", "gazebo"}},
-    {"inertial", {"origin", "mass", "inertia"}},
-    {"visual", {"origin", "geometry", "material", "meshResource"}},
-    {"collision", {"origin", "geometry", "verbose", "material"}},
-    {"geometry", {"box", "cylinder", "sphere", "capsule", "mesh", "plane"}}};
-
-void check_names(const XmlElement& element) {
-  const auto known = known_children.find(element.name);
+void refuse_xacro(const XmlElement& element) {
   for (const XmlElement& c : element.children) {
     if (c.name.starts_with("xacro:"))
       c.refuse(
           "is xacro, a language that writes URDF; expand the file first (xacro FILE > robot.urdf) and read "
           "that");
-    if (c.name.find(':') != std::string::npos || known == known_children.end()) continue;
-    if (!known->second.contains(c.name))
-      c.refuse(
-          fmt::format("no such element in <{}>; known: {}", element.name, fmt::join(known->second, ", ")));
-    check_names(c);
+    refuse_xacro(c);
   }
 }
 
@@ -117,8 +96,9 @@ void add_inertial(const XmlElement& link, Solid& solid) {
   own.tensor << inertia.number("ixx", 0), xy, xz, xy, inertia.number("iyy", 0), yz, xz, yz,
       inertia.number("izz", 0);
   if (own.mass == 0 && own.tensor.isZero(0)) return;
-  if (const auto fine = check_physical(own, "", Extent::may_be_bar_or_point); !fine)
-    element->refuse(fmt::format("of link '{}' {}", solid.name, fine.error().what));
+  if (own.mass < 0)
+    element->refuse(
+        fmt::format("of link '{}' has a mass of {:g} kg, expected none below zero", solid.name, own.mass));
   solid.inertials.push_back(own.expressed_in(X.R, X.p));
 }
 
@@ -173,13 +153,16 @@ class UrdfReader {
   explicit UrdfReader(const XmlElement& root) : root_(root) {}
 
   ModelFile read(const ModelOptions& options) {
-    check_names(root_);
+    refuse_xacro(root_);
     model_.scene.name = root_.text("name");
     collect();
     const std::string root_link = find_root();
     add_root(root_link, options.floating);
     for (const XmlElement* joint : joints_) add_joint(*joint);
     for (const XmlElement* joint : joints_) add_mimic(*joint);
+    if (auto done = lock_coordinates(model_.scene, options.locked); !done)
+      throw XmlRefusal{Error{root_.file, done.error().message(), Error::Kind::use}};
+    settle(options.minimum_mass);
     say_no_contacts();
     list_unread(root_, urdf_motion_rules, model_.not_modelled);
     return std::move(model_);
@@ -219,6 +202,18 @@ class UrdfReader {
     const std::string& link = end.require("link");
     if (!links_.contains(link)) end.refuse("link", fmt::format("no link is named '{}'", link));
     return link;
+  }
+
+  void settle(double minimum_mass) {
+    auto settled = settle_inertias(model_.scene, minimum_mass);
+    if (!settled) {
+      const auto link = links_.find(settled.error().where);
+      const XmlElement* inertial = link == links_.end() ? nullptr : link->second->child("inertial");
+      (inertial ? *inertial : root_)
+          .refuse(fmt::format("of link '{}': {}", settled.error().where, settled.error().what));
+    }
+    for (auto* lines : {&settled->motion, &settled->other})
+      for (std::string& line : *lines) model_.not_modelled.push_back(std::move(line));
   }
 
   // The only link that is no joint's child, from which all others can be reached.

@@ -13,10 +13,13 @@ namespace borelli {
 /// name. The root is fixed to the world, or placed by a free joint of its own name (`floating`); a root named
 /// "world" is the world itself.
 ///
+/// What fixed joints join is judged as one body (formats/placeholder_inertia.hpp): links without mass that
+/// carry none are locked.
+///
 /// Inertials, position limits (Range), damping (CoordinateSpring) and mimic (CoordinateCoupling) count.
 /// Shapes are there to be seen: primitives of <visual>, or of <collision> where a link has none. What else
-/// the file holds is listed. Throws XmlRefusal; refuses xacro, several roots, loops and names that are used
-/// twice or not there.
+/// the file holds, elements of other programs too, is listed. Throws XmlRefusal; refuses xacro, several
+/// roots, loops and names that are used twice or not there.
 ModelFile read_urdf(const XmlElement& root, const ModelOptions& options);
 
 }  // namespace borelli

@@ -2,10 +2,18 @@
 
 #include <fmt/core.h>
 
+#include "pipeline/verbs/number_check.hpp"
+
 namespace borelli {
 
 void add_model_options(CLI::App& verb, ModelOptions& options) {
   verb.add_flag("--floating", options.floating, "URDF: the root link moves freely instead of being fixed");
+  verb.add_option("--lock", options.locked,
+                  "A free coordinate, or joint, that stays where it starts; may be given several times")
+      ->allow_extra_args(false);
+  verb.add_option("--minimum-mass", options.minimum_mass,
+                  "URDF: a body that moves and weighs less (kg) is taken as a ball of water of that mass")
+      ->check(number_not_negative());
 }
 
 std::string not_modelled_text(const NotModelled& lines) {

@@ -10,7 +10,7 @@
 
 namespace borelli {
 
-/// Adds --floating.
+/// Adds --floating, --lock and --minimum-mass.
 void add_model_options(CLI::App& verb, ModelOptions& options);
 
 /// ModelFile::not_modelled for people, a line each: warnings of what changes the motion, then the rest.
