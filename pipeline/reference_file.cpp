@@ -99,7 +99,8 @@ Result<GivenReference> from_csv(const std::filesystem::path& path, const std::ve
 
 Result<GivenReference> read_reference(const std::filesystem::path& path,
                                       const std::vector<std::string>& solids) {
-  if (!std::filesystem::exists(path)) return bad_use(path.string(), "no such file");
+  if (std::error_code problem; !std::filesystem::exists(path, problem))
+    return bad_use(path.string(), "no such file");
   return path.extension() == ".csv" ? from_csv(path, solids) : from_trajectory(path, solids);
 }
 

@@ -119,7 +119,7 @@ Result<const std::vector<Mesh>*> RunData::meshes() {
     if (!asked) return tl::unexpected(asked.error());
     for (const std::string& name : (*asked)->names) {
       const fs::path path = file("mesh/" + name + ".vtp");
-      if (!fs::exists(path)) continue;  // a part without voxels
+      if (std::error_code problem; !fs::exists(path, problem)) continue;  // a part without voxels
       auto mesh = read_vtp(path.string());
       if (!mesh) return tl::unexpected(mesh.error());
       stored.push_back(std::move(*mesh));

@@ -34,15 +34,15 @@ Result<std::vector<RunInput>> inputs_of(const RunSettings& settings) {
     if (!files) return tl::unexpected(files.error());
     inputs.push_back({role, std::move(*files)});
   }
+  std::error_code problem;
   std::string names = settings.label_names;
-  if (!settings.labels.empty() && names.empty() && fs::exists(names_file(settings.labels)))
+  if (!settings.labels.empty() && names.empty() && fs::exists(names_file(settings.labels), problem))
     names = names_file(settings.labels);
   if (!names.empty()) inputs.push_back({"label_names", {names}});
   const auto& ready = ready_mappings;
   if (!settings.label_mapping.empty() && std::ranges::find(ready, settings.label_mapping) == std::end(ready))
     inputs.push_back({"label_mapping", {settings.label_mapping}});
   if (!settings.landmarks.empty()) inputs.push_back({"landmarks", {settings.landmarks}});
-  std::error_code problem;
   for (const RunInput& input : inputs)
     for (const std::string& file : input.files)
       if (!fs::exists(file, problem)) return bad_use(file, "no such file or folder");

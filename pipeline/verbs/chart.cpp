@@ -9,6 +9,7 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/model_file.hpp"
 #include "dynamics/scene_file.hpp"
+#include "error/json_text.hpp"
 #include "pipeline/stages.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/names.hpp"
@@ -41,8 +42,10 @@ class KeptPoints {
   std::vector<WorkPrecisionPoint> read() const {
     const auto text = read_whole(file_);
     if (!text) return {};
+    const auto kept = parse_json(*text, file_.string());
+    if (!kept) return {};
     try {
-      return points_of(nlohmann::json::parse(*text));
+      return points_of(*kept);
     } catch (const nlohmann::json::exception&) {  // spoilt: everything is run anew
       return {};
     }
@@ -54,10 +57,13 @@ class KeptPoints {
       all.push_back({p.variant, p.setting, p.finished, p.trusted, p.reason, p.seconds, p.evaluations,
                      p.errors.position, p.errors.orientation, p.errors.energy, p.errors.constraint,
                      p.errors.impacts, p.errors.momentum});
-    return write_whole(file_, nlohmann::json{{"asked", asked_}, {"points", all}}.dump());
+    return write_whole(file_, json_text(nlohmann::json{{"asked", asked_}, {"points", all}}, -1));
   }
 
-  void remove() const { std::filesystem::remove(file_); }
+  void remove() const {
+    std::error_code ignored;
+    std::filesystem::remove(file_, ignored);
+  }
 
  private:
   std::vector<WorkPrecisionPoint> points_of(const nlohmann::json& kept) const {

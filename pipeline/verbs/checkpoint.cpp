@@ -62,7 +62,7 @@ void CheckpointFile::run_is_over() {
 Result<void> CheckpointFile::watch(const std::string& scene, Observer& observer) {
   header_ =
       fmt::format("borelli checkpoint, program {}, scene {:016x}\n", BORELLI_VERSION, checksum_of(scene));
-  if (std::filesystem::exists(path_)) {
+  if (std::error_code problem; std::filesystem::exists(path_, problem)) {
     const auto bytes = read_whole(path_);
     if (!bytes) return tl::unexpected(bytes.error());
     if (!bytes->starts_with("borelli checkpoint, "))

@@ -199,7 +199,8 @@ void add_economy(CLI::App& program, Command& command) {
       }
       if (auto fine = check_folder_writable(o->folder, files_of(o->input)); !fine)
         return tl::unexpected(fine.error());
-      if (!std::filesystem::exists(o->input)) return bad_use(o->input, "no such file or folder");
+      if (std::error_code problem; !std::filesystem::exists(o->input, problem))
+        return bad_use(o->input, "no such file or folder");
       return may_be_volume(o->input) ? work_on_volume(*o, c) : work_on_scene(*o, c);
     };
   });

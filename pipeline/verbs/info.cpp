@@ -51,8 +51,9 @@ void add_info(CLI::App& program, Command& command) {
   add_model_options(*verb, *options);
   verb->callback([&command, path, quantity, options] {
     command.work = [path, quantity, options](const Command& chosen) -> Result<nlohmann::json> {
-      if (!std::filesystem::exists(*path)) return bad_use(*path, "no such file or folder");
-      if (!std::filesystem::is_regular_file(*path) && !std::filesystem::is_directory(*path))
+      std::error_code problem;
+      if (!std::filesystem::exists(*path, problem)) return bad_use(*path, "no such file or folder");
+      if (!std::filesystem::is_regular_file(*path, problem) && !std::filesystem::is_directory(*path, problem))
         return bad_use(*path, "is not a regular file");  // (a pipe would wait for who writes to it)
       const auto is = [&](std::string_view ending) { return path->ends_with(ending); };
       const bool trajectory = is_trajectory(*path) || is(".h5") || is(".hdf5");

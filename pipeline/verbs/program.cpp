@@ -7,10 +7,11 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <exception>
+#include <filesystem>
 #include <new>
 #include <system_error>
 
+#include "error/json_text.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/settings.hpp"
@@ -24,7 +25,7 @@ namespace {
 // what is wrong with the command line, or with the settings file at a line of it
 std::string bad_use_of(const CLI::ParseError& e, const CLI::Option* settings_file) {
   const std::string what = e.what();
-  if (e.get_name() == "SettingsError") return fmt::format("{}:{}", settings_file->results().front(), what);
+  if (e.get_name() == "SettingsError") return settings_file->results().front() + what;
   return what + " (see borelli --help)";
 }
 
@@ -93,7 +94,7 @@ int run(int argc, char** argv) {
     borelli::say("borelli: {}\n", answer.error().message());
     return answer.error().kind == borelli::Error::Kind::use ? 2 : 1;
   }
-  if (command.json) fmt::print("{}\n", answer->dump(2));
+  if (command.json) fmt::print("{}\n", borelli::json_text(*answer, 2));
   return 0;
 }
 
@@ -140,12 +141,15 @@ int main(int argc, char** argv) {
     code = run(argc, argv);
   } catch (const std::bad_alloc&) {
     borelli::say("borelli: not enough memory for this\n");
+  } catch (const std::filesystem::filesystem_error& e) {
+    borelli::say("borelli: {}: {}\n", e.path1().string(), e.code().message());
   } catch (const std::system_error& e) {
     const bool thread = e.code() == std::errc::resource_unavailable_try_again;
-    borelli::say("borelli: {}\n",
-                 thread ? "not enough memory left, or threads allowed, to start another thread" : e.what());
-  } catch (const std::exception& e) {
-    borelli::say("borelli: {}\n", e.what());
+    borelli::say("borelli: {}\n", thread
+                                      ? "not enough memory left, or threads allowed, to start another thread"
+                                      : "the system refused what was needed: " + e.code().message());
+  } catch (...) {  // (words of a library would tell a user nothing)
+    borelli::say("borelli: stopped by a fault of its own; please report it with the command and its input\n");
   }
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
   if (code == 0) borelli::say("borelli: standard output cannot be written: {}\n", std::strerror(errno));

@@ -6,12 +6,14 @@
 #include <filesystem>
 #include <optional>
 
+#include "error/json_text.hpp"
 #include "inertia/table_file.hpp"
 #include "pipeline/deface.hpp"
 #include "pipeline/glb.hpp"
 #include "pipeline/report.hpp"
 #include "pipeline/run_inputs.hpp"
 #include "pipeline/skeleton.hpp"
+#include "pipeline/stages.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -41,13 +43,15 @@ struct Found {
   std::vector<std::string> warnings;
 };
 
-/// Reads a file that may be absent; null where it is. Errors: damaged.
-Result<json> json_if_there(const fs::path& path) {
-  if (!fs::exists(path)) return json();
+/// Reads a file that may be absent; null where it is. Errors: damaged, or not of these kinds.
+Result<json> json_if_there(const fs::path& path, const json& kinds) {
+  std::error_code problem;
+  if (!fs::exists(path, problem)) return json();
   const auto bytes = read_whole(path);
   if (!bytes) return tl::unexpected(bytes.error());
-  json value = json::parse(*bytes, nullptr, false);
-  if (!value.is_object()) return failure(path.string(), "is no JSON object: damaged, or cut short");
+  auto value = parse_json(*bytes, path.string());
+  if (!value) return value;
+  if (auto fine = check_kinds(*value, kinds, path.string()); !fine) return tl::unexpected(fine.error());
   return value;
 }
 
@@ -96,7 +100,7 @@ Result<void> find_scan(const ReportAsked& asked, Found& found) {
   if (path.empty() && found.inputs.segmentation.is_object())
     path = found.inputs.segmentation.value("input", "");
   if (path.empty()) return {};
-  if (asked.volume.empty() && !fs::exists(path)) {
+  if (std::error_code problem; asked.volume.empty() && !fs::exists(path, problem)) {
     found.warnings.push_back(fmt::format(
         "the scan {} is no longer there: the report shows the parts alone (--volume names it)", path));
     return {};
@@ -118,11 +122,14 @@ Result<void> find_scan(const ReportAsked& asked, Found& found) {
 
 Result<void> read_folder(const ReportAsked& asked, Found& found) {
   const fs::path folder = asked.folder;
-  const auto there = [&](const char* name) { return fs::exists(folder / name); };
+  std::error_code problem;
+  const auto there = [&](const char* name) { return fs::exists(folder / name, problem); };
   auto& inputs = found.inputs;
-  Result<void> done = keep(inputs.segmentation, json_if_there(folder / "segmentation/segmentation.json"));
-  if (done) done = keep(inputs.table, json_if_there(folder / "inertia/table.json"));
-  if (done) done = keep(inputs.run, json_if_there(folder / "run.json"));
+  Result<void> done = keep(inputs.segmentation, json_if_there(folder / "segmentation/segmentation.json",
+                                                              {{"input", ""}, {"convention", ""}}));
+  if (done)
+    done = keep(inputs.table, json_if_there(folder / "inertia/table.json", {{"source", {{"segments", ""}}}}));
+  if (done) done = keep(inputs.run, json_if_there(folder / "run.json", run_record_kinds()));
   if (done && there("segmentation/labels.nii.gz"))
     done = keep(found.labels, read_labels((folder / "segmentation/labels.nii.gz").string()));
   if (done && there("segmentation/landmarks.json"))
@@ -183,7 +190,9 @@ Result<void> show_no_face(Found& found, const fs::path& folder) {
 
 Result<json> run(const ReportAsked& asked, const Command& command) {
   const fs::path folder = asked.folder;
-  if (!fs::is_directory(folder)) return bad_use(asked.folder, "no such folder; expected that of a run");
+  std::error_code problem;
+  if (!fs::is_directory(folder, problem))
+    return bad_use(asked.folder, "no such folder; expected that of a run");
   const auto path = folder / "report.html";
   if (auto fine = check_writable(path); !fine) return tl::unexpected(fine.error());
   Found found;
@@ -199,7 +208,8 @@ Result<json> run(const ReportAsked& asked, const Command& command) {
   if (!written) return tl::unexpected(written.error());
   for (const auto& warning : found.warnings) say("warning: {}\n", warning);
   if (!command.json) fmt::print("{}\n", path.string());
-  return json{{"report", path.string()}, {"bytes", fs::file_size(path)}, {"warnings", found.warnings}};
+  return json{
+      {"report", path.string()}, {"bytes", fs::file_size(path, problem)}, {"warnings", found.warnings}};
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/model_file.hpp"
 #include "dynamics/scene_file.hpp"
+#include "error/json_text.hpp"
 #include "pipeline/long_runs.hpp"
 #include "pipeline/picture.hpp"
 #include "pipeline/stability_page.hpp"
@@ -131,8 +132,10 @@ class KeptColumns {
   void read(StabilityObserver& observer) const {
     const auto text = read_whole(file_);
     if (!text) return;
+    const auto kept = parse_json(*text, file_.string());
+    if (!kept) return;
     try {
-      take(nlohmann::json::parse(*text), observer);
+      take(*kept, observer);
     } catch (const nlohmann::json::exception&) {  // spoilt: everything is run anew
     }
   }
@@ -149,10 +152,14 @@ class KeptColumns {
       limits.push_back(
           {l.method, l.column, number(l.stable), number(l.trusted), linear, l.over, l.unseen, l.known});
     }
-    return write_whole(file_, nlohmann::json{{"asked", asked_}, {"cells", cells}, {"limits", limits}}.dump());
+    return write_whole(
+        file_, json_text(nlohmann::json{{"asked", asked_}, {"cells", cells}, {"limits", limits}}, -1));
   }
 
-  void remove() const { std::filesystem::remove(file_); }
+  void remove() const {
+    std::error_code ignored;
+    std::filesystem::remove(file_, ignored);
+  }
 
  private:
   void take(const nlohmann::json& kept, StabilityObserver& observer) const {

@@ -56,7 +56,8 @@ Result<json> label_info(const std::string& path) {
 
 Result<json> without_quantity(const std::string& path, const Error& reason) {
   const auto header = read_image_header(path);
-  if (!header || !std::filesystem::exists(header->data_file)) return tl::unexpected(reason);
+  if (std::error_code problem; !header || !std::filesystem::exists(header->data_file, problem))
+    return tl::unexpected(reason);
   json info = grid_info(header->grid);
   info["kind"] = "volume", info["file"] = path;
   info["format"] = fmt::format("{}, {}", header->format, scalar_name(header->scalar));
