@@ -5,6 +5,8 @@
 #include <Eigen/Core>
 #include <cmath>
 
+#include "error/eigen_layout.hpp"
+
 namespace borelli {
 
 /// A matrix whose rows lie one after the other in memory.

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "error/eigen_layout.hpp"
 #include "error/error.hpp"
 
 namespace borelli {

@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "error/eigen_layout.hpp"
+
 namespace borelli {
 
 /// Where voxels lie: voxel (i, j, k) is centred at origin + axes * (i, j, k), in mm, LPS.
