@@ -212,8 +212,8 @@ class UrdfReader {
       (inertial ? *inertial : root_)
           .refuse(fmt::format("of link '{}': {}", settled.error().where, settled.error().what));
     }
-    for (auto* lines : {&settled->motion, &settled->other})
-      for (std::string& line : *lines) model_.not_modelled.push_back(std::move(line));
+    for (std::string& line : settled->motion) model_.not_modelled.motion.push_back(std::move(line));
+    for (std::string& line : settled->other) model_.not_modelled.other.push_back(std::move(line));
   }
 
   // The only link that is no joint's child, from which all others can be reached.
