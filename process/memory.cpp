@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cctype>
+#include <charconv>
 #include <cstdio>
 #include <fstream>
 #include <limits>
@@ -58,15 +60,17 @@ std::uint64_t free_in_group() {
   return least;
 }
 
-// resident, less what the heap holds free for what comes next
+// Resident, less what the heap holds free for what comes next; at least what the heap gave away, since a free
+// block may not have been touched yet.
 std::uint64_t bytes_in_use() {
   std::ifstream file("/proc/self/statm");
   std::uint64_t mapped = 0, resident = 0;
   if (!(file >> mapped >> resident)) return 0;
   resident *= static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 #ifdef __GLIBC__
-  const std::uint64_t held = mallinfo2().fordblks;
-  return resident > held ? resident - held : 0;
+  const struct mallinfo2 heap = mallinfo2();
+  return std::max<std::uint64_t>(resident - std::min<std::uint64_t>(resident, heap.fordblks),
+                                 heap.uordblks + heap.hblkhd);
 #else
   return resident;
 #endif
@@ -106,6 +110,31 @@ std::uint64_t memory_limit() {
                                   free == unlimited ? unlimited : std::max<std::uint64_t>(free / 4 * 3, 1));
   }
   return limit;
+}
+
+std::optional<std::uint64_t> bytes_from(std::string_view text) {
+  double number = 0;
+  const auto [rest, trouble] = std::from_chars(text.data(), text.data() + text.size(), number);
+  std::string unit(rest, text.data() + text.size());
+  if (trouble != std::errc() || !(number >= 0)) return std::nullopt;
+  std::erase(unit, ' ');
+  for (char& c : unit) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  double base = 1000;
+  if (unit.ends_with("IB") && unit.size() == 3)
+    base = 1024, unit.resize(1);
+  else if (unit.ends_with('B'))
+    unit.pop_back();
+  const std::string_view prefixes = "KMGT";
+  const auto power = unit.empty() ? 0 : unit.size() == 1 ? prefixes.find(unit) + 1 : 0;
+  if (unit.size() > 1 || (!unit.empty() && power == 0)) return std::nullopt;
+  for (std::size_t n = 0; n < power; ++n) number *= base;
+  if (!(number < 9e18)) return std::nullopt;
+  return static_cast<std::uint64_t>(number);
+}
+
+tl::unexpected<Error> out_of_memory(const std::string& where, const std::string& what) {
+  return failure(where, what + " needs more than the " + in_words(static_cast<double>(memory_limit())) +
+                            " of memory that may be used (--max-memory)");
 }
 
 Result<void> admit_memory(const std::string& where, const std::string& what, double bytes) {

@@ -29,6 +29,16 @@ TEST(Memory, WhatFitsIsAdmittedAndTheRestNamed) {
   set_memory_limit(before);
 }
 
+TEST(Memory, SizesAsAUserWritesThem) {
+  EXPECT_EQ(bytes_from("4G"), 4'000'000'000U);
+  EXPECT_EQ(bytes_from("1.5 GiB"), std::uint64_t{3} << 29);
+  EXPECT_EQ(bytes_from("500mb"), 500'000'000U);
+  EXPECT_EQ(bytes_from("64K"), 64'000U);
+  EXPECT_EQ(bytes_from("1048576"), 1048576U);
+  for (const char* none : {"", "G", "4X", "4GG", "-4G", "nan", "inf", "1e30T", "4 G B x"})
+    EXPECT_FALSE(bytes_from(none)) << none;
+}
+
 TEST(Memory, WhatIsInUseCounts) {
   const std::uint64_t before = memory_limit();
   set_memory_limit(std::uint64_t{200} << 20);
