@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <system_error>
 
@@ -15,6 +13,7 @@
 #include "dynamics/scene_file.hpp"
 #include "dynamics/scene_file_switch.hpp"
 #include "dynamics/toml_table.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -379,13 +378,9 @@ Result<Scene> parse_scene(std::string_view text, const std::string& file) {
 }
 
 Result<Scene> read_scene(const std::filesystem::path& path) {
-  std::error_code problem;
-  if (!std::filesystem::exists(path, problem)) return bad_use(path.string(), "no such file");
-  if (std::filesystem::is_directory(path, problem))
-    return bad_use(path.string(), "is a folder, expected a scene file");
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) return failure(path.string(), "cannot be read");
+  const auto bytes = read_input_file(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  const std::string& text = *bytes;
   if (const auto other = what_else(text); !other.empty())
     return bad_use(path.string(), fmt::format("is not a scene but {}: expected TOML, MJCF or URDF", other));
   auto scene = parse_scene(text, path.string());

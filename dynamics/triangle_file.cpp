@@ -7,8 +7,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <sstream>
+
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -147,14 +148,11 @@ Result<ClosedMesh> read_triangles(const std::filesystem::path& path) {
                  [](unsigned char c) { return std::tolower(c); });
   if (ending != ".stl" && ending != ".obj" && ending != ".msh")
     return bad_use(path.string(), fmt::format("ends in '{}', expected a mesh in .stl, .obj or .msh", ending));
-  std::error_code problem;
-  if (!std::filesystem::is_regular_file(path, problem)) return bad_use(path.string(), "no such file");
-  std::ifstream stream(path, std::ios::binary);
-  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream) return failure(path.string(), "cannot be read");
-  auto mesh = ending == ".stl"   ? stl(bytes, path.string())
-              : ending == ".obj" ? obj(bytes, path.string())
-                                 : msh(bytes, path.string());
+  const auto bytes = read_input_file(path, any_size);
+  if (!bytes) return tl::unexpected(bytes.error());
+  auto mesh = ending == ".stl"   ? stl(*bytes, path.string())
+              : ending == ".obj" ? obj(*bytes, path.string())
+                                 : msh(*bytes, path.string());
   if (mesh && mesh->triangles.empty() && (ending == ".stl" || mesh->vertices.empty()))
     return bad_use(path.string(), "holds no triangles");
   if (mesh)

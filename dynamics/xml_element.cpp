@@ -7,8 +7,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <memory>
+
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -154,16 +155,9 @@ void XmlElement::refuse(std::string_view key, const std::string& sentence) const
 }
 
 XmlElement read_xml(const std::filesystem::path& path) {
-  const auto refuse = [&](std::string what, Error::Kind kind = Error::Kind::use) {
-    throw XmlRefusal{Error{path.string(), std::move(what), kind}};
-  };
-  std::error_code problem;
-  if (!std::filesystem::exists(path, problem)) refuse("no such file");
-  if (std::filesystem::is_directory(path, problem)) refuse("is a folder, expected an XML file");
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) refuse("cannot be read", Error::Kind::failure);
-  if (text.size() > 1'000'000'000) refuse("has more than 1e9 bytes");
+  const auto bytes = read_input_file(path);
+  if (!bytes) throw XmlRefusal{bytes.error()};
+  const std::string& text = *bytes;
 
   const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(XML_ParserCreate(nullptr),
                                                                             &XML_ParserFree);

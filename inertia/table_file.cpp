@@ -17,6 +17,7 @@
 #include "inertia/csv.hpp"
 #include "inertia/entries.hpp"
 #include "inertia/published_summary.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -418,11 +419,9 @@ Result<void> write_table(const std::filesystem::path& path, const InertiaTable& 
 }
 
 Result<InertiaTable> read_table(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return bad_use(path.string(), "there is no such file, or it may not be read");
-  std::ostringstream bytes;
-  bytes << file.rdbuf();
-  return table_from_json(bytes.str(), path.string());
+  const auto bytes = read_input_file(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return table_from_json(*bytes, path.string());
 }
 
 }  // namespace borelli

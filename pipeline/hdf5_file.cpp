@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "pipeline/whole_file.hpp"
+#include "process/memory.hpp"
 
 namespace borelli {
 namespace {
@@ -172,10 +173,7 @@ Result<void> Hdf5Writer::close() {
 }
 
 Result<Hdf5Reader> Hdf5Reader::open(const std::filesystem::path& path) {
-  std::error_code problem;
-  if (!std::filesystem::exists(path, problem)) return bad_use(path.string(), "no such file");
-  if (std::filesystem::is_directory(path, problem))
-    return bad_use(path.string(), "is a folder, expected an HDF5 file");
+  if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
   const Quiet quiet;
   const htri_t known = H5Fis_hdf5(path.c_str());
   if (known == 0) return bad_use(path.string(), "is not an HDF5 file");
@@ -227,6 +225,7 @@ Result<Hdf5Array> Hdf5Reader::numbers(const std::string& name) const {
   for (const hsize_t s : sizes) claimed *= static_cast<double>(s);
   if (claimed > limit) return damaged(name, "claims more numbers than the file can hold");
 
+  if (auto fits = admit_memory(path_, name, claimed); !fits) return tl::unexpected(fits.error());
   Hdf5Array out;
   out.shape.assign(sizes.begin(), sizes.end());
   out.values.resize(static_cast<std::size_t>(claimed / 8));

@@ -92,7 +92,7 @@ Result<void> write_vtp(const std::string& path, const Mesh& mesh) {
 }
 
 Result<Mesh> read_vtp(const std::string& path) {
-  if (std::error_code problem; !std::filesystem::exists(path, problem)) return bad_use(path, "no such file");
+  if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
   const int warnings = vtkObject::GetGlobalWarningDisplay();
   vtkObject::GlobalWarningDisplayOff();
   vtkNew<vtkXMLPolyDataReader> reader;

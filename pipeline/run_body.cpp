@@ -259,7 +259,7 @@ Result<json> write_page(RunData& data, const json& record) {
   if (!trajectory) return tl::unexpected(trajectory.error());
   auto table = read_object(data.file("inertia/table.json"));
   if (!table) return tl::unexpected(table.error());
-  const auto body = read_whole(data.file("body.glb"));
+  const auto body = read_input_file(data.file("body.glb"), any_size);
   if (!body) return tl::unexpected(body.error());
   page->subject = data.settings.subject;
   page->table = std::move(*table);

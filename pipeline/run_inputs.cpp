@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "process/input_file.hpp"
 #include "segmentation/class_mapping.hpp"
 #include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/image_file.hpp"
@@ -13,14 +14,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// a volume's own file or folder, and the file beside it that holds its voxels
+// a volume's own file or folder, and the files beside it that hold its voxels
 Result<std::vector<std::string>> files_of_volume(const std::string& path) {
   std::error_code problem;
   if (fs::is_directory(path, problem) || is_dicom_file(path)) return std::vector{path};
   const auto header = read_image_header(path);
   if (!header) return tl::unexpected(header.error());
-  std::vector<std::string> files{path};
-  if (header->data_file != path) files.push_back(header->data_file);
+  std::vector<std::string> files{header->header_file};
+  for (const VoxelFile& file : header->voxel_files())
+    if (file.path != header->header_file) files.push_back(file.path);
   return files;
 }
 
@@ -45,7 +47,8 @@ Result<std::vector<RunInput>> inputs_of(const RunSettings& settings) {
   if (!settings.landmarks.empty()) inputs.push_back({"landmarks", {settings.landmarks}});
   for (const RunInput& input : inputs)
     for (const std::string& file : input.files)
-      if (!fs::exists(file, problem)) return bad_use(file, "no such file or folder");
+      if (!fs::is_directory(file, problem))
+        if (auto fine = check_input_file(file); !fine) return tl::unexpected(fine.error());
   return inputs;
 }
 

@@ -43,6 +43,7 @@ class Digest {
 };
 
 Result<void> add_file(Digest& digest, const fs::path& path) {
+  if (auto fine = check_input_file(path); !fine) return fine;
   std::ifstream file(path, std::ios::binary);
   std::vector<char> buffer(1 << 20);
   while (file) {

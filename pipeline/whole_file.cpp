@@ -10,8 +10,6 @@
 #include <climits>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -186,16 +184,6 @@ Result<void> write_bytes(const fs::path& path, std::string_view bytes) {
   }
   if (std::fclose(file) != 0) return complain();
   return {};
-}
-
-Result<std::string> read_whole(const fs::path& path) {
-  std::error_code problem;
-  if (!fs::exists(path, problem)) return bad_use(path.string(), "no such file");
-  if (fs::is_directory(path, problem)) return bad_use(path.string(), "is a folder, expected a file");
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes{std::istreambuf_iterator<char>(file), {}};
-  if (!file) return failure(path.string(), "cannot be read");
-  return bytes;
 }
 
 }  // namespace borelli

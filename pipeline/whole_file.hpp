@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "error/error.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 
@@ -38,7 +39,7 @@ Result<void> check_folder_writable(const std::filesystem::path& folder,
 /// none begins another file. A signal's handler may call it.
 void stop_writing() noexcept;
 
-/// All bytes of a file.
-Result<std::string> read_whole(const std::filesystem::path& path);
+/// All bytes of a text input, as read_input_file has it.
+inline Result<std::string> read_whole(const std::filesystem::path& path) { return read_input_file(path); }
 
 }  // namespace borelli

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cctype>
-#include <fstream>
-#include <iterator>
+#include <filesystem>
 #include <set>
 #include <sstream>
 
 #include "error/json_text.hpp"
+#include "process/input_file.hpp"
 #include "segmentation/header_text.hpp"
 
 namespace borelli {
@@ -213,12 +213,14 @@ Result<ClassMapping> class_mapping(const std::string& name_or_file) {
     std::istringstream text(name_or_file == "icrp110" ? data::icrp110 : data::totalsegmentator);
     return from_table(name_or_file, text);
   }
-  std::ifstream file(name_or_file, std::ios::binary);
-  if (!file) {
+  if (std::error_code ignored; !std::filesystem::exists(name_or_file, ignored)) {
     std::string ready;
     for (const auto name : ready_mappings) ready += (ready.empty() ? "" : ", ") + std::string(name);
     return bad_use(name_or_file, "no such mapping: neither a file nor one of " + ready);
   }
+  const auto text = read_input_file(name_or_file);
+  if (!text) return tl::unexpected(text.error());
+  std::istringstream file(*text);
   mapping = lower_case(name_or_file).ends_with(".json") ? from_json(name_or_file, file)
                                                         : from_table(name_or_file, file);
   if (mapping && mapping->entries.empty()) return failure(name_or_file, "tells of no class");

@@ -12,6 +12,7 @@
 #include <memory>
 #include <string_view>
 
+#include "process/input_file.hpp"
 #include "segmentation/byte_stream.hpp"
 #include "segmentation/header_text.hpp"
 
@@ -323,6 +324,7 @@ std::optional<std::uint16_t> DicomItem::number(std::uint32_t tag) const {
 }
 
 Result<std::optional<DicomElements>> read_dicom_elements(const std::string& path) {
+  if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
   std::FILE* const file = std::fopen(path.c_str(), "rb");
   if (!file) return bad_use(path, "cannot be opened: " + std::string(std::strerror(errno)));
   std::error_code trouble;

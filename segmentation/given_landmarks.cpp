@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <optional>
+#include <sstream>
 
 #include "error/json_text.hpp"
+#include "process/input_file.hpp"
 #include "segmentation/class_mapping.hpp"
 #include "segmentation/header_text.hpp"
 #include "segmentation/landmarks_file.hpp"
@@ -286,11 +286,12 @@ void put_given(const Landmarks& given, Landmarks& landmarks) {
 
 Result<GivenLandmarks> read_given_landmarks(const std::string& path) {
   const std::string ending = lower_case(path);
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return bad_use(path, "no such file, or not readable");
+  const auto text = read_input_file(path);
+  if (!text) return tl::unexpected(text.error());
+  std::istringstream file(*text);
   if (ending.ends_with(".fcsv")) return read_fcsv(path, file);
   if (ending.ends_with(".json")) {
-    const auto document = parse_json(std::string{std::istreambuf_iterator<char>(file), {}}, path);
+    const auto document = parse_json(*text, path);
     if (!document) return tl::unexpected(document.error());
     if (document->is_object() && document->contains("markups") && (*document)["markups"].is_array())
       return read_markups(path, *document);

@@ -2,9 +2,9 @@
 
 #include <cmath>
 #include <fstream>
-#include <iterator>
 
 #include "error/json_text.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 
@@ -25,9 +25,9 @@ Result<void> write_landmarks(const std::string& path, const Landmarks& landmarks
 }
 
 Result<Landmarks> read_landmarks(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return bad_use(path, "no such file, or not readable");
-  const auto parsed = parse_json(std::string{std::istreambuf_iterator<char>(file), {}}, path);
+  const auto text = read_input_file(path);
+  if (!text) return tl::unexpected(text.error());
+  const auto parsed = parse_json(*text, path);
   if (!parsed) return tl::unexpected(parsed.error());
   const json& document = *parsed;
   if (!document.is_object() || !document.contains("landmarks") || !document["landmarks"].is_object())

@@ -63,7 +63,7 @@ Result<void> CheckpointFile::watch(const std::string& scene, Observer& observer)
   header_ =
       fmt::format("borelli checkpoint, program {}, scene {:016x}\n", BORELLI_VERSION, checksum_of(scene));
   if (std::error_code problem; std::filesystem::exists(path_, problem)) {
-    const auto bytes = read_whole(path_);
+    const auto bytes = read_input_file(path_, any_size);
     if (!bytes) return tl::unexpected(bytes.error());
     if (!bytes->starts_with("borelli checkpoint, "))
       return bad_use(path_, "is there already, and no checkpoint");

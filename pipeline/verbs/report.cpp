@@ -64,7 +64,7 @@ Result<void> keep(Target& target, Answer&& answer) {
 
 /// A binary glTF; its header says how long it is (glTF 2.0, 4.4). Errors: damaged.
 Result<std::string> read_glb(const fs::path& path) {
-  auto bytes = read_whole(path);
+  auto bytes = read_input_file(path, any_size);
   if (!bytes) return bytes;
   std::uint32_t length = 0;
   if (bytes->size() >= 12) std::memcpy(&length, bytes->data() + 8, sizeof length);

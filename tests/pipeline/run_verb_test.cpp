@@ -243,6 +243,7 @@ class ProgramAtWork {
   ~ProgramAtWork() { kill(); }
   ProgramAtWork(const ProgramAtWork&) = delete;
   ProgramAtWork& operator=(const ProgramAtWork&) = delete;
+  void halt() const { ::kill(id_, SIGSTOP); }
   void kill() {
     if (id_ <= 0) return;
     ::kill(id_, SIGKILL);
@@ -255,15 +256,14 @@ class ProgramAtWork {
 };
 
 TEST_F(RunVerb, TwoAtOnceInOneFolderAreRefusedAndAKilledOneBlocksNone) {
-  // The first run waits for ever at its landmarks, a pipe into which nobody writes; what it writes when it
-  // has the folder tells that it has it.
-  ASSERT_EQ(mkfifo(path("pipe.json").c_str(), 0600), 0);
+  // The first run is halted when what it writes when it has the folder tells that it has it.
   const std::string shared = "run " + path("scan.mhd") + " --quantity hu --subject s -o " + path("out");
-  ProgramAtWork first(shared + " --pose waiting --landmarks " + path("pipe.json"));
+  ProgramAtWork first(shared + " --pose waiting");
   for (int tries = 0; !fs::exists(result("settings.toml")); ++tries) {
-    ASSERT_LT(tries, 3000) << "the first run did not begin within 30 s";
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    ASSERT_LT(tries, 30000) << "the first run did not begin within 30 s";
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
+  first.halt();
   const std::string settings = read_whole(result("settings.toml")).value();
   EXPECT_NE(settings.find("waiting"), std::string::npos);
   expect_refused("run " + path("scan.mhd") + words(), 1, "another run is at work in this folder");
