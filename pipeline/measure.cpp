@@ -14,6 +14,7 @@
 #include "pipeline/isb_frames.hpp"
 #include "pipeline/segment_frames.hpp"
 #include "pipeline/segment_rows.hpp"
+#include "process/memory.hpp"
 #include "segmentation/edge_contact.hpp"
 
 namespace borelli {
@@ -44,7 +45,9 @@ Result<void> check(const GreyVolume& volume, const LabelMap& labels, const Measu
   if (!options.density_curve.empty() && volume.quantity != Quantity::hu)
     return bad_use("density curve " + options.density_curve,
                    "is from CT numbers, and the volume holds densities: leave it out");
-  return {};
+  // labels grown over the skin, what deviations vary, and the borders' marks
+  return admit_memory("inertia table", "what is held beside volume and labels",
+                      4.0 * static_cast<double>(volume.grid.count()));
 }
 
 std::string in_words(Sampling sampling, double mixed, bool told) {

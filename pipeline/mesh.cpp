@@ -11,12 +11,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <functional>
 #include <mutex>
 #include <new>
 #include <numeric>
 
 #include "pipeline/decimate.hpp"
+#include "process/memory.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
@@ -37,6 +39,7 @@ constexpr double largest_loss = 0.005;  // of a part's volume
 struct VoxelBox {
   std::array<std::int64_t, 3> first{1, 1, 1}, last{0, 0, 0};
   std::size_t voxels = 0;
+  std::size_t runs = 0;  // of voxels along the first axis
 };
 
 std::vector<VoxelBox> boxes_of(const LabelMap& labels) {
@@ -55,6 +58,7 @@ std::vector<VoxelBox> boxes_of(const LabelMap& labels) {
           box.last[c] = box.voxels ? std::max(box.last[c], at[c]) : at[c];
         }
         ++box.voxels;
+        if (i == 0 || labels.voxels[n - 1] != label) ++box.runs;
       }
     }
   }
@@ -226,6 +230,17 @@ Mesh part_mesh(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, 
   return to_mesh(surface, labels.names[label]);
 }
 
+// What all surfaces take while they are made, each by a thread: of a run of voxels two faces along its axis,
+// and as many along the other two; a point for a face. VTK and we hold it several times over.
+double bytes_of_surfaces(const std::vector<VoxelBox>& boxes, const Grid& grid, const MeshOptions& options) {
+  constexpr double bytes_a_point = 400;
+  double points = 0;
+  for (const VoxelBox& box : boxes) points += 6.0 * static_cast<double>(box.runs);
+  const double voxels_a_face =
+      std::pow(blocks_for(grid, 1e3 * options.tolerance).cast<double>().prod(), 2. / 3);
+  return bytes_a_point * points / voxels_a_face;
+}
+
 }  // namespace
 
 Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions& options) {
@@ -239,6 +254,10 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
     present.push_back(static_cast<std::uint8_t>(label));
     all += boxes[label].voxels;
   }
+
+  if (auto fits = admit_memory("meshes", "their surfaces", bytes_of_surfaces(boxes, labels.grid, options));
+      !fits)
+    return tl::unexpected(fits.error());
 
   // parts do not depend on each other; each thread takes the next one that is left, large ones first, so that
   // none is alone with one in the end
@@ -263,7 +282,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   try {
     in_slabs(std::ssize(present), options.threads, [&](std::int64_t, std::int64_t) { make(); });
   } catch (const std::bad_alloc&) {
-    return failure("meshes", "do not fit into memory; a coarser grid makes fewer triangles");
+    return out_of_memory("meshes", "their triangles, of which a coarser grid has fewer,");
   }
   if (stopped) return failure("meshes", "were stopped");
   return meshes;

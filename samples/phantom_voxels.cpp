@@ -416,6 +416,14 @@ Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table
   return grid;
 }
 
+double bytes_of_scan(const Grid& grid, const ScanOptions& options) {
+  const bool of_reals =
+      options.partial_volume || options.blur_mm > 0 || options.noise_hu > 0 || options.streaks_hu > 0;
+  double bytes = of_reals ? 7 : 3;  // CT numbers and labels, and float
+  for (const auto size : grid.size) bytes *= static_cast<double>(size);
+  return bytes;
+}
+
 Scan voxelise(const Phantom& phantom, const Grid& grid, const ScanOptions& options) {
   std::vector<PhantomSolid> solids;  // things first: the body takes their place
   if (options.blanket) solids.push_back(phantom_blanket(phantom));

@@ -50,6 +50,9 @@ Result<void> check_scan(const GridOptions& grid, const ScanOptions& scan);
 /// margin. The options are such as check_scan lets through.
 Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table = false);
 
+/// Bytes that voxelise takes at once.
+double bytes_of_scan(const Grid& grid, const ScanOptions& options);
+
 /// Voxelises the phantom on any grid. The same phantom, grid and options give the same bytes.
 Scan voxelise(const Phantom& phantom, const Grid& grid, const ScanOptions& options = {});
 

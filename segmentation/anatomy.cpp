@@ -55,12 +55,15 @@ void measure_depths(Anatomy& a, int threads) {
 }
 
 Anatomy look(const GreyVolume& volume, double step, int threads) {
+  return look(volume, work_grid(volume, step, threads), threads);
+}
+
+Anatomy look(const GreyVolume& volume, const Grid& grid, int threads) {
   Anatomy a;
   a.source = &volume;
   a.threads = threads;
-  a.scan = resampled(volume, step, threads);
-  constexpr std::size_t per_voxel = 36;  // bytes, of all volumes that are in use at a time besides these
-  if (threads != 1) map_ahead(per_voxel * a.grid().count());
+  a.scan = resampled(volume, grid, threads);
+  if (threads != 1) map_ahead(bytes_at_work * a.grid().count());
   a.body = body_mask(a.scan);
   a.bone = bone_mask(a.scan, a.body, threads);
   measure_depths(a, threads);

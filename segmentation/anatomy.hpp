@@ -51,5 +51,10 @@ inline double side_sign(int side) { return side == left_side ? 1 : -1; }
 void measure_depths(Anatomy& anatomy, int threads);
 
 Anatomy look(const GreyVolume& volume, double step, int threads);
+/// The same on a grid that work_grid gave.
+Anatomy look(const GreyVolume& volume, const Grid& grid, int threads);
+
+/// Bytes for each voxel of the work grid, of all volumes that are in use at a time beside the scan on it.
+inline constexpr std::size_t bytes_at_work = 36;
 
 }  // namespace borelli

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "process/memory.hpp"
 #include "segmentation/bias_field.hpp"
 #include "segmentation/class_parts.hpp"
 #include "segmentation/morphology.hpp"
@@ -275,6 +276,10 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassMap* classes, int
   const Grid& g = volume.grid;
   const auto greatest = volume.voxels.empty() ? 0 : *std::ranges::max_element(volume.voxels);
   if (greatest <= 0) return failure("MR", "the volume holds no signal");
+
+  // density, tissues, labels on this grid, and means on coarser ones
+  if (auto fits = admit_memory("MR", "its reading", 6.0 * static_cast<double>(g.count())); !fits)
+    return tl::unexpected(fits.error());
 
   // the body on voxels of some 3 mm
   const Volume<float> mr = means(volume, blocks_of(g, 3), threads);

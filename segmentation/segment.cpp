@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "process/memory.hpp"
 #include "segmentation/anatomy.hpp"
 #include "segmentation/axial_bones.hpp"
 #include "segmentation/body_mask.hpp"
@@ -449,7 +450,17 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
   }
 
   progress(0, "finding body and bones");
-  Anatomy a = look(volume, options.step, options.threads);
+  const Grid grid = work_grid(volume, options.step, options.threads);
+  // with the scan on that grid, and the labels on the scan's own
+  const double bytes = (bytes_at_work + 3.0) * static_cast<double>(grid.count()) +
+                       (options.classes ? 2.0 : 1.0) * static_cast<double>(volume.grid.count());
+  if (auto fits = admit_memory("segmentation",
+                               fmt::format("a work grid of {} x {} x {} voxels of {:g} mm", grid.size[0],
+                                           grid.size[1], grid.size[2], options.step),
+                               bytes);
+      !fits)
+    return tl::unexpected(fits.error());
+  Anatomy a = look(volume, grid, options.threads);
   std::optional<ClassParts> classes;
   if (options.classes) {
     classes.emplace(*options.classes, volume.grid, a.grid(), options.threads);

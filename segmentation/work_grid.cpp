@@ -196,7 +196,11 @@ Grid work_grid(const GreyVolume& volume, double step, int threads) {
 }
 
 WorkVolume resampled(const GreyVolume& volume, double step, int threads) {
-  const Grid g = work_grid(volume, step, threads);
+  return resampled(volume, work_grid(volume, step, threads), threads);
+}
+
+WorkVolume resampled(const GreyVolume& volume, const Grid& g, int threads) {
+  const double step = g.axes(0, 0);
   WorkVolume out{{g, std::vector<std::int16_t>(g.count())}, {g, std::vector<std::uint8_t>(g.count(), 0)}};
   constexpr std::int16_t air = -1000;
 

@@ -15,6 +15,7 @@
 #include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/memory.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/read.hpp"
@@ -159,14 +160,12 @@ Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
   if (!phantom) return tl::unexpected(phantom.error());
   asked.scan.threads = command.threads;
   const Grid grid = phantom_grid(*phantom, asked.grid, asked.scan.table);
-  Scan scan;
-  try {
-    scan = voxelise(*phantom, grid, asked.scan);
-  } catch (const std::bad_alloc&) {
-    return bad_use("--spacing",
-                   fmt::format("makes {} x {} x {} voxels, which do not fit into memory: give a larger one",
-                               grid.size[0], grid.size[1], grid.size[2]));
-  }
+  if (auto fits = admit_memory(
+          "--spacing", fmt::format("a grid of {} x {} x {} voxels", grid.size[0], grid.size[1], grid.size[2]),
+          bytes_of_scan(grid, asked.scan));
+      !fits)
+    return tl::unexpected(fits.error());
+  const Scan scan = voxelise(*phantom, grid, asked.scan);
   const InertiaTable table = exact_table(*phantom, asked);
   if (auto written = write_all(*files, *phantom, scan, table); !written)
     return tl::unexpected(written.error());

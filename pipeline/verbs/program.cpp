@@ -17,6 +17,8 @@
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
+#include "process/memory.hpp"
 #include "segmentation/held_memory.hpp"
 #include "threads/slabs.hpp"
 
@@ -38,18 +40,39 @@ std::string empty_option(const CLI::App& program) {
   return "";
 }
 
+// what a program of this size can work with at all
+constexpr std::uint64_t least_memory = 100'000'000;
+
+std::string memory_size(const std::string& text) {
+  if (text.empty()) return "";  // told of as every option that is given nothing
+  const auto bytes = borelli::bytes_from(text);
+  if (!bytes)
+    return fmt::format("'{}' is no amount of memory; expected a number and a unit, e.g. 4G or 500M", text);
+  return *bytes < least_memory ? fmt::format("'{}' is too little; expected 100M or more", text) : "";
+}
+
 int run(int argc, char** argv) {
   borelli::Command command;
+  std::string max_memory;
   CLI::App program{"From a CT or MR volume of a person to a body that moves", "borelli"};
   program.set_version_flag("--version", "borelli " BORELLI_VERSION);
   program.require_subcommand(1);
   program.fallthrough();
   program.add_flag("--json", command.json, "Answer as JSON on standard output");
   program.add_option("--threads", command.threads, "Threads to use (0: all)")->check(CLI::Range(0, 1024));
+  program
+      .add_option("--max-memory", max_memory,
+                  "Most memory to use, e.g. 4G (default: three quarters of what the machine has free)")
+      ->check(memory_size);
   program.add_flag("--force", command.force, "Do again what is there already");
 
   const auto settings = std::make_shared<borelli::TomlSettings>(program);
   auto* settings_file = program.set_config("--settings", "", "Settings: a TOML file, a table per verb");
+  settings_file->check([](const std::string& path) {
+    const auto fine =
+        path.empty() ? borelli::Result<void>() : borelli::check_input_file(path, borelli::most_text_bytes);
+    return fine ? std::string() : fine.error().message();
+  });
   program.config_formatter(settings);
   program.allow_config_extras(CLI::config_extras_mode::error);
 
@@ -88,6 +111,7 @@ int run(int argc, char** argv) {
     borelli::say("borelli: {}: is given as nothing; give a value, or leave it out\n", option);
     return 2;
   }
+  borelli::set_memory_limit(borelli::bytes_from(max_memory).value_or(borelli::memory_limit()));
   if (command.threads > 0) borelli::all_threads = command.threads;
   const auto answer = command.work(command);
   if (!answer) {
@@ -140,7 +164,7 @@ int main(int argc, char** argv) {
   try {
     code = run(argc, argv);
   } catch (const std::bad_alloc&) {
-    borelli::say("borelli: not enough memory for this\n");
+    borelli::say("borelli: {}\n", borelli::out_of_memory("out of memory", "this").value().message());
   } catch (const std::filesystem::filesystem_error& e) {
     borelli::say("borelli: {}: {}\n", e.path1().string(), e.code().message());
   } catch (const std::system_error& e) {
