@@ -11,7 +11,6 @@
 #include "pipeline/table_tolerance.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/files/label_grid.hpp"
 #include "segmentation/given_landmarks.hpp"
 
 namespace borelli {
@@ -117,16 +116,9 @@ Result<json> segment_scan(RunData& data, const StageProgress& progress) {
 Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   const auto scan = data.scan([&](double share) { progress(0.5 * share); });
   if (!scan) return tl::unexpected(scan.error());
-  if (const auto fits = check_label_grid(data.settings.labels, (*scan)->volume.grid, data.settings.volume);
-      !fits)
-    return tl::unexpected(fits.error());
-  auto labels = read_labels(data.settings.labels, data.settings.label_names);
+  auto labels = read_labels(data.settings.labels, data.settings.label_names, {}, &(*scan)->volume.grid);
   if (!labels) return tl::unexpected(labels.error());
-  if (!same_grid(labels->grid, (*scan)->volume.grid) && same_lattice(labels->grid, (*scan)->volume.grid))
-    *labels = labels_on(*labels, (*scan)->volume.grid, data.settings.threads);
-  if (!same_grid(labels->grid, (*scan)->volume.grid))
-    return bad_use(data.settings.labels,
-                   "lies on another grid than " + data.settings.volume + "; resample one onto the other");
+  const Warnings of_labels = labels->warnings;
   const std::string sides = compare_sides(*labels);
   GivenLandmarks given;
   if (!data.settings.landmarks.empty()) {
@@ -139,6 +131,8 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   Segmentation found =
       segmentation_of(std::move(*labels), std::move(landmarks), (*scan)->volume, data.settings.threads);
   found.warnings = std::move(given.warnings);
+  for (const std::string& warning : of_labels)
+    found.warnings.push_back(data.settings.labels + ": " + warning);
   if (!sides.empty()) found.warnings.push_back(sides);
   if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
     found.warnings.push_back(doubt);

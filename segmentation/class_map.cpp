@@ -13,6 +13,7 @@ namespace borelli {
 Result<ClassMap> class_map(const std::string& where, NumberedLabels labels, const ClassMapping& mapping) {
   ClassMap map;
   map.labels = std::move(labels.map);
+  for (const std::string& warning : map.labels.warnings) map.warnings.push_back(where + ": " + warning);
   map.rules.resize(map.labels.names.size());
   std::array<std::size_t, 256> voxels{};
   for (const auto label : map.labels.voxels) ++voxels[label];
@@ -53,14 +54,15 @@ Result<ClassMap> read_classes(const std::string& path, const std::string& names,
 
 namespace {
 
-// the largest distance, in voxels of `b`, of a corner of `a` from where its index shifted by `by` lies in `b`
-double apart(const Grid& a, const Grid& b, const Eigen::Vector3d& by) {
+// the largest distance, in voxels of `b`, of a corner of `a` from where its index, turned and shifted, lies
+// in `b`
+double apart(const Grid& a, const Grid& b, const Eigen::Matrix3d& turn, const Eigen::Vector3d& by) {
   double worst = 0;
   for (int corner = 0; corner < 8; ++corner) {
     Eigen::Vector3d index;
     for (int n = 0; n < 3; ++n)
       index[n] = (corner >> n & 1) ? static_cast<double>(a.size[static_cast<std::size_t>(n)] - 1) : 0;
-    worst = std::max(worst, (b.index(a.point(index)) - index - by).cwiseAbs().maxCoeff());
+    worst = std::max(worst, (b.index(a.point(index)) - turn * index - by).cwiseAbs().maxCoeff());
   }
   return worst;
 }
@@ -68,11 +70,14 @@ double apart(const Grid& a, const Grid& b, const Eigen::Vector3d& by) {
 }  // namespace
 
 bool same_grid(const Grid& a, const Grid& b) {
-  return a.size == b.size && apart(a, b, Eigen::Vector3d::Zero()) <= 0.01;
+  return a.size == b.size && apart(a, b, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero()) <= 0.01;
 }
 
 bool same_lattice(const Grid& a, const Grid& b) {
-  return apart(a, b, b.index(a.origin).array().round().matrix()) <= 0.01;
+  // each axis of `a` runs along one of `b`: 1 or -1 once in each row and column
+  const Eigen::Matrix3d turn = (b.axes.inverse() * a.axes).array().round();
+  return (turn * turn.transpose()).isIdentity() &&
+         apart(a, b, turn, b.index(a.origin).array().round().matrix()) <= 0.01;
 }
 
 LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads) {

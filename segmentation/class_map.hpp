@@ -33,7 +33,8 @@ Result<ClassMap> read_classes(const std::string& path, const std::string& names,
 /// its scan.
 LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads = 0);
 
-/// True where the voxels of `a` lie on voxels of `b`, which may go on farther: a map cropped to its segments.
+/// True where the voxels of `a` lie on voxels of `b`, which may go on farther and whose axes may run in
+/// another order or the other way: a map cropped to its segments, or saved in another orientation.
 bool same_lattice(const Grid& a, const Grid& b);
 
 /// True where both grids' voxels lie on each other, to a hundredth of a voxel, over the whole of `a`.

@@ -185,16 +185,13 @@ bool is_dicom_file(const std::string& path) {
   return elements && *elements;
 }
 
-Result<Grid> dicom_segmentation_grid(const std::string& path) {
-  const auto header = read_segmentation_header(path);
-  if (!header) return tl::unexpected(header.error());
-  return header->grid;
-}
-
-Result<DicomSegmentation> read_dicom_segmentation(const std::string& path) try {
+Result<DicomSegmentation> read_dicom_segmentation(
+    const std::string& path, const std::function<Result<void>(const Grid&)>& accept) try {
   const auto header = read_segmentation_header(path);
   if (!header) return tl::unexpected(header.error());
   DicomSegmentation out;
+  if (accept)
+    if (auto fine = accept(header->grid); !fine) return tl::unexpected(fine.error());
   out.grid = header->grid;
   const DicomElements& elements = header->elements;
   if (const auto list = elements.sequences.find(0x00620002); list != elements.sequences.end())

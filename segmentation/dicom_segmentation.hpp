@@ -28,10 +28,9 @@ bool is_dicom_file(const std::string& path);
 /// equals the one with the larger number. Errors: no segmentation, frames without a place or a segment, out
 /// of line, unevenly spaced or longer than any body, packed binary frames; fewer pixels than frames; more
 /// than fits into memory.
-Result<DicomSegmentation> read_dicom_segmentation(const std::string& path);
-
-/// Its grid, from the header alone. Errors: those of them that the header tells.
-Result<Grid> dicom_segmentation_grid(const std::string& path);
+/// `accept` is asked about the grid before memory is taken for it.
+Result<DicomSegmentation> read_dicom_segmentation(
+    const std::string& path, const std::function<Result<void>(const Grid&)>& accept = {});
 
 /// A sentence where scan and labels (files or folders) are both DICOM and name frames of reference
 /// (0020,0052) that are not the same: their coordinates need not mean the same places. Else empty.

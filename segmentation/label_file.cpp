@@ -1,16 +1,22 @@
 // Label maps from disk: numbers to at most 255 labels, names from a TSV.
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <unordered_map>
 
+#include "process/input_file.hpp"
+#include "process/memory.hpp"
+#include "segmentation/class_map.hpp"
 #include "segmentation/dicom_segmentation.hpp"
+#include "segmentation/header_text.hpp"
 #include "segmentation/image_file.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/read.hpp"
@@ -34,8 +40,9 @@ std::vector<std::string> columns(std::string line) {
 }
 
 Result<Names> read_names(const std::string& path) {
-  std::ifstream file(path);
-  if (!file) return bad_use(path, "cannot be opened; a table of label names is expected there");
+  const auto text = read_input_file(path);
+  if (!text) return tl::unexpected(text.error());
+  std::istringstream file(*text);
   std::string line;
   std::getline(file, line);
   const auto header = columns(line);
@@ -66,10 +73,19 @@ Result<Names> read_names(const std::string& path) {
   return names;
 }
 
+// How far a label may lie beside its whole number: what floating point leaves, and the half of a step of
+// scaled integers where that is less than a quarter.
+double rounding(const ImageHeader& header) {
+  const bool whole = header.scalar != Scalar::f32 && header.scalar != Scalar::f64;
+  return std::max(0.01, whole && header.slope != 1 ? std::min(0.51 * std::abs(header.slope), 0.25) : 0.0);
+}
+
 // the numbers that occur; consecutive equal voxels are looked up once
 Result<std::set<std::int64_t>> numbers_in(const std::string& path, const StoredVoxels& voxels,
-                                          const ImageHeader& header) {
+                                          const ImageHeader& header, std::vector<std::string>& warnings) {
   std::set<std::int64_t> numbers;
+  const double most_beside = rounding(header);
+  double beside = 0, example = 0;
   std::string trouble;
   with_scalar(voxels.scalar, [&]<class T>(T) {
     const std::byte* p = voxels.bytes();
@@ -80,16 +96,21 @@ Result<std::set<std::int64_t>> numbers_in(const std::string& path, const StoredV
       if (n > 0 && stored == before) continue;
       before = stored;
       const double value = header.slope * static_cast<double>(stored) + header.intercept;
-      if (!(value >= 0 && value <= 1e9) || value != std::floor(value)) {
-        trouble = "a voxel has the value " + std::to_string(value);
+      const double number = std::round(value);
+      if (!(number >= 0 && number <= 1e9) || std::abs(value - number) > most_beside) {
+        trouble = "a voxel has the value " + exact(value);
       } else {
-        numbers.insert(static_cast<std::int64_t>(value));
+        if (std::abs(value - number) > beside) beside = std::abs(value - number), example = value;
+        numbers.insert(static_cast<std::int64_t>(number));
         if (numbers.size() > 65536) trouble = "it has more than 65536 different values";
       }
     }
   });
   if (!trouble.empty())
     return failure(path, "is no label map: " + trouble + "; labels are whole numbers from 0");
+  if (beside > 0)
+    warnings.push_back("its labels were saved through floating point or a scale (one is " + exact(example) +
+                       ") and were rounded to whole numbers");
   numbers.erase(0);
   return numbers;
 }
@@ -131,8 +152,7 @@ std::vector<std::uint8_t> relabel(const StoredVoxels& voxels, const ImageHeader&
       T stored;
       std::memcpy(&stored, p, sizeof stored);
       if (n == 0 || stored != before) {
-        const auto number =
-            static_cast<std::int64_t>(header.slope * static_cast<double>(stored) + header.intercept);
+        const auto number = std::llround(header.slope * static_cast<double>(stored) + header.intercept);
         label = number == 0 ? std::uint8_t{0} : labels.at(number);
         before = stored;
       }
@@ -205,13 +225,26 @@ StoredVoxels flatten(const StoredVoxels& stored, ImageHeader& header,
   return flat;
 }
 
+Result<void> check_lattice(const std::string& path, const Grid& labels, const Grid* scan) {
+  if (!scan || same_lattice(labels, *scan)) return {};
+  const auto words = [](const Grid& grid) {
+    const Eigen::Vector3d spacing = grid.spacing();
+    return fmt::format("{} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm", grid.size[0], grid.size[1],
+                       grid.size[2], spacing[0], spacing[1], spacing[2]);
+  };
+  return bad_use(path,
+                 fmt::format("lies on another grid ({}) than the scan ({}); resample one onto the other",
+                             words(labels), words(*scan)));
+}
+
 Result<Read> read_file(const std::string& path, const std::string& names, const Progress& progress,
-                       bool as_parts) {
+                       bool as_parts, const Grid* scan = nullptr) {
   Result<ImageHeader> header;
   std::optional<DicomSegmentation> dicom;
   std::error_code trouble;
   if (std::filesystem::is_directory(path, trouble) || is_dicom_file(path)) {
-    auto read = read_dicom_segmentation(path);
+    auto read =
+        read_dicom_segmentation(path, [&](const Grid& grid) { return check_lattice(path, grid, scan); });
     if (!read) return tl::unexpected(read.error());
     dicom = std::move(*read);
     header->grid = dicom->grid, header->scalar = Scalar::u16;
@@ -219,6 +252,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
     header = read_image_header(path);
   }
   if (!header) return tl::unexpected(header.error());
+  if (auto fine = check_lattice(path, header->grid, scan); !fine) return tl::unexpected(fine.error());
 
   Read out;
   std::string table = names;
@@ -232,6 +266,11 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
   if (dicom && table.empty()) out.names = dicom->names;
   auto voxels = dicom ? stored(dicom->numbers) : load_voxels(*header, progress);
   if (!voxels) return tl::unexpected(voxels.error());
+  const double bytes_a_voxel = header->layers > 1 ? 5 : 1;
+  if (auto fits =
+          admit_memory(path, "its label map", bytes_a_voxel * static_cast<double>(header->grid.count()));
+      !fits)
+    return tl::unexpected(fits.error());
   if (!header->segments.empty()) {
     const auto segment_number = segment_numbers(*header);
     if (table.empty())
@@ -239,7 +278,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
         if (!header->segments[n].name.empty()) out.names[segment_number[n]] = header->segments[n].name;
     if (header->layers > 1) *voxels = flatten(*voxels, *header, segment_number);
   }
-  const auto numbers = numbers_in(path, *voxels, *header);
+  const auto numbers = numbers_in(path, *voxels, *header, header->warnings);
   if (!numbers) return tl::unexpected(numbers.error());
   const auto labels = assign_labels(path, *numbers, out.names, as_parts);
   if (!labels) return tl::unexpected(labels.error());
@@ -248,6 +287,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
   map.grid = header->grid;
   map.voxels = relabel(*voxels, *header, *labels);
   map.names = {"outside"};
+  map.warnings = std::move(header->warnings);
   out.labels.numbers = {0};
   for (const auto& [number, label] : *labels) {
     if (map.names.size() <= label) map.names.resize(label + std::size_t{1});
@@ -261,14 +301,25 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
 
 }  // namespace
 
-Result<LabelMap> read_labels(const std::string& path, const std::string& names, const Progress& progress) {
-  auto read = read_file(path, names, progress, true);
+Result<LabelMap> read_labels(const std::string& path, const std::string& names, const Progress& progress,
+                             const Grid* scan) {
+  auto read = read_file(path, names, progress, true, scan);
   if (!read) return tl::unexpected(read.error());
   LabelMap& map = read->labels.map;
   for (std::size_t label = 1; label < map.names.size(); ++label)
     if (const auto number = read->labels.numbers[label]; map.names[label].empty() && number > 0)
       map.names[label] = "label " + std::to_string(number);
-  return std::move(map);
+  if (!scan || same_grid(map.grid, *scan)) return std::move(map);
+  if (auto fits = admit_memory(path, "its label map on the scan's grid", static_cast<double>(scan->count()));
+      !fits)
+    return tl::unexpected(fits.error());
+  LabelMap placed = labels_on(map, *scan);
+  placed.warnings = std::move(map.warnings);
+  if (const Eigen::Matrix3d turn = scan->axes.inverse() * map.grid.axes; !turn.isIdentity(0.5))
+    placed.warnings.push_back(
+        "its axes run in another order or direction than the scan's: its voxels were put in the scan's "
+        "order");
+  return placed;
 }
 
 Result<NumberedLabels> read_numbered_labels(const std::string& path, const std::string& names,

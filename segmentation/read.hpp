@@ -30,18 +30,21 @@ struct ScannedVolume {
   std::vector<std::string> warnings;  ///< what was chosen, mended or left aside, one sentence each
 };
 
-/// Reads a folder of DICOM slices or one file (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd). Values as int16: hu
-/// clamped from below at -1024 but for padding (padding_hu), g/cm3 scaled to kg/m3. Errors: missing or
-/// damaged file, more than one volume in it, colours, a quantity that is not given and that the values do not
-/// tell.
+/// Reads a folder of DICOM slices or one file (.nii, .nii.gz, .hdr or .img, .nrrd, .nhdr, .mha, .mhd). Values
+/// as int16: hu clamped from below at -1024 but for padding (padding_hu), g/cm3 scaled to kg/m3. Errors:
+/// missing or damaged file, more than one volume in it, colours, a quantity that is not given and that the
+/// values do not tell.
 Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& options = {});
 
 /// Reads a label map and its names from a TSV (header "label<TAB>name"; where `names` is empty, the file of
 /// the same name ending in .tsv, if there is one). Names of parts.hpp get the label they have there, other
-/// labels the numbers from 17 on; without any such name the numbers stay, where they are at most 255. Errors:
-/// as read_volume; values that are not whole numbers from 0; more than 255 labels; a damaged TSV.
+/// labels the numbers from 17 on; without any such name the numbers stay, where they are at most 255. Values
+/// that floating point or a scale left beside a whole number are rounded, and that is told. Of a `scan` the
+/// labels are put on its grid: a part of it, or saved along other axes. Errors: as read_volume; values that
+/// are not whole numbers from 0; more than 255 labels; a damaged TSV; voxels that do not lie on the scan's
+/// (before any is read).
 Result<LabelMap> read_labels(const std::string& path, const std::string& names = "",
-                             const Progress& progress = {});
+                             const Progress& progress = {}, const Grid* scan = nullptr);
 
 /// A label map whose names are not taken for parts, with the file's own numbers and names.
 struct NumberedLabels {

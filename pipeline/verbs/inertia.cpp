@@ -17,7 +17,6 @@
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/files/label_grid.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/mr_tissues.hpp"
 #include "segmentation/read.hpp"
@@ -103,13 +102,10 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   const GreyVolume& weighed = mr ? mr->density : grey;
   Result<LabelMap> labels;
   if (!classes) {
-    if (const auto fits = check_label_grid(settings.labels, grey.grid, settings.volume); !fits)
-      return tl::unexpected(fits.error());
-    labels = read_labels(settings.labels, settings.names);
+    labels = read_labels(settings.labels, settings.names, {}, &grey.grid);
     if (!labels) return tl::unexpected(labels.error());
+    for (const auto& warning : labels->warnings) warnings.push_back(settings.labels + ": " + warning);
     if (auto sides = compare_sides(*labels); !sides.empty()) warnings.push_back(std::move(sides));
-    if (!same_grid(labels->grid, grey.grid) && same_lattice(labels->grid, grey.grid))
-      labels = labels_on(*labels, grey.grid, threads);
   } else {
     SegmentOptions parting;
     parting.threads = threads, parting.classes = &*classes;

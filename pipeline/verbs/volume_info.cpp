@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <numbers>
@@ -38,9 +39,11 @@ json grid_info(const Grid& grid) {
 }
 
 // voxels and volume of each label; of its names where a table of them is beside it
-Result<json> label_info(const std::string& path) {
+Result<json> label_info(const std::string& path, json& notes) {
   const auto map = read_labels(path);
   if (!map) return tl::unexpected(map.error());
+  for (const std::string& warning : map->warnings)
+    if (std::find(notes.begin(), notes.end(), warning) == notes.end()) notes.push_back(warning);
   std::array<std::size_t, 256> counts{};
   for (const auto label : map->voxels) ++counts[label];
   json labels = json::array();
@@ -72,7 +75,8 @@ Result<json> without_quantity(const std::string& path, const Error& reason) {
 bool may_be_volume(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) return true;
-  for (const char* ending : {".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".dcm"})
+  for (const char* ending :
+       {".nii", ".nii.gz", ".hdr", ".hdr.gz", ".img", ".img.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".dcm"})
     if (path.ends_with(ending)) return true;
   return false;
 }
@@ -94,7 +98,7 @@ Result<json> volume_info(const std::string& path, const ReadOptions& options) {
   info["least"] = scanned->least, info["greatest"] = scanned->greatest;
   info["notes"] = scanned->warnings;
   if (scanned->volume.quantity == Quantity::labels) {
-    const auto labels = label_info(path);
+    const auto labels = label_info(path, info["notes"]);
     if (labels) {
       info["labels"] = *labels;
     } else {

@@ -8,7 +8,6 @@
 
 #include "scratch_folder.hpp"
 #include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/files/label_grid.hpp"
 #include "segmentation/read.hpp"
 #include "tests/paths.hpp"
 
@@ -319,7 +318,7 @@ TEST(DicomFrames, GridOfASegmentationIsToldByItsHeader) {
   scan.axes(0, 2) = 0.2;
   scan.origin.x() -= 2 * 0.2;
   const auto answer = [&](const Grid& grid) {
-    const auto fits = check_label_grid(folder / "seg.dcm", grid, "the scan");
+    const auto fits = read_labels(folder / "seg.dcm", "", {}, &grid);
     return fits ? "fits" : fits.error().message();
   };
   EXPECT_EQ(answer(scan), "fits");
@@ -333,8 +332,7 @@ TEST(DicomFrames, GridOfASegmentationIsToldByItsHeader) {
   shifted.origin.z() += 1;
   coarse.axes.col(0) *= 2;
   for (const Grid& other : {shifted, coarse})
-    EXPECT_EQ(answer(other),
-              folder / "seg.dcm" + ": lies on another grid than the scan; resample one onto the other");
+    EXPECT_TRUE(answer(other).starts_with(folder / "seg.dcm" + ": lies on another grid (")) << answer(other);
 }
 
 // Two frames 4 m apart, in a file of 66 kB.
