@@ -1,5 +1,6 @@
 #include "segmentation/byte_stream.hpp"
 
+#include <bzlib.h>
 #include <isa-l/igzip_lib.h>
 #include <zlib.h>
 
@@ -10,6 +11,8 @@
 #include <cstring>
 #include <filesystem>
 #include <system_error>
+
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -49,16 +52,30 @@ struct ByteSource::State {
   std::uint64_t size = 0;
   bool packed = false, raw = false;
   bool begun = false, ended = false;  // the compressed stream; the latter when it said that it is whole
+  bool bunzip = false, bzip2_open = false;
+  bz_stream bzip2;
   inflate_state stream;
   isal_gzip_header header;  // of the member, which may go on in the next block
   std::array<unsigned char, block> input;
 
+  ~State() {
+    if (bzip2_open) BZ2_bzDecompressEnd(&bzip2);
+  }
+
+  // next block of the file into `input`; 0 bytes at the file's end
+  Result<std::size_t> next_block() {
+    const std::size_t got = std::fread(input.data(), 1, input.size(), file.get());
+    if (got == 0 && std::ferror(file.get())) return failure(path, "cannot be read: " + reason());
+    return got;
+  }
+
   // next block of the file into the stream's input; false at the file's end
   Result<bool> refill() {
-    stream.avail_in = static_cast<std::uint32_t>(std::fread(input.data(), 1, input.size(), file.get()));
+    const auto got = next_block();
+    if (!got) return tl::unexpected(got.error());
+    stream.avail_in = static_cast<std::uint32_t>(*got);
     stream.next_in = input.data();
-    if (stream.avail_in == 0 && std::ferror(file.get())) return failure(path, "cannot be read: " + reason());
-    return stream.avail_in > 0;
+    return *got > 0;
   }
 
   // at the stream's beginning and after a member's end: gzip or zlib, then another gzip member, or the end
@@ -116,6 +133,54 @@ struct ByteSource::State {
     }
     return got;
   }
+
+  // Opens the stream that begins at bzip2's input; the end where none does.
+  void next_bzip2_stream() {
+    if (bzip2_open) BZ2_bzDecompressEnd(&bzip2);
+    bzip2_open = false;
+    if (begun && (bzip2.avail_in == 0 || *bzip2.next_in != 'B')) {
+      ended = true;
+      return;
+    }
+    bz_stream fresh{};
+    if (begun) fresh.next_in = bzip2.next_in, fresh.avail_in = bzip2.avail_in;
+    bzip2 = fresh;
+    if (BZ2_bzDecompressInit(&bzip2, 0, 0) != BZ_OK) throw std::bad_alloc();  // its only reason here
+    bzip2_open = begun = true;
+  }
+
+  Result<std::size_t> bunzip_into(std::span<std::byte> target) {
+    if (!begun) next_bzip2_stream();
+    std::size_t got = 0;
+    while (got < target.size() && !ended) {
+      if (bzip2.avail_in == 0) {
+        const auto more = next_block();
+        if (!more) return tl::unexpected(more.error());
+        if (*more == 0) return failure(path, "is cut off: its compressed data end before they are complete");
+        bzip2.next_in = reinterpret_cast<char*>(input.data()), bzip2.avail_in = static_cast<unsigned>(*more);
+      }
+      const std::size_t room = std::min<std::size_t>(target.size() - got, std::size_t{1} << 30);
+      bzip2.next_out = reinterpret_cast<char*>(target.data() + got);
+      bzip2.avail_out = static_cast<unsigned>(room);
+      const int status = BZ2_bzDecompress(&bzip2);
+      got += room - bzip2.avail_out;
+      if (status == BZ_MEM_ERROR) throw std::bad_alloc();
+      if (status != BZ_OK && status != BZ_STREAM_END)
+        return failure(path, status == BZ_DATA_ERROR_MAGIC
+                                 ? "holds no data compressed by bzip2 where they were expected"
+                                 : "holds damaged compressed data (bzip2)");
+      if (status == BZ_STREAM_END) {
+        if (bzip2.avail_in == 0) {
+          const auto more = next_block();
+          if (!more) return tl::unexpected(more.error());
+          bzip2.next_in = reinterpret_cast<char*>(input.data()),
+          bzip2.avail_in = static_cast<unsigned>(*more);
+        }
+        next_bzip2_stream();
+      }
+    }
+    return got;
+  }
 };
 
 ByteSource::ByteSource(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -124,17 +189,12 @@ ByteSource& ByteSource::operator=(ByteSource&&) noexcept = default;
 ByteSource::~ByteSource() = default;
 
 Result<ByteSource> ByteSource::open(const std::string& path, Packing packing, std::uint64_t offset) {
-  std::error_code trouble;
-  const auto status = std::filesystem::status(path, trouble);
-  if (status.type() == std::filesystem::file_type::not_found) return bad_use(path, "no such file");
-  if (status.type() == std::filesystem::file_type::directory) return bad_use(path, "is a folder, not a file");
-  if (status.type() != std::filesystem::file_type::regular) {
-    return bad_use(path, trouble ? "cannot be opened: " + trouble.message() : "is not a regular file");
-  }
+  if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
   auto state = std::make_unique_for_overwrite<State>();  // its buffers as they are
   state->path = path;
   state->file.reset(std::fopen(path.c_str(), "rb"));
   if (!state->file) return bad_use(path, "cannot be opened: " + reason());
+  std::error_code trouble;
   state->size = std::filesystem::file_size(path, trouble);
   if (offset > 0 && fseeko(state->file.get(), static_cast<off_t>(offset), SEEK_SET) != 0)
     return failure(path, "cannot be read: " + reason());
@@ -142,10 +202,12 @@ Result<ByteSource> ByteSource::open(const std::string& path, Packing packing, st
     isal_inflate_init(&state->stream);
     state->packed = true, state->raw = packing == Packing::raw;
   }
+  state->bunzip = packing == Packing::bzip2;
   return ByteSource(std::move(state));
 }
 
 Result<std::size_t> ByteSource::read(std::span<std::byte> target) {
+  if (state_->bunzip) return state_->bunzip_into(target);
   if (state_->packed) return state_->inflate_into(target);
   const std::size_t got = std::fread(target.data(), 1, target.size(), state_->file.get());
   if (got < target.size() && std::ferror(state_->file.get()))

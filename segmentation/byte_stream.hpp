@@ -1,8 +1,8 @@
 // Bytes of a file in and out, plain or packed, so that a volume is never held twice.
 //
-// Reading: a plain file, a gzip file (also of several members, as pigz and bgzip write them) or a zlib stream
-// that starts at some offset. Writing: plain or gzip, with no time stamp, so that equal input gives equal
-// bytes.
+// Reading: a plain file, a gzip or bzip2 file (also of several members, as pigz, bgzip and pbzip2 write them)
+// or a zlib stream that starts at some offset. Writing: plain or gzip, with no time stamp, so that equal
+// input gives equal bytes.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ class ByteSource {
   static constexpr std::size_t block = std::size_t{1} << 18;  ///< bytes of a packed file taken at a time
   /// deflated: gzip or zlib, told apart by the stream's own header; raw: a deflate stream without one (RFC
   /// 1951)
-  enum class Packing { plain, deflated, raw };
+  enum class Packing { plain, deflated, raw, bzip2 };
 
   /// Opens `path` at `offset` bytes from its start. Errors: missing, a folder, not readable.
   static Result<ByteSource> open(const std::string& path, Packing packing, std::uint64_t offset = 0);

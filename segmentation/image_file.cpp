@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <filesystem>
 #include <future>
-#include <limits>
 #include <new>
 
+#include "process/memory.hpp"
+#include "segmentation/files/voxel_stream.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
@@ -20,18 +20,22 @@ void reverse_bytes(std::byte* bytes, std::size_t count, std::size_t width) {
   for (std::byte* p = bytes; p < bytes + count * width; p += width) std::reverse(p, p + width);
 }
 
-// Before memory is taken: can the file hold that much at all? Deflate packs at most 1032 to 1 (zlib's
-// technical notes), so a header that promises more than that is damaged.
-Result<void> check_length(const ImageHeader& header, std::uint64_t file_size, std::uint64_t need) {
-  const std::uint64_t have = file_size > header.file_offset ? file_size - header.file_offset : 0;
-  const bool packed = header.packing == ByteSource::Packing::deflated;
-  if (packed ? need / 1032 > have + 1 : need > have) {
-    return failure(header.data_file, "is cut off or its header is damaged: the header promises " +
-                                         std::to_string(need) + " bytes" + (packed ? " unpacked" : "") +
-                                         ", the file has " + std::to_string(have) +
-                                         (packed ? " packed" : ""));
-  }
-  return {};
+double voxels_of(const ImageHeader& header) {
+  double count = static_cast<double>(header.layers);
+  for (const auto size : header.grid.size) count *= static_cast<double>(size);
+  return count;
+}
+
+std::string in_words(const ImageHeader& header) {
+  const auto& size = header.grid.size;
+  return fmt::format("its volume of {} x {} x {} voxels of {}", size[0], size[1], size[2],
+                     scalar_name(header.scalar));
+}
+
+// Voxels of two bytes and more become int16 where they are; those of one byte beside.
+double bytes_to_hold(const ImageHeader& header) {
+  const auto width = static_cast<double>(scalar_bytes(header.scalar));
+  return voxels_of(header) * (width > 1 ? width : 3);
 }
 
 }  // namespace
@@ -59,29 +63,22 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
   const std::size_t width = scalar_bytes(header.scalar);
   const std::size_t bytes = voxels.count * width;
 
-  auto source = ByteSource::open(header.data_file, header.packing, header.file_offset);
-  if (!source) return tl::unexpected(source.error());
-  if (const auto long_enough = check_length(header, source->file_size(), header.stream_offset + bytes);
-      !long_enough)
-    return tl::unexpected(long_enough.error());
-  if (const auto skipped = source->skip(header.stream_offset); !skipped)
-    return tl::unexpected(skipped.error());
+  VoxelStream stream(header, bytes);
+  if (const auto started = stream.start(); !started) return tl::unexpected(started.error());
+  if (auto fits = admit_memory(header.data_file, in_words(header), bytes_to_hold(header)); !fits)
+    return tl::unexpected(fits.error());
 
   // reserve, then grow by chunks: a header that lies touches no more memory than the file can fill
   voxels.storage.reserve((bytes + 1) / 2);
-  const bool swap = width > 1 && header.big_endian != (std::endian::native == std::endian::big);
+  const bool swap =
+      width > 1 && !header.text && header.big_endian != (std::endian::native == std::endian::big);
   std::vector<std::future<void>> aside_of(static_cast<std::size_t>(all_threads));  // of the latest chunks
   std::size_t chunks = 0;
   for (std::size_t done = 0; done < bytes;) {
     const std::size_t step = std::min(chunk, bytes - done);
     voxels.storage.resize((done + step + 1) / 2);
     std::byte* const target = reinterpret_cast<std::byte*>(voxels.storage.data()) + done;
-    const auto got = source->read({target, step});
-    if (!got) return tl::unexpected(got.error());
-    if (*got < step) {
-      return failure(header.data_file, "is cut off: it holds " + std::to_string(done + *got) + " of " +
-                                           std::to_string(bytes) + " bytes of voxels");
-    }
+    if (const auto got = stream.read({target, step}); !got) return tl::unexpected(got.error());
     if (swap || look) {
       auto& work = aside_of[chunks++ % aside_of.size()];
       if (work.valid()) work.get();
@@ -95,32 +92,11 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
   }
   for (auto& work : aside_of)
     if (work.valid()) work.get();
-  // checksum and length are compared at the stream's end only; damage can also make the stream longer
-  if (header.packing == ByteSource::Packing::deflated) {
-    if (const auto rest = source->skip(std::numeric_limits<std::uint64_t>::max()); !rest)
-      return tl::unexpected(rest.error());
-  }
+  // checksum and length are compared at the stream's end only
+  if (const auto ended = stream.finish(); !ended) return tl::unexpected(ended.error());
   return voxels;
 } catch (const std::bad_alloc&) {
-  return failure(header.data_file, "does not fit into memory: " + std::to_string(header.grid.count()) +
-                                       " voxels of " + std::string(scalar_name(header.scalar)));
-}
-
-Result<std::string> named_data_file(const std::string& path, std::string_view file, std::string_view joined) {
-  if (file.starts_with("LIST") || file.find('%') != std::string_view::npos)
-    return failure(path, fmt::format("keeps its slices in separate files; join them into one {}", joined));
-  return (std::filesystem::path(path).parent_path() / file).string();
-}
-
-Result<std::uint64_t> voxels_at_end(const ImageHeader& header) {
-  const auto source = ByteSource::open(header.data_file, ByteSource::Packing::plain);
-  if (!source) return tl::unexpected(source.error());
-  const std::uint64_t need =
-      header.grid.count() * static_cast<std::uint64_t>(header.layers) * scalar_bytes(header.scalar);
-  if (source->file_size() < need)
-    return failure(header.data_file, fmt::format("is cut off: its header promises {} bytes, it has {}", need,
-                                                 source->file_size()));
-  return source->file_size() - need;
+  return out_of_memory(header.data_file, in_words(header));
 }
 
 }  // namespace borelli

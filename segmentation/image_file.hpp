@@ -31,6 +31,12 @@ struct ImageSegment {
   std::int64_t layer = 0;
 };
 
+/// A file of voxels, and how many of its bytes stand before their stream.
+struct VoxelFile {
+  std::string path;
+  std::uint64_t offset = 0;
+};
+
 struct ImageHeader {
   std::string format;  ///< e.g. "NIfTI-1"
   Grid grid;           ///< mm, LPS
@@ -44,10 +50,18 @@ struct ImageHeader {
   std::string recorded_quantity;       ///< hu, density_kgm3, ... where our own writer left it; else empty
   std::vector<std::string> warnings;   ///< what a reader of the results should know about the header
 
+  std::string header_file;
   std::string data_file;  ///< where the voxels are (the header's own file, or one beside it)
   ByteSource::Packing packing = ByteSource::Packing::plain;
   std::uint64_t file_offset = 0;    ///< bytes of data_file before the stream starts
   std::uint64_t stream_offset = 0;  ///< bytes of the (unpacked) stream before the first voxel
+  bool text = false;                ///< the voxels are numbers written as text
+  /// Where slices lie in files of their own, of equal share: these in order, and data_file is the first.
+  std::vector<VoxelFile> slice_files;
+
+  std::vector<VoxelFile> voxel_files() const {
+    return slice_files.empty() ? std::vector{VoxelFile{data_file, file_offset}} : slice_files;
+  }
 };
 
 /// Voxels as stored, in the machine's byte order; of several layers all of them.
@@ -63,6 +77,9 @@ struct StoredVoxels {
 
 /// Errors: damaged or absurd header (named field, what was expected), more than three dimensions, colours.
 Result<ImageHeader> read_nifti_header(const std::string& path);
+/// Of a NIfTI pair, of which `path` is one half, the half that ends in `ending` (.hdr or .img), packed or
+/// not; empty where it is not there.
+std::string half_of_nifti_pair(const std::string& path, const std::string& ending);
 Result<ImageHeader> read_nrrd_header(const std::string& path);
 Result<ImageHeader> read_metaimage_header(const std::string& path);
 
@@ -88,14 +105,6 @@ Result<void> write_metaimage(const std::string& path, const Grid& grid, Scalar s
 
 /// The largest |cosine| between two of the grid's axes: 0 where they are orthogonal.
 double shear(const Grid& grid);
-
-/// The file of voxels that a text header at `path` names, beside it. Errors: a list or pattern of slices'
-/// files; `joined` is the ending of one file that would be read.
-Result<std::string> named_data_file(const std::string& path, std::string_view file, std::string_view joined);
-
-/// Where the voxels start that are the last bytes of the header's plain data file. Errors: a file that cannot
-/// be read or is too short.
-Result<std::uint64_t> voxels_at_end(const ImageHeader& header);
 
 /// Calls f(T{}) with T the C++ type of `scalar`.
 template <class F>

@@ -1,4 +1,4 @@
-// MetaImage, header and voxels in one file (.mha) or two (.mhd and what it names).
+// MetaImage, header and voxels in one file (.mha) or several (.mhd and what it names).
 //
 // After MetaIO's own description, "Reference: Tags of MetaImage" (itk.org/Wiki/MetaIO). Coordinates are LPS,
 // as in ITK. AnatomicalOrientation repeats what TransformMatrix says, often wrongly, and is left aside, as
@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 
+#include "segmentation/files/slice_files.hpp"
 #include "segmentation/header_text.hpp"
 #include "segmentation/image_file.hpp"
 
@@ -20,6 +21,7 @@ using Eigen::Vector3d;
 
 struct MetaImage {
   std::map<std::string, std::string, std::less<>> tags;
+  std::vector<std::string> names;  // of files, one a line after "ElementDataFile = LIST"
   std::uint64_t header_bytes = 0;
 
   std::string_view tag(std::string_view name) const {
@@ -39,12 +41,17 @@ struct MetaImage {
 };
 
 Result<MetaImage> parse_metaimage(const std::string& path) {
-  const auto text =
-      read_header_text(path, [](std::string_view line) { return line.starts_with("ElementDataFile"); });
+  const auto text = read_header_text(path, [](std::string_view line) {
+    return line.starts_with("ElementDataFile") && !names_follow(trimmed(line.substr(line.find('=') + 1)));
+  });
   if (!text) return tl::unexpected(text.error());
   MetaImage meta;
   meta.header_bytes = text->end;
   for (const std::string& line : text->lines) {
+    if (names_follow(meta.tag("ElementDataFile"))) {
+      meta.names.push_back(line);
+      continue;
+    }
     const auto equals = line.find('=');
     if (equals == std::string::npos) continue;
     const std::string_view whole = line;
@@ -118,8 +125,7 @@ Result<void> place(const std::string& path, const MetaImage& meta, Grid& grid) {
 
 Result<void> locate_voxels(const std::string& path, const MetaImage& meta, ImageHeader& header) {
   const std::string binary = lower_case(meta.tag("BinaryData"));
-  if (binary == "false" || binary == "f" || binary == "0")
-    return failure(path, "holds its voxels as text; binary voxels are needed");
+  header.text = binary == "false" || binary == "f" || binary == "0";
   if (meta.is_true({"CompressedData"})) header.packing = ByteSource::Packing::deflated;
   const std::string_view file = meta.tag("ElementDataFile");
   if (file == "LOCAL" || file == "Local" || file == "local") {
@@ -127,20 +133,15 @@ Result<void> locate_voxels(const std::string& path, const MetaImage& meta, Image
     header.file_offset = meta.header_bytes;
     return {};
   }
-  auto beside = named_data_file(path, file, ".mha");
-  if (!beside) return tl::unexpected(beside.error());
-  header.data_file = std::move(*beside);
+  const auto files = named_files(path, file, meta.names, header.grid.size[2]);
+  if (!files) return tl::unexpected(files.error());
   const auto skip = numbers_in(meta.tag("HeaderSize"));
   const double bytes = skip.empty() ? 0 : skip[0];
   if (!(bytes >= -1 && bytes < 1e12)) return failure(path, "has a damaged header: HeaderSize is absurd");
-  if (bytes >= 0) {
-    header.file_offset = static_cast<std::uint64_t>(bytes);
-    return {};
-  }
-  const auto start_of_voxels = voxels_at_end(header);
-  if (!start_of_voxels) return tl::unexpected(start_of_voxels.error());
-  header.file_offset = *start_of_voxels;
-  return {};
+  if (bytes < 0 && (header.packing != ByteSource::Packing::plain || header.text))
+    return failure(path, "has 'HeaderSize = -1' on voxels that are compressed or text, which has no meaning");
+  return set_voxel_files(header, *files,
+                         {.bytes = static_cast<std::uint64_t>(std::max(bytes, 0.0)), .all_else = bytes < 0});
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// NIfTI-1 and NIfTI-2, one file (.nii, .nii.gz).
+// NIfTI-1 and NIfTI-2, one file (.nii, .nii.gz) or a pair (.hdr and .img, packed or not).
 //
 // Cox et al., "A (sort of) new image data format standard: NIfTI-1", NeuroImage 22 (2004) e1440; field
 // offsets and codes from the format's public-domain header nifti1.h (nifti2.h for NIfTI-2). NIfTI's world is
@@ -11,6 +11,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <filesystem>
 #include <optional>
 
 #include "segmentation/image_file.hpp"
@@ -54,6 +55,7 @@ struct Nifti {
   std::array<std::array<double, 4>, 3> srow{};
   std::string description;
   bool big_endian = false;
+  bool pair = false;  // the voxels are in a file of their own
 };
 
 template <class Integer, class Real, class Code>
@@ -91,17 +93,16 @@ Result<Nifti> parse_nifti(const std::string& path) {
     return false;
   };
   if (is_header(348)) {
-    if (f.text(344, 4) == "ni1") {
-      return failure(path, "is half of a NIfTI pair (.hdr, .img); join the two into one .nii file");
-    }
-    if (f.text(344, 4) != "n+1")
+    n.pair = f.text(344, 4) == "ni1";
+    if (!n.pair && f.text(344, 4) != "n+1")
       return failure(path, "is no NIfTI file (an Analyze file has no orientation)");
     take<std::int16_t, float, std::int16_t>(f, n, 40, 70, 76, 112, 123, 252, 254, 256, 280);
     n.xyzt_units = f.get<std::uint8_t>(123);  // the one code that is a byte
     n.vox_offset = f.get<float>(108);
     n.description = f.text(148, 80);
-  } else if (*got == 540 && is_header(540) && f.text(4, 3) == "n+2") {
+  } else if (*got == 540 && is_header(540) && (f.text(4, 3) == "n+2" || f.text(4, 3) == "ni2")) {
     n.version = 2;
+    n.pair = f.text(4, 3) == "ni2";
     take<std::int64_t, double, std::int32_t>(f, n, 16, 12, 104, 176, 500, 344, 348, 352, 400);
     n.vox_offset = static_cast<double>(f.get<std::int64_t>(168));
     n.description = f.text(240, 80);
@@ -315,15 +316,42 @@ Result<ImageHeader> read_nifti_header(const std::string& path) {
     return failure(path, "has a damaged header: scl_slope or scl_inter is not a number");
   if (n->slope != 0) header.slope = n->slope, header.intercept = n->intercept;  // 0: no scaling
 
-  const double least = n->version == 1 ? 352 : 544;
+  const double least = n->pair ? 0 : n->version == 1 ? 352 : 544;
   if (!(n->vox_offset <= 1e9)) return failure(path, "has a damaged header: vox_offset is absurd");
   header.stream_offset = static_cast<std::uint64_t>(std::max(least, n->vox_offset));
   header.data_file = path;
-  if (*is_gzip(path)) header.packing = ByteSource::Packing::deflated;
-  auto named = nifti_label_names(header, n->version == 1 ? 348 : 540);
+  const auto packing_of = [](const std::string& file) -> Result<ByteSource::Packing> {
+    return is_gzip(file).map(
+        [](bool gzip) { return gzip ? ByteSource::Packing::deflated : ByteSource::Packing::plain; });
+  };
+  auto packing = packing_of(path);
+  if (!packing) return tl::unexpected(packing.error());
+  header.packing = *packing;
+  ImageHeader extended = header;  // of a pair the extensions are what follows the header in its own file
+  const std::uint64_t header_bytes = n->version == 1 ? 348 : 540;
+  if (n->pair) extended.stream_offset = header_bytes + (1 << 24);
+  auto named = nifti_label_names(extended, header_bytes);
   if (!named) return tl::unexpected(named.error());
   header.segments = std::move(*named);
+  if (!n->pair) return header;
+  header.data_file = half_of_nifti_pair(path, ".img");
+  if (header.data_file.empty())
+    return bad_use(path,
+                   "is half of a NIfTI pair, and the file of its voxels (.img, .img.gz) is not beside it");
+  packing = packing_of(header.data_file);
+  if (!packing) return tl::unexpected(packing.error());
+  header.packing = *packing;
   return header;
+}
+
+std::string half_of_nifti_pair(const std::string& path, const std::string& ending) {
+  std::filesystem::path stem(path);
+  if (stem.extension() == ".gz") stem.replace_extension();
+  std::error_code ignored;
+  for (const char* packed : {"", ".gz"})
+    if (auto file = stem; std::filesystem::exists(file.replace_extension(ending + packed), ignored))
+      return file.string();
+  return "";
 }
 
 namespace {

@@ -1,4 +1,5 @@
-// NRRD, attached (.nrrd) or detached (.nhdr) header, raw or gzip.
+// NRRD, attached (.nrrd) or detached (.nhdr) header, in one file or a list of slices; raw, text, gzip or
+// bzip2.
 //
 // After "Definition of NRRD File Format", teem.sourceforge.net/nrrd/format.html.
 #include <fmt/format.h>
@@ -10,6 +11,7 @@
 #include <numeric>
 #include <optional>
 
+#include "segmentation/files/slice_files.hpp"
 #include "segmentation/header_text.hpp"
 #include "segmentation/image_file.hpp"
 
@@ -25,10 +27,14 @@ using Eigen::Vector3d;
 using FieldMap = std::map<std::string, std::string, std::less<>>;
 
 struct Nrrd {
-  FieldMap fields;  // "<field>: <description>", field in lower case
-  FieldMap keys;    // "<key>:=<value>"
+  FieldMap fields;                 // "<field>: <description>", field in lower case
+  FieldMap keys;                   // "<key>:=<value>"
+  std::vector<std::string> names;  // of files, one a line after "data file: LIST"
   std::uint64_t header_bytes = 0;
 
+  std::string_view data_file() const {
+    return field("data file").empty() ? field("datafile") : field("data file");
+  }
   std::string_view field(std::string_view name) const {
     const auto it = fields.find(name);
     return it == fields.end() ? std::string_view{} : std::string_view(it->second);
@@ -43,6 +49,10 @@ Result<Nrrd> parse_nrrd(const std::string& path) {
   Nrrd nrrd;
   nrrd.header_bytes = text->end;
   for (const std::string& line : text->lines) {
+    if (names_follow(nrrd.data_file())) {
+      nrrd.names.push_back(line);
+      continue;
+    }
     if (line.starts_with('#')) continue;
     if (const auto key = line.find(":="); key != std::string::npos) {
       nrrd.keys[line.substr(0, key)] = line.substr(key + 2);
@@ -226,30 +236,25 @@ Result<void> place(const std::string& path, const Nrrd& nrrd, const std::vector<
   return {};
 }
 
-// bytes of the data file before its lines up to `count` end
-Result<std::uint64_t> after_lines(const std::string& path, std::uint64_t start, double count) {
-  if (count == 0) return start;
-  double seen = 0;
-  const auto text = read_header_text(path, [&](std::string_view) { return ++seen == count; });
-  if (!text) return tl::unexpected(text.error());
-  return text->end;
-}
-
 Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeader& header) {
   const std::string encoding = lower_case(nrrd.field("encoding"));
-  const bool gzip = encoding == "gzip" || encoding == "gz";
-  if (!gzip && encoding != "raw")
-    return failure(path, "is encoded as '" + encoding + "'; 'raw' and 'gzip' are read here");
-  header.packing = gzip ? ByteSource::Packing::deflated : ByteSource::Packing::plain;
-  std::string_view file = nrrd.field("data file");
-  if (file.empty()) file = nrrd.field("datafile");
+  header.text = encoding == "ascii" || encoding == "text" || encoding == "txt";
+  if (encoding == "gzip" || encoding == "gz")
+    header.packing = ByteSource::Packing::deflated;
+  else if (encoding == "bzip2" || encoding == "bz2")
+    header.packing = ByteSource::Packing::bzip2;
+  else if (encoding != "raw" && !header.text)
+    return failure(path, "is encoded as '" + encoding + "'; raw, ascii, gzip and bzip2 are read here");
+  const bool packed = header.packing != ByteSource::Packing::plain;
+  const std::string_view field = nrrd.data_file();
   header.data_file = path;
   header.file_offset = nrrd.header_bytes;
-  if (!file.empty()) {
-    auto beside = named_data_file(path, file, ".nrrd");
-    if (!beside) return tl::unexpected(beside.error());
-    header.data_file = std::move(*beside);
-    header.file_offset = 0;
+  std::vector<std::string> files{path};
+  if (!field.empty()) {
+    auto named = named_files(path, field, nrrd.names,
+                             header.grid.size[2] * (header.layers_interleaved ? 1 : header.layers));
+    if (!named) return tl::unexpected(named.error());
+    files = std::move(*named);
   }
   const auto number = [&](std::string_view one, std::string_view other) {
     const auto text = nrrd.field(one).empty() ? nrrd.field(other) : nrrd.field(one);
@@ -257,21 +262,14 @@ Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeade
     return numbers.empty() ? 0.0 : std::floor(numbers.front());
   };
   const double lines = number("line skip", "lineskip"), bytes = number("byte skip", "byteskip");
-  if (!(lines >= 0 && lines < 1e6 && bytes >= -1 && bytes < 1e12) || (!file.empty() ? false : lines > 0))
+  if (!(lines >= 0 && lines < 1e6 && bytes >= -1 && bytes < (packed ? 1e9 : 1e12)) ||
+      (field.empty() && lines > 0))
     return failure(path, "has a damaged header: 'line skip' or 'byte skip' is absurd");
-  const auto start = after_lines(header.data_file, header.file_offset, lines);
-  if (!start) return tl::unexpected(start.error());
-  header.file_offset = *start;
-  if (bytes >= 0) {
-    header.stream_offset = static_cast<std::uint64_t>(bytes);
-    return {};
-  }
   // -1: the voxels are the last bytes of the file
-  if (gzip) return failure(path, "has 'byte skip: -1' on compressed voxels, which has no meaning");
-  const auto start_of_voxels = voxels_at_end(header);
-  if (!start_of_voxels) return tl::unexpected(start_of_voxels.error());
-  header.file_offset = *start_of_voxels;
-  return {};
+  if (bytes < 0 && (packed || header.text))
+    return failure(path, "has 'byte skip: -1' on voxels that are compressed or text, which has no meaning");
+  header.stream_offset = static_cast<std::uint64_t>(std::max(bytes, 0.0));
+  return set_voxel_files(header, files, {.lines = lines, .all_else = bytes < 0});
 }
 
 }  // namespace
@@ -290,8 +288,6 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
   if (!scalar) return failure(path, "has voxels of type '" + type + "', which is not known here");
   header.scalar = *scalar;
   const std::string endian = lower_case(nrrd->field("endian"));
-  if (scalar_bytes(*scalar) > 1 && endian != "little" && endian != "big")
-    return failure(path, "does not say its byte order ('endian: little' or 'endian: big')");
   header.big_endian = endian == "big";
 
   const auto sizes = numbers_in(nrrd->field("sizes"));
@@ -309,6 +305,8 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
   for (std::size_t c = 0; c < 3; ++c) header.grid.size[c] = static_cast<std::int64_t>(sizes[(*axes)[c]]);
   if (const auto placed = place(path, *nrrd, *axes, header); !placed) return tl::unexpected(placed.error());
   if (const auto found = locate_voxels(path, *nrrd, header); !found) return tl::unexpected(found.error());
+  if (scalar_bytes(*scalar) > 1 && !header.text && endian != "little" && endian != "big")
+    return failure(path, "does not say its byte order ('endian: little' or 'endian: big')");
   return header;
 }
 

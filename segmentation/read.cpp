@@ -7,6 +7,7 @@
 #include <mutex>
 #include <span>
 
+#include "process/input_file.hpp"
 #include "segmentation/dicom.hpp"
 #include "segmentation/dicom_elements.hpp"
 #include "segmentation/header_text.hpp"
@@ -85,14 +86,23 @@ namespace {
 
 Result<ImageHeader> header_by_ending(const std::string& path) {
   const std::string name = lower_case(path);
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored)) return bad_use(path, "no such file or folder");
-  if (name.ends_with(".nii") || name.ends_with(".nii.gz")) return read_nifti_header(path);
+  const auto is_nifti = [&](const std::string& ending) {
+    return name.ends_with(ending) || name.ends_with(ending + ".gz");
+  };
+  if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
+  if (is_nifti(".nii") || is_nifti(".hdr")) return read_nifti_header(path);
+  if (is_nifti(".img")) {
+    const std::string header = half_of_nifti_pair(path, ".hdr");
+    if (header.empty())
+      return bad_use(path, "is half of a NIfTI pair, and its header (.hdr) is not beside it");
+    return read_nifti_header(header);
+  }
   if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return read_nrrd_header(path);
   if (name.ends_with(".mha") || name.ends_with(".mhd")) return read_metaimage_header(path);
   if (is_dicom_slice(path)) return bad_use(path, "is one slice of a DICOM series; give its folder");
-  return bad_use(
-      path, "is no volume that is read here; give a DICOM folder, .nii, .nii.gz, .nrrd, .nhdr, .mha or .mhd");
+  return bad_use(path,
+                 "is no volume that is read here; give a DICOM folder, .nii, .nii.gz, .hdr with .img, .nrrd, "
+                 ".nhdr, .mha or .mhd");
 }
 
 }  // namespace
@@ -100,6 +110,7 @@ Result<ImageHeader> header_by_ending(const std::string& path) {
 Result<ImageHeader> read_image_header(const std::string& path) {
   auto header = header_by_ending(path);
   if (!header) return header;
+  if (header->header_file.empty()) header->header_file = path;
   // a voxel has a volume: its axes span it, if only by a thousandth of the box of their lengths
   const double box = header->grid.spacing().prod();
   if (!header->grid.axes.allFinite() || !header->grid.origin.allFinite() ||

@@ -34,7 +34,7 @@ std::string name_of_input(const std::string& path) {
   fs::path name = fs::path(path).filename();
   if (name.empty()) name = fs::path(path).parent_path().filename();
   std::string text = name.string();
-  for (const char* ending : {".gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd"})
+  for (const char* ending : {".gz", ".nii", ".hdr", ".img", ".nrrd", ".nhdr", ".mha", ".mhd"})
     if (text.ends_with(ending) && text.size() > std::string(ending).size())
       text.resize(text.size() - std::string(ending).size());
   return text.empty() || text == "." || text == ".." ? "subject" : text;

@@ -88,6 +88,61 @@ TEST_P(ItkAgrees, WeReadWhatItWrites) {
   }
 }
 
+// Text, as a header with its numbers in one file and in two.
+TEST(ItkAgrees, OnVoxelsThatAreText) {
+  ScratchFolder folder;
+  const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);
+  for (const char* name : {"a.nrrd", "a.nhdr", "a.mha", "a.mhd"}) {
+    const auto io = io_for(name);
+    io->SetFileTypeToASCII();
+    auto writer = itk::ImageFileWriter<Image>::New();
+    writer->SetImageIO(io);
+    writer->SetFileName(folder / name);
+    writer->SetInput(to_itk(volume));
+    writer->Update();
+    const auto bytes = file_bytes(folder / name);
+    const std::string header(bytes.begin(), bytes.end());
+    ASSERT_TRUE(header.find("encoding: ascii") != std::string::npos ||
+                header.find("BinaryData = False") != std::string::npos)
+        << name << " is no text: " << header.substr(0, 400);
+    const auto back = read_volume(folder / name, {FileQuantity::hu, {}});
+    ASSERT_TRUE(back) << back.error().message();
+    EXPECT_EQ(back->volume.voxels, volume.voxels) << name;
+    EXPECT_LT(apart(*to_itk(volume), back->volume.grid), 1e-4) << name;
+  }
+}
+
+// Slices in files of their own, which ITK reads as we do.
+TEST(ItkAgrees, OnListsOfSlices) {
+  ScratchFolder folder;
+  const GreyVolume volume = noise_volume(oblique_grid(false, 0), Quantity::hu);
+  const std::size_t slice = static_cast<std::size_t>(volume.grid.size[0] * volume.grid.size[1]);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const char* const first = reinterpret_cast<const char*>(volume.voxels.data() + k * slice);
+    put_bytes(folder / ("s" + std::to_string(10 + 5 * k) + ".raw"), {first, first + 2 * slice});
+    put_bytes(folder / ("t" + std::string(k < 2 ? "00" : "0") + std::to_string(8 + k) + ".raw"),
+              {first, first + 2 * slice});
+  }
+  for (const char* named :
+       {"LIST\ns10.raw\ns15.raw\ns20.raw\ns25.raw\n", "s%d.raw 10 25 5\n", "t%03d.raw 8 11 1\n"}) {
+    const std::string header = std::string("ObjectType = Image\nNDims = 3\nBinaryData = True\n") +
+                               "BinaryDataByteOrderMSB = False\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n" +
+                               "Offset = 1 2 3\nElementSpacing = 2 2.5 3\nDimSize = 5 7 4\n" +
+                               "ElementType = MET_SHORT\nElementDataFile = " + named;
+    put_bytes(folder / "a.mhd", {header.begin(), header.end()});
+    auto reader = itk::ImageFileReader<Image>::New();
+    reader->SetImageIO(io_for("a.mhd"));
+    reader->SetFileName(folder / "a.mhd");
+    reader->Update();
+    const auto& theirs = *reader->GetOutput();
+    const auto ours = read_volume(folder / "a.mhd", {FileQuantity::hu, {}});
+    ASSERT_TRUE(ours) << ours.error().message();
+    EXPECT_EQ(ours->volume.voxels, volume.voxels) << named;
+    EXPECT_TRUE(std::equal(volume.voxels.begin(), volume.voxels.end(), theirs.GetBufferPointer())) << named;
+    EXPECT_LT(apart(theirs, ours->volume.grid), 1e-9);
+  }
+}
+
 TEST(ItkReads, WhatWeWrite) {
   ScratchFolder folder;
   for (const auto& [name, packed, tolerance] :
@@ -110,10 +165,12 @@ TEST(ItkReads, WhatWeWrite) {
 
 INSTANTIATE_TEST_SUITE_P(Files, ItkAgrees,
                          ::testing::Values(FileCase{"a.nii", false, 2e-4}, FileCase{"a.nii.gz", true, 2e-4},
-                                           FileCase{"a.nrrd", false, 1e-9}, FileCase{"a.nrrd", true, 1e-9},
-                                           FileCase{"a.nhdr", false, 1e-9}, FileCase{"a.nhdr", true, 1e-9},
-                                           FileCase{"a.mha", false, 1e-9}, FileCase{"a.mha", true, 1e-9},
-                                           FileCase{"a.mhd", false, 1e-9}, FileCase{"a.mhd", true, 1e-9}));
+                                           FileCase{"a.hdr", false, 2e-4}, FileCase{"a.img", false, 2e-4},
+                                           FileCase{"a.img.gz", true, 2e-4}, FileCase{"a.nrrd", false, 1e-9},
+                                           FileCase{"a.nrrd", true, 1e-9}, FileCase{"a.nhdr", false, 1e-9},
+                                           FileCase{"a.nhdr", true, 1e-9}, FileCase{"a.mha", false, 1e-9},
+                                           FileCase{"a.mha", true, 1e-9}, FileCase{"a.mhd", false, 1e-9},
+                                           FileCase{"a.mhd", true, 1e-9}));
 
 }  // namespace
 }  // namespace borelli

@@ -1,0 +1,63 @@
+#include "segmentation/files/text_numbers.hpp"
+
+#include <fmt/core.h>
+
+#include <charconv>
+#include <cstring>
+
+#include "segmentation/image_file.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr std::size_t longest_word = 400;  // the digits of the smallest double
+
+bool is_between_numbers(char c) { return c == ' ' || c == '\n' || c == '\t' || c == '\r' || c == ','; }
+
+}  // namespace
+
+TextNumbers::TextNumbers(std::string path, ByteSource& source, Scalar scalar)
+    : path_(std::move(path)), source_(source), scalar_(scalar), block_(ByteSource::block) {}
+
+// empty at the text's end
+Result<std::string_view> TextNumbers::next_word() {
+  std::size_t length = 0;
+  for (;;) {
+    while (length == 0 && at_ < end_ && is_between_numbers(block_[at_])) ++at_;
+    while (at_ + length < end_ && !is_between_numbers(block_[at_ + length])) ++length;
+    if (at_ + length < end_) break;
+    // the word may go on in what follows
+    std::memmove(block_.data(), block_.data() + at_, length);
+    at_ = 0, end_ = length;
+    if (length > longest_word) break;
+    const auto got = source_.read(std::as_writable_bytes(std::span(block_).subspan(length)));
+    if (!got) return tl::unexpected(got.error());
+    if (*got == 0) break;
+    end_ += *got;
+  }
+  const std::string_view word(block_.data() + at_, length);
+  at_ += length;
+  return word;
+}
+
+Result<std::size_t> TextNumbers::read(std::span<std::byte> target) {
+  return with_scalar(scalar_, [&]<class T>(T) -> Result<std::size_t> {
+    std::size_t filled = 0;
+    for (; filled + sizeof(T) <= target.size(); filled += sizeof(T)) {
+      const auto word = next_word();
+      if (!word) return tl::unexpected(word.error());
+      if (word->empty()) break;
+      const char *const first = word->data() + (word->front() == '+'), *const last =
+                                                                           word->data() + word->size();
+      T value{};
+      const auto [rest, trouble] = std::from_chars(first, last, value);
+      if (trouble != std::errc() || rest != last)
+        return failure(path_, fmt::format("holds '{}' among its voxels, expected numbers of type {}",
+                                          word->substr(0, 40), scalar_name(scalar_)));
+      std::memcpy(target.data() + filled, &value, sizeof value);
+    }
+    return filled;
+  });
+}
+
+}  // namespace borelli

@@ -1,0 +1,32 @@
+// Voxels that a file writes as text: numbers with blanks, line ends or commas between them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "segmentation/byte_stream.hpp"
+
+namespace borelli {
+
+enum class Scalar;
+
+class TextNumbers {
+ public:
+  /// `source` must outlive this.
+  TextNumbers(std::string path, ByteSource& source, Scalar scalar);
+
+  /// The next numbers as values of the scalar type, in the machine's byte order; answers the bytes filled,
+  /// fewer than asked only at the text's end. Errors: something that is no number of that type.
+  Result<std::size_t> read(std::span<std::byte> target);
+
+ private:
+  Result<std::string_view> next_word();
+
+  std::string path_;
+  ByteSource& source_;
+  Scalar scalar_;
+  std::vector<char> block_;
+  std::size_t at_ = 0, end_ = 0;  // of block_, what is not yet read
+};
+
+}  // namespace borelli
