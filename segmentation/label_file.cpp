@@ -75,7 +75,7 @@ Result<Names> read_names(const std::string& path) {
 
 // How far a label may lie beside its whole number: what floating point leaves, and the half of a step of
 // scaled integers where that is less than a quarter.
-double rounding(const ImageHeader& header) {
+double most_beside_whole(const ImageHeader& header) {
   const bool whole = header.scalar != Scalar::f32 && header.scalar != Scalar::f64;
   return std::max(0.01, whole && header.slope != 1 ? std::min(0.51 * std::abs(header.slope), 0.25) : 0.0);
 }
@@ -84,7 +84,7 @@ double rounding(const ImageHeader& header) {
 Result<std::set<std::int64_t>> numbers_in(const std::string& path, const StoredVoxels& voxels,
                                           const ImageHeader& header, std::vector<std::string>& warnings) {
   std::set<std::int64_t> numbers;
-  const double most_beside = rounding(header);
+  const double most_beside = most_beside_whole(header);
   double beside = 0, example = 0;
   std::string trouble;
   with_scalar(voxels.scalar, [&]<class T>(T) {
