@@ -212,8 +212,10 @@ StoredVoxels flatten(const StoredVoxels& stored, ImageHeader& header,
         T value;
         const std::size_t at = header.layers_interleaved ? o * layers + layer : layer * count + o;
         std::memcpy(&value, stored.bytes() + at * sizeof(T), sizeof value);
-        if (value == T{}) continue;
-        const auto it = segment_of.find({static_cast<std::int64_t>(layer), static_cast<std::int64_t>(value)});
+        const double number = std::round(static_cast<double>(value));
+        if (!(number >= 1 && number <= 1e9)) continue;
+        const auto it =
+            segment_of.find({static_cast<std::int64_t>(layer), static_cast<std::int64_t>(number)});
         if (it != segment_of.end()) top = std::max(top, it->second + 1);
       }
       const std::int32_t number = top > 0 ? static_cast<std::int32_t>(numbers[top - 1]) : 0;
