@@ -25,9 +25,9 @@ Result<void> write_landmarks(const std::string& path, const Landmarks& landmarks
 }
 
 Result<Landmarks> read_landmarks(const std::string& path) {
-  const auto text = read_input_file(path);
-  if (!text) return tl::unexpected(text.error());
-  const auto parsed = parse_json(*text, path);
+  const auto bytes = read_input_file(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  const auto parsed = parse_json(*bytes, path);
   if (!parsed) return tl::unexpected(parsed.error());
   const json& document = *parsed;
   if (!document.is_object() || !document.contains("landmarks") || !document["landmarks"].is_object())
