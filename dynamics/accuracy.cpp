@@ -184,7 +184,8 @@ class Search {
       rough_ = rough_ || (!settings_.verify && is_rough(now->certificate));
       if (before_) {
         common_ = largest_part(system_, *before_, samples, settings_.accuracy) <= apart_in_range;
-        if (judge(largest_difference(system_, *before_, samples), *now)) return now;
+        if (judge(largest_difference(system_, *before_, samples), known_until(*before_, samples), *now))
+          return now;
       }
       if (afresh_) {
         afresh_ = false;
@@ -199,6 +200,18 @@ class Search {
   }
 
  private:
+  /// Up to when the two runs are near enough for the accuracy, s.
+  double known_until(const Samples& before, const Samples& now) const {
+    double until = start_;
+    Difference worst;
+    for (std::size_t i = 0; i < std::min(before.q.size(), now.q.size()); ++i) {
+      compare(system_, before, now, i, worst);
+      if (error_while_near(worst.size) > settings_.accuracy) break;
+      until = now.times[i];
+    }
+    return until;
+  }
+
   std::vector<double> times() const {
     std::vector<double> out;
     if (!(settings_.end_time > start_)) return out;
@@ -275,11 +288,16 @@ class Search {
 
   /// The error of the run, given what it differs by from the coarser one before.
   double error_of(double difference) const {
+    return settings_.verify || common_ ? error_while_near(difference)
+                                       : std::numeric_limits<double>::infinity();
+  }
+  /// The same at a time up to which the two runs have stayed together.
+  double error_while_near(double difference) const {
     const double share = chosen_.tolerance / tolerance_before_;
     // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference;
     // where it is to be verified, it counts with no less than the coarser one's
     if (settings_.verify) return difference * std::max(1.0, share / (1 - share));
-    if (difference > apart || !common_) return std::numeric_limits<double>::infinity();
+    if (difference > apart) return std::numeric_limits<double>::infinity();
     const double part = rough_    ? std::sqrt(share)
                         : parted_ ? std::max(share, after_parting * std::sqrt(share))
                                   : share;
@@ -287,7 +305,7 @@ class Search {
   }
 
   /// Whether the run is the answer; else chooses the next tolerance.
-  bool judge(const Difference& found, Trajectory& now) {
+  bool judge(const Difference& found, double known, Trajectory& now) {
     const double error = error_of(found.size);
     const bool reached = error <= settings_.accuracy;
     parted_ = parted_ || !std::isfinite(error);
@@ -309,6 +327,7 @@ class Search {
       return false;
     }
     c.evaluations = long(spent_);
+    c.known_until = known;
     tell(c, std::isfinite(error) ? error : found.size,
          fmt::format("differs from the run at {:.2g} by {:.2g}; {} evaluations in all {} runs",
                      tolerance_before_, found.size, c.evaluations, runs_));
@@ -330,6 +349,7 @@ class Search {
                   "an event ({} '{}') falls on that time, so that one shows what is before it and the "
                   "other what is after: ask for rows at other times",
                   event->kind, event->name));
+    c.reason += fmt::format("; the state is known to that up to t = {:.6g} s", known);
     c.reason_time = found.time;
     return true;
   }

@@ -12,6 +12,9 @@ namespace {
 /// What a computation on four bodies costs, beside one on one.
 constexpr double cost_of_four = 1.4;
 
+/// How many bodies, one on the other, are looked at for what it costs to open a subtree.
+constexpr int deepest_opened = 1000;
+
 /// The subtrees of a scene, sorted into forms.
 class Forms {
  public:
@@ -24,8 +27,9 @@ class Forms {
   bool apart(int form) const { return forms_[form].apart; }
 
   /// The least cost of that many subtrees of one form, and whether it takes them side by side as a whole.
-  double cost(int form, int many) const {
-    return std::min(cost_together(form, many), cost_opened(form, many));
+  double cost(int form, int many, int depth = 0) const {
+    const double together = cost_together(form, many);
+    return depth > deepest_opened ? together : std::min(together, cost_opened(form, many, depth));
   }
   bool whole(int form, int many) const { return cost_together(form, many) <= cost_opened(form, many); }
 
@@ -40,9 +44,9 @@ class Forms {
     const int packs = many / Quad::count, left = many % Quad::count;
     return forms_[form].size * (cost_of_four * (packs + (left > 1)) + (left == 1));
   }
-  double cost_opened(int form, int many) const {
+  double cost_opened(int form, int many, int depth = 0) const {
     double sum = many;
-    for (const auto& [child, times] : forms_[form].has) sum += cost(child, many * times);
+    for (const auto& [child, times] : forms_[form].has) sum += cost(child, many * times, depth + 1);
     return sum;
   }
 

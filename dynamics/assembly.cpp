@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "dynamics/border.hpp"
 #include "dynamics/chart.hpp"
 
 namespace borelli {
@@ -222,12 +223,12 @@ Result<Assembly> assemble(const System& system, const Parameters& parameters, St
 }
 
 Result<Assembly> assemble(const System& system, State& state) {
-  Workspace workspace(system);
-  try {
+  return at_border(system, [&]() -> Result<Assembly> {
+    if (auto fits = admit_workspaces(system, system.settings.equations, 1, false); !fits)
+      return tl::unexpected(fits.error());
+    Workspace workspace(system);
     return assemble(system, system.parameters, state, workspace);
-  } catch (const std::exception& thrown) {  // from a user's function
-    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
-  }
+  });
 }
 
 void project(const System& system, const Parameters& parameters, State& state, Workspace& w,

@@ -15,15 +15,15 @@ struct Branch {
   int count;
 };
 
-Branch branch_of(const System& system, int k) {
-  const int first = system.first_ancestor[k];
-  return {system.ancestors.data() + first, system.first_ancestor[k + 1] - first};
+Branch branch_of(const Branches& all, int k) {
+  const std::ptrdiff_t first = all.first_ancestor[k];
+  return {all.ancestors.data() + first, int(all.first_ancestor[k + 1] - first)};
 }
 
 /// One step of F^-T x: the last coordinate that has not been done.
-void take_from_ancestors(const System& system, const Rows& F, int k, double* x) {
+void take_from_ancestors(const Branches& branches, const Rows& F, int k, double* x) {
   if (x[k] == 0) return;
-  const Branch branch = branch_of(system, k);
+  const Branch branch = branch_of(branches, k);
   const double* row = F.row(k).data();
   x[k] /= row[k];
   for (int a = 0; a < branch.count; ++a) x[branch.ancestors[a]] -= row[branch.ancestors[a]] * x[k];
@@ -38,12 +38,12 @@ bool is_left(double pivot, double before) { return pivot > 1e-14 * before; }
 /// The factor of a tree of short branches. Of the coordinates along a row's branch those along a branch of
 /// one of them are the first: in rows that hold what is along their branches alone, one behind the other,
 /// elimination takes parts of rows from rows. `stride`: room in such a row, whole registers.
-int factor_short(const System& system, const Rows& A, Rows& F, int stride) {
+int factor_short(const System& system, const Branches& branches, const Rows& A, Rows& F, int stride) {
   using L = LanesOf<2, 2>;  // those of any processor, and so the same numbers on all
   alignas(64) double rows[most_in_cache];
   const int n = system.nv;
   for (int k = 0; k < n; ++k) {
-    const Branch branch = branch_of(system, k);
+    const Branch branch = branch_of(branches, k);
     const double* const from = A.row(k).data();
     double* const row = rows + k * stride;
     for (int a = branch.count & ~(L::count - 1); a < stride; a += L::count) L(0).store(row + a);
@@ -51,7 +51,7 @@ int factor_short(const System& system, const Rows& A, Rows& F, int stride) {
     row[branch.count] = from[k];
   }
   for (int k = n - 1; k >= 0; --k) {
-    const Branch branch = branch_of(system, k);
+    const Branch branch = branch_of(branches, k);
     double *const row = rows + k * stride, *const to = F.row(k).data();
     if (!is_left(row[branch.count], A(k, k))) return k;
     to[k] = std::sqrt(row[branch.count]);
@@ -70,18 +70,19 @@ int factor_short(const System& system, const Rows& A, Rows& F, int stride) {
 }  // namespace
 
 int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
+  const Branches& branches = system.branches();
   const int n = system.nv;
   int longest = 0;
-  for (int k = 0; k < n; ++k) longest = std::max(longest, branch_of(system, k).count);
+  for (int k = 0; k < n; ++k) longest = std::max(longest, branch_of(branches, k).count);
   if (const int stride = (longest + 2) & ~1; n * stride <= most_in_cache)
-    return factor_short(system, A, F, stride);
+    return factor_short(system, branches, A, F, stride);
   for (int k = 0; k < n; ++k) {
-    const Branch branch = branch_of(system, k);
+    const Branch branch = branch_of(branches, k);
     for (int a = 0; a < branch.count; ++a) F(k, branch.ancestors[a]) = A(k, branch.ancestors[a]);
     F(k, k) = A(k, k);
   }
   for (int k = n - 1; k >= 0; --k) {
-    const Branch branch = branch_of(system, k);
+    const Branch branch = branch_of(branches, k);
     double* row = F.row(k).data();
     if (!is_left(row[k], A(k, k))) return k;
     const double pivot = std::sqrt(row[k]), inverse = 1 / pivot;
@@ -103,23 +104,26 @@ int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
 }
 
 void solve_transposed(const System& system, const Rows& F, double* x) {
-  for (int k = system.nv - 1; k >= 0; --k) take_from_ancestors(system, F, k, x);
+  const Branches& branches = system.branches();
+  for (int k = system.nv - 1; k >= 0; --k) take_from_ancestors(branches, F, k, x);
 }
 
 void solve_transposed(const System& system, const Rows& F, std::span<const int> coordinates, double* x) {
-  for (std::size_t i = coordinates.size(); i-- > 0;) take_from_ancestors(system, F, coordinates[i], x);
+  const Branches& branches = system.branches();
+  for (std::size_t i = coordinates.size(); i-- > 0;) take_from_ancestors(branches, F, coordinates[i], x);
 }
 
 namespace {
 
 template <class L>
 int solve_transposed_lanes(const System& system, const Rows& F, double* x, Eigen::Index stride, int* rows) {
+  const Branches& branches = system.branches();
   int count = 0;
   for (int k = system.nv - 1; k >= 0; --k) {
     L each = L::load(x + k * stride);
     if (everywhere(each == 0)) continue;
     rows[count++] = k;
-    const Branch branch = branch_of(system, k);
+    const Branch branch = branch_of(branches, k);
     const double* row = F.row(k).data();
     each /= row[k];
     each.store(x + k * stride);
@@ -140,8 +144,9 @@ int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Inde
 }
 
 void solve_lower(const System& system, const Rows& F, double* x) {
+  const Branches& branches = system.branches();
   for (int k = 0; k < system.nv; ++k) {
-    const Branch branch = branch_of(system, k);
+    const Branch branch = branch_of(branches, k);
     const double* row = F.row(k).data();
     double sum = x[k];
     for (int a = 0; a < branch.count; ++a) sum -= row[branch.ancestors[a]] * x[branch.ancestors[a]];

@@ -7,6 +7,12 @@
 
 namespace borelli {
 
+struct Certificate;
+
+/// What a certificate's trust stands for and what it does not, in words: conservation, and the state only as
+/// far as an accuracy was asked for and shown.
+std::string vouches_for(const Certificate& certificate);
+
 /// A quantity that the scene conserves (a component of momentum), and how well the run kept it.
 struct Conserved {
   std::string name;  ///< what and of which solids, e.g. "angular momentum about the axis of 's1'"
@@ -114,6 +120,8 @@ struct Certificate {
 
   double accuracy = 0;         ///< that was asked for; 0: none was
   double estimated_error = 0;  ///< of the run, where accuracy was asked for (see accuracy.hpp)
+  /// s: up to when the state is known to the accuracy, where one was asked for. NaN: nobody looked.
+  double known_until = std::numeric_limits<double>::quiet_NaN();
   /// s, when an explicit method found the scene stiff: its steps bounded by stability, not by accuracy. NaN:
   /// never.
   double stiff_from = std::numeric_limits<double>::quiet_NaN();

@@ -31,19 +31,26 @@ class Climb {
 
 /// The energy of the scene or of an independent group of it, followed through a run.
 struct EnergyBalance {
-  Climb drift;          ///< J
-  Climb projected;      ///< J: the sizes of what projections moved, summed
+  Climb drift;      ///< J
+  Climb bare;       ///< J: the same, less what holding rows did: kinetic and potential energy alone say it
+  Climb projected;  ///< J: the sizes of what projections moved, summed
   double rounding = 0;  ///< J: what of a drift may be rounding
 
-  void observe(double t, double kinetic, double potential, double work);
+  /// `of_rows`: the part of `work` that holding constraint rows did, which is none where they are met.
+  void observe(double t, double kinetic, double potential, double work, double of_rows);
+  /// The drift that counts: as booked; where that is beyond `allowed`, without the work of rows, whose books
+  /// may be less exact than the motion (over long steps, of rows that depend on others).
+  const Climb& judged(double allowed) const {
+    return drift.largest() > allowed && bare.largest() < drift.largest() ? bare : drift;
+  }
   /// By how much a state whose energy is `energy` after that work would change what the balance is off by, J.
   double changed(double energy, double work) const { return energy - work - start_ - off_; }
   /// What passed between the forms of energy, J.
   double turnover() const;
   template <class Keeper>
   void keep(Keeper& k) {
-    k(drift, projected, rounding, started_, start_, off_, largest_kinetic_, potential_low_, potential_high_,
-      work_low_, work_high_);
+    k(drift, bare, projected, rounding, started_, start_, off_, largest_kinetic_, potential_low_,
+      potential_high_, work_low_, work_high_);
   }
 
  private:
@@ -110,8 +117,8 @@ class Certifier {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(certificate_, step_squares_, started_, energy_, groups_, residual_rows_, last_time_, momenta_,
-      singular_, step_watch_, order_);
+    k(certificate_, step_squares_, started_, energy_, groups_, residual_rows_, last_time_,
+      momenta_, singular_, step_watch_, order_);
   }
 
   /// The verdict, with the counts.
@@ -121,6 +128,7 @@ class Certifier {
   void observe_energy(double t, const Workspace& workspace, const Work& work);
   void judge_energy(const Work& work);
   double rounding_of_rest(int group) const;
+  double yardstick(int group) const;
   void judge_residuals();
   std::string group_words(int group) const;
   void observe_momenta(double t, Workspace& workspace);
@@ -141,6 +149,7 @@ class Certifier {
     EnergyBalance energy;
     ContactError contacts;
     double mass = 0;           ///< kg
+    double touching = 0;       ///< m: the largest length of what may touch within steps; 0: nothing may
     double largest_speed = 1;  ///< m/s or rad/s, at least 1
     /// The projection that changed its velocities most: by how much energy (J), when (s), and the row that
     /// was the farthest off.

@@ -33,14 +33,12 @@ class Compiler {
     if (!ordered) return tl::unexpected(ordered.error());
     solid_index_ = std::move(ordered->number);
     system_.bodies.emplace_back();  // the world
-    previous_free_.push_back(-1);
-    supports_.emplace_back();
     system_.solid_bodies.assign(scene_.solids.size(), 0);
     system_.parameters.solid_places.resize(scene_.solids.size());
     for (const Solid& solid : scene_.solids) system_.solids.push_back(solid.name);
     for (int index : ordered->order)
       if (auto done = add_solid(index); !done) return tl::unexpected(done.error());
-    lay_out_coordinates(system_, supports_, step_previous_);
+    lay_out_coordinates(system_);
     system_.initial.q = Eigen::Map<Eigen::VectorXd>(initial_q_.data(), system_.nq);
     system_.initial.v = Eigen::Map<Eigen::VectorXd>(initial_v_.data(), system_.nv);
     if (auto done = add_inertials(); !done) return tl::unexpected(done.error());
@@ -72,19 +70,7 @@ class Compiler {
       added.parent = parent_body;
       added.first_step = first_step;
       added.step_count = step_count;
-      int last_free = previous_free_[parent_body];
-      std::vector<int> support = supports_[parent_body];  // steps, not yet coordinates
-      for (int s = first_step; s < first_step + step_count; ++s) {
-        support.push_back(s);
-        step_body_.push_back(body);
-        if (system_.steps[s].drive >= 0) continue;
-        step_previous_.resize(system_.steps.size(), -1);
-        step_previous_[s] = last_free;
-        last_free = s;
-      }
-      step_previous_.resize(system_.steps.size(), -1);
-      previous_free_.push_back(last_free);
-      supports_.push_back(std::move(support));
+      step_body_.resize(system_.steps.size(), body);
     }
     system_.bodies[body].solids.push_back(index);
     system_.solid_bodies[index] = body;
@@ -227,9 +213,7 @@ class Compiler {
   std::map<std::string, int> solid_index_;
   std::map<std::string, KnownCoordinate> coordinates_;
   std::vector<double> initial_q_, initial_v_;
-  std::vector<std::vector<int>> supports_;  ///< steps of each body's chain
-  std::vector<int> previous_free_;          ///< the last free step of each body's chain
-  std::vector<int> step_previous_, step_body_;
+  std::vector<int> step_body_;
 };
 
 }  // namespace
@@ -282,12 +266,25 @@ std::string System::tied_solids(int constraint) const {
   return fmt::format("'{}'", fmt::join(names, "' and '"));
 }
 
+namespace {
+
+std::string component_name(const CoordinateInfo& info, int component) {
+  return info.v_size == 1 ? info.name : fmt::format("{}.{}", info.name, "xyz"[component]);
+}
+
+}  // namespace
+
 std::string System::velocity_name(int i) const {
-  for (const CoordinateInfo& info : coordinates) {
-    if (i < info.v_index || i >= info.v_index + info.v_size) continue;
-    return info.v_size == 1 ? info.name : fmt::format("{}.{}", info.name, "xyz"[i - info.v_index]);
-  }
+  for (const CoordinateInfo& info : coordinates)
+    if (i >= info.v_index && i < info.v_index + info.v_size) return component_name(info, i - info.v_index);
   return fmt::format("velocity {}", i);
+}
+
+std::vector<std::string> System::velocity_names() const {
+  std::vector<std::string> names;
+  for (const CoordinateInfo& info : coordinates)  // (in the order of their velocities)
+    for (int i = 0; i < info.v_size; ++i) names.push_back(component_name(info, i));
+  return names;
 }
 
 Result<System> compile(const Scene& scene, Welds welds) {

@@ -255,7 +255,7 @@ bool ContactEvents::approach(const State& state, const std::vector<int>& contact
 }
 
 double ContactEvents::mobility(int row) {
-  if (every_.L.row(row).head(system_.nv).cwiseAbs().maxCoeff() == 0) return 0;
+  if (every_.L.row(row).head(system_.nv).isZero(0)) return 0;  // (there may be no coordinate)
   w_.correction = every_.L.row(row).head(system_.nv).transpose();
   solve_transposed(system_, w_.factor, w_.correction.data());
   return w_.correction.squaredNorm();

@@ -4,44 +4,76 @@
 
 namespace borelli {
 
-void lay_out_coordinates(System& system, const std::vector<std::vector<int>>& chains,
-                         const std::vector<int>& previous) {
+void lay_out_coordinates(System& system) {
   for (Step& step : system.steps)
     if (step.drive >= 0) {
       step.q += system.nq;
       step.u += system.nv;
     }
-  const int size = system.size();
+  std::ptrdiff_t before = 0;
   for (std::size_t b = 0; b < system.bodies.size(); ++b) {
     Body& body = system.bodies[b];
-    body.first_support = int(system.support.size());
-    for (int s : chains[b])
-      for (int i = 0; i < system.steps[s].nv; ++i) system.support.push_back(system.steps[s].u + i);
-    body.support_count = int(system.support.size()) - body.first_support;
-    const int* support = system.support.data() + body.first_support;
-    int own = 0;
-    for (int s = body.first_step; s < body.first_step + body.step_count; ++s) own += system.steps[s].nv;
-    for (int i = body.support_count - own; i < body.support_count; ++i)
-      for (int j = 0; j <= i; ++j)
-        system.pattern.push_back(std::max(support[i], support[j]) * size + std::min(support[i], support[j]));
+    body.first_support = before;
+    body.support_count = b == 0 ? 0 : system.bodies[body.parent].support_count;
+    for (int s = body.first_step; s < body.first_step + body.step_count; ++s)
+      body.support_count += system.steps[s].nv;
+    before += body.support_count;
   }
-  // (each is there once, since a coordinate is one body's own)
-  std::sort(system.pattern.begin(), system.pattern.end());
+}
 
-  std::vector<int> parent(system.nv, -1);  // of each free coordinate, the free one before it
-  for (std::size_t s = 0; s < system.steps.size(); ++s) {
-    const Step& step = system.steps[s];
-    if (step.drive >= 0) continue;
-    const int before = previous[s];
-    parent[step.u] = before < 0 ? -1 : system.steps[before].u + system.steps[before].nv - 1;
-    for (int i = 1; i < step.nv; ++i) parent[step.u + i] = step.u + i - 1;
+double Branches::bytes(const System& system) {
+  double numbers = 0;
+  for (const Body& body : system.bodies) {
+    numbers += body.support_count;
+    // its own coordinates have those before them as ancestors
+    const int own = body.support_count - system.bodies[body.parent].support_count;
+    if (&body != system.bodies.data()) numbers += double(own) * body.support_count;
+  }
+  return sizeof(int) * numbers;
+}
+
+namespace {
+
+Branches branches_of(const System& system) {
+  Branches out;
+  out.support.reserve(std::size_t(system.bodies.back().first_support + system.bodies.back().support_count));
+  std::vector<int> parent(system.nv, -1);                // of each free coordinate, the free one before it
+  std::vector<int> last_free(system.bodies.size(), -1);  // of each body's chain
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+    const Body& body = system.bodies[b];
+    const Body& carrier = system.bodies[body.parent];
+    for (int i = 0; i < carrier.support_count; ++i)
+      out.support.push_back(out.support[std::size_t(carrier.first_support + i)]);
+    int& last = last_free[b] = last_free[body.parent];
+    for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
+      const Step& step = system.steps[s];
+      for (int u = step.u; u < step.u + step.nv; ++u) {
+        out.support.push_back(u);
+        if (step.drive >= 0) continue;
+        parent[u] = last;
+        last = u;
+      }
+    }
   }
   for (int u = 0; u < system.nv; ++u) {
-    system.first_ancestor.push_back(int(system.ancestors.size()));
-    for (int i = parent[u]; i >= 0; i = parent[i]) system.ancestors.push_back(i);
-    std::reverse(system.ancestors.begin() + system.first_ancestor.back(), system.ancestors.end());
+    const auto first = std::ptrdiff_t(out.ancestors.size());
+    out.first_ancestor.push_back(first);
+    for (int i = parent[u]; i >= 0; i = parent[i]) out.ancestors.push_back(i);
+    std::reverse(out.ancestors.begin() + first, out.ancestors.end());
   }
-  system.first_ancestor.push_back(int(system.ancestors.size()));
+  out.first_ancestor.push_back(std::ptrdiff_t(out.ancestors.size()));
+  return out;
+}
+
+}  // namespace
+
+const Branches& BranchesOnDemand::lay_out(const System& system) const {
+  const std::lock_guard alone(shared_->at_work);
+  if (!shared_->ready.load(std::memory_order_relaxed)) {
+    shared_->branches = branches_of(system);
+    shared_->ready.store(&shared_->branches, std::memory_order_release);
+  }
+  return shared_->branches;
 }
 
 }  // namespace borelli

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <optional>
 
 namespace borelli {
 
@@ -30,7 +31,7 @@ class Couplings {
         const auto* coupled = std::get_if<Coupled>(&one.motion);
         if (!coupled) continue;
         const std::string name = coordinate_name(scene_.solids[s], i);
-        const auto start = start_of(name, 0);
+        const auto start = start_of(name);
         if (!start) return tl::unexpected(start.error());
         Switch& freed = out.solids[s].switches[i];
         freed.motion = Free{};
@@ -47,34 +48,75 @@ class Couplings {
   struct Known {
     const Solid* solid;
     const Switch* one;
+    std::optional<Start> start = {};  ///< once it has been asked for
   };
 
-  /// Of a coordinate that is there, through those that it is coupled to.
-  Result<Start> start_of(const std::string& name, std::size_t depth) const {
-    const auto [solid, one] = coordinates_.at(name);
-    const std::string where = fmt::format("{}, coordinate '{}'", scene_.where(*solid), name);
-    const auto first = [](const std::vector<double>& x) { return x.empty() ? 0 : x[0]; };
-    if (std::visit([](const auto& kind) { return kind.nq; }, one->kind) != 1)
-      return bad_use(where, "is a ball, which cannot be coupled: expected a switch with one coordinate");
-    if (const auto* driven = std::get_if<Driven>(&one->motion)) {
+  /// Of a coordinate that is there, through those that it is coupled to (there may be many): from the last of
+  /// them, which stands for itself, back to it.
+  Result<Start> start_of(const std::string& name) {
+    std::vector<std::string> way{name};
+    while (const Coupled* coupled = coupling_of(way.back())) {
+      if (auto fine = check(way.back(), *coupled); !fine) return tl::unexpected(fine.error());
+      if (way.size() > coordinates_.size())
+        return bad_use(where(way.back()),
+                       fmt::format("is coupled to '{}', which is coupled back to it", coupled->to));
+      way.push_back(coupled->to);
+    }
+    auto last = own_start(way.back());
+    if (!last) return last;
+    Start start = *last;
+    for (;; way.pop_back()) {
+      if (const Coupled* coupled = coupling_of(way.back())) {
+        const TimeValue f = at(coupled->function, start.value);
+        start = {f.value, f.rate * start.rate};
+      }
+      coordinates_.at(way.back()).start = start;
+      if (way.size() == 1) return start;
+    }
+  }
+
+  /// What it is coupled by; null where it is not, or its start is known already.
+  const Coupled* coupling_of(const std::string& name) const {
+    const Known& known = coordinates_.at(name);
+    return known.start ? nullptr : std::get_if<Coupled>(&known.one->motion);
+  }
+
+  std::string where(const std::string& name) const {
+    return fmt::format("{}, coordinate '{}'", scene_.where(*coordinates_.at(name).solid), name);
+  }
+
+  Result<void> check(const std::string& name, const Coupled& coupled) const {
+    const Switch& one = *coordinates_.at(name).one;
+    if (auto fine = check_scalar(name, one); !fine) return fine;
+    if (!one.q.empty() || !one.v.empty())
+      return bad_use(where(name),
+                     "is coupled: its position and velocity come from its function; remove q and v");
+    if (!coordinates_.contains(coupled.to))
+      return bad_use(where(name),
+                     fmt::format("is coupled to coordinate '{}', which is not in the scene", coupled.to));
+    if (const std::string bad = complaint_of(coupled.function); !bad.empty())
+      return bad_use(where(name), bad);
+    return {};
+  }
+
+  Result<void> check_scalar(const std::string& name, const Switch& one) const {
+    if (std::visit([](const auto& kind) { return kind.nq; }, one.kind) == 1) return {};
+    return bad_use(where(name), "is a ball, which cannot be coupled: expected a switch with one coordinate");
+  }
+
+  /// Of one that is not coupled, or known.
+  Result<Start> own_start(const std::string& name) const {
+    const Known& known = coordinates_.at(name);
+    if (known.start) return *known.start;
+    const Switch& one = *known.one;
+    if (auto fine = check_scalar(name, one); !fine) return tl::unexpected(fine.error());
+    if (const auto* driven = std::get_if<Driven>(&one.motion)) {
       if (driven->functions.size() != 1) return Start{};  // refused with all driven switches
       const TimeValue f = at(driven->functions[0], 0);
       return Start{f.value, f.rate};
     }
-    const auto* coupled = std::get_if<Coupled>(&one->motion);
-    if (!coupled) return Start{first(one->q), first(one->v)};
-    if (!one->q.empty() || !one->v.empty())
-      return bad_use(where, "is coupled: its position and velocity come from its function; remove q and v");
-    if (!coordinates_.contains(coupled->to))
-      return bad_use(where,
-                     fmt::format("is coupled to coordinate '{}', which is not in the scene", coupled->to));
-    if (depth > coordinates_.size())
-      return bad_use(where, fmt::format("is coupled to '{}', which is coupled back to it", coupled->to));
-    if (const std::string bad = complaint_of(coupled->function); !bad.empty()) return bad_use(where, bad);
-    const auto other = start_of(coupled->to, depth + 1);
-    if (!other) return other;
-    const TimeValue f = at(coupled->function, other->value);
-    return Start{f.value, f.rate * other->rate};
+    const auto first = [](const std::vector<double>& x) { return x.empty() ? 0 : x[0]; };
+    return Start{first(one.q), first(one.v)};
   }
 
   const Scene& scene_;

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "dynamics/batch_flow.hpp"
+#include "dynamics/border.hpp"
 #include "dynamics/certifier.hpp"
 #include "dynamics/evaluate.hpp"
 #include "dynamics/fastest_change.hpp"
@@ -231,8 +232,8 @@ class BatchRun {
     for (int g = 0; g < system_.groups; ++g)
       for (int lane = 0; lane < count; ++lane)
         balances_[g][lane].observe(state_.t, w_.terms.group_kinetic[g][lane],
-                                   w_.terms.group_potential[g][lane],
-                                   y_[count * (2 * system_.nv + g) + lane]);
+                                   w_.terms.group_potential[g][lane], y_[count * (2 * system_.nv + g) + lane],
+                                   0);
     return true;
   }
 
@@ -479,7 +480,11 @@ Result<std::vector<Ending>> simulate_ensemble(const System& system, const std::v
       made += size;
     }
   };
-  in_slabs(std::int64_t(batches), threads, [&](std::int64_t, std::int64_t) { work(); });
+  const auto done = at_border(system, [&]() -> Result<void> {
+    in_slabs(std::int64_t(batches), threads, [&](std::int64_t, std::int64_t) { work(); });
+    return {};
+  });
+  if (!done) return tl::unexpected(done.error());
   if (!fine) return tl::unexpected(fine.error());
   if (progress && !stops) progress(made);
   return endings;

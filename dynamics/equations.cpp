@@ -2,16 +2,55 @@
 
 #include <fmt/format.h>
 
+#include "dynamics/border.hpp"
 #include "dynamics/branch_sparse.hpp"
 
 namespace borelli {
 
+namespace {
+
+/// Whether every evaluation asks for A.
+bool always_asks_for_mass_matrix(const System& system, Equations equations) {
+  return system.rows > 0 || equations != Equations::recursive;
+}
+
+double mass_matrix_bytes(const System& system) {
+  const double n = system.size(), free = system.nv;
+  return sizeof(double) * (n * n + free * free) + Branches::bytes(system);
+}
+
+Result<void> admit_mass_matrix(const System& system, int count) {
+  return admit_large(system, count * mass_matrix_bytes(system),
+                     [&] { return fmt::format("the mass matrix of {} coordinates", system.size()); });
+}
+
+}  // namespace
+
+Result<void> admit_workspaces(const System& system, Equations equations, int count, bool mass_matrix) {
+  const double n = system.size(), rows = system.rows;
+  if (rows > 0) {
+    // L and unit rows, what slides, and which rows meet (one bit each)
+    const double numbers = 2 * rows * n + double(system.contacts.size()) * n + rows * rows / 64;
+    if (auto fine = admit_large(
+            system, count * sizeof(double) * numbers,
+            [&] { return fmt::format("the equations of {} constraint rows and {} coordinates", rows, n); });
+        !fine)
+      return fine;
+  }
+  if (mass_matrix || always_asks_for_mass_matrix(system, equations))
+    if (auto fine = admit_mass_matrix(system, count); !fine) return fine;
+  if (equations == Equations::recursive) return {};
+  double supports = 0;
+  for (const Body& body : system.bodies) supports += body.support_count;
+  return admit_large(system, count * sizeof(double) * 6 * supports,
+                     [&] { return fmt::format("the paper's scan over {} coordinates", n); });
+}
+
 Workspace::Workspace(const System& system, Equations equations)
     : kinematics(system, equations),
       efforts(system),
-      terms(system),
+      terms(system, always_asks_for_mass_matrix(system, equations)),
       articulation(system),
-      factor(Rows::Zero(system.nv, system.nv)),
       rows(system),
       solver(system),
       bilateral_rows(system.bilateral_rows()),
@@ -19,8 +58,10 @@ Workspace::Workspace(const System& system, Equations equations)
       multipliers(Eigen::VectorXd::Zero(system.rows)),
       drive_efforts(Eigen::VectorXd::Zero(system.driven_nv)),
       group_power(Eigen::VectorXd::Zero(system.groups)),
+      group_violation(group_power),
       wanted(multipliers),
       correction(a) {
+  if (always_asks_for_mass_matrix(system, equations)) factor.setZero(system.nv, system.nv);
   if (equations == Equations::recursive && system.rows > 0) recursion.emplace(system);
 }
 
@@ -41,6 +82,9 @@ Error describe(const System& system, const Fault& fault, double t) {
       return {
           system.row_place(fault.index),
           fmt::format("it has no direction at t = {:.6g} s: its two points meet, or its disc lies flat", t)};
+    case Fault::Kind::no_memory:
+      if (auto now = admit_mass_matrix(system, 1); !now) return now.error();
+      return {system.scene, "there was no memory for the mass matrix"};
     case Fault::Kind::none:
       break;
   }
@@ -61,6 +105,11 @@ void update_motion(const System& system, const Parameters& parameters, double t,
 
 /// A, B, Q and the factor of A, after update_motion.
 Fault find_terms(const System& system, const Parameters& parameters, Workspace& w) {
+  if (w.terms.A.rows() < system.size()) {
+    if (!admit_mass_matrix(system, 1)) return {Fault::Kind::no_memory, 0};
+    w.terms.A.setZero(system.size(), system.size());
+    w.factor.setZero(system.nv, system.nv);
+  }
   if (w.kinematics.equations == Equations::recursive) {
     find_efforts(system, parameters, w.kinematics, w.efforts, *w.recursion, w.terms);
     find_mass_matrix(system, parameters, parameters.inertials, w.kinematics, *w.recursion, w.terms);
@@ -195,10 +244,13 @@ Fault accelerate(const System& system, const Parameters& parameters, double t, c
     w.power.efforts += power;
     w.group_power[system.constraints[system.contacts[i].constraint].group] += power;
   }
-  for (int r = 0; r < system.rows; ++r)
-    if (w.multipliers[r] != 0)  // (of contacts most are open)
-      w.group_power[system.constraints[system.row_constraint[r]].group] +=
-          w.multipliers[r] * (w.rows.rate[r] - w.rows.partial_rate[r]);
+  if (system.rows > 0) w.group_violation.setZero();
+  for (int r = 0; r < system.rows; ++r) {
+    if (w.multipliers[r] == 0) continue;  // (of contacts most are open)
+    const int group = system.constraints[system.row_constraint[r]].group;
+    w.group_power[group] += w.multipliers[r] * (w.rows.rate[r] - w.rows.partial_rate[r]);
+    w.group_violation[group] += w.multipliers[r] * w.rows.rate[r];
+  }
   return {};
 }
 

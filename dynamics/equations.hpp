@@ -1,6 +1,7 @@
 // The equations of motion at one state, solved: A(q) a + B(q, v) = Q(q, v, t) + L^T lambda, L a + E = 0.
 // All scratch is in the Workspace: nothing allocates, but once for A, B and Q of a scene without rows, and
-// once where a contact slides.
+// once where a contact slides. (A takes room by the square of the coordinates, and where articulated bodies
+// do, nothing asks for it.)
 #pragma once
 
 #include <optional>
@@ -21,6 +22,7 @@ struct Fault {
     singular_mass,          ///< index: the free velocity that meets no inertia
     not_finite,             ///< index: the free velocity whose acceleration is not a number
     degenerate_constraint,  ///< index: the row
+    no_memory,              ///< for the mass matrix
   };
   Kind kind = Kind::none;
   int index = -1;
@@ -66,8 +68,9 @@ struct Workspace {
   Eigen::VectorXd multipliers;    ///< rows
   Eigen::VectorXd drive_efforts;  ///< driven_nv: what the drives exert
   Powers power;
-  Eigen::VectorXd group_power;  ///< W, all of them together, on each independent group
-  long evaluations = 0;         ///< so far
+  Eigen::VectorXd group_power;      ///< W, all of them together, on each independent group
+  Eigen::VectorXd group_violation;  ///< W: the part of it that multipliers do on rows that are not at rest
+  long evaluations = 0;             ///< so far
 
   Eigen::VectorXd wanted, correction;  ///< scratch: rows, nv
   SlidingFriction friction;
@@ -80,6 +83,10 @@ struct Workspace {
     k(solver, rows.modes, evaluations);
   }
 };
+
+/// Asks for the memory that so many Workspaces take (process/memory.hpp); `mass_matrix`: A is sure to be
+/// asked for, though neither rows nor the paper's equations do.
+Result<void> admit_workspaces(const System& system, Equations equations, int count, bool mass_matrix);
 
 /// How constraint rows enter one evaluation.
 struct RowHandling {

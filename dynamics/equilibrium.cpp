@@ -5,6 +5,7 @@
 #include <Eigen/QR>
 
 #include "dynamics/assembly.hpp"
+#include "dynamics/border.hpp"
 #include "dynamics/chart.hpp"
 #include "dynamics/derivatives.hpp"
 
@@ -144,9 +145,7 @@ Result<void> check_still(const System& system, const ConstraintRows& rows, doubl
   return {};
 }
 
-}  // namespace
-
-Result<Equilibrium> find_equilibrium(const System& system, const State& start) {
+Result<Equilibrium> balanced_state(const System& system, const State& start) {
   if (auto fits = check_state(system, start); !fits) return tl::unexpected(fits.error());
   if (!system.contacts.empty())
     return bad_use(
@@ -154,84 +153,88 @@ Result<Equilibrium> find_equilibrium(const System& system, const State& start) {
         "is a contact, which the search for an equilibrium does not know; hold what it holds by a "
         "constraint or a limit_spring");
   if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so it rests where it is");
+  // (the answer's slope, and twice as many rows damped)
+  if (auto fits = admit_workspaces(system, system.settings.equations, 4, true); !fits)
+    return tl::unexpected(fits.error());
   Equilibrium out;
   out.state = start;
   out.state.v.setZero();
-  try {
-    if (system.rows > 0)
-      if (auto assembled = assemble(system, out.state); !assembled) return tl::unexpected(assembled.error());
-    Balance balance(system, out.state);
-    if (auto done = balance.look(); !done) return tl::unexpected(done.error());
-    if (auto still = check_still(system, balance.rows(), start.t); !still)
-      return tl::unexpected(still.error());
-    VectorXd multipliers = balance.first_multipliers();
-    double damping = 1e-3;
-    double unit = 1;
-    int pushes = 0;
-    bool found = false;
-    for (; out.iterations < most_iterations; ++out.iterations) {
-      const auto stiffness = balance.stiffness(multipliers);
-      if (!stiffness) return tl::unexpected(stiffness.error());
-      // efforts count against the largest there is, or what a move by a length would call up
-      unit = std::max(balance.largest(multipliers), stiffness->cwiseAbs().maxCoeff());
-      if (unit == 0) unit = 1;  // nothing acts
-      const VectorXd r = balance.residual(multipliers, unit);
-      out.imbalance = r.head(system.nv).cwiseAbs().maxCoeff();
-      const double off = system.rows > 0 ? r.tail(system.rows).cwiseAbs().maxCoeff() : 0;
-      found = out.imbalance <= balanced && off <= met;
-      if (found) break;
-      const MatrixXd J = balance.slope(*stiffness, unit);
-      const Eigen::Index n = J.cols();
-      MatrixXd damped(2 * n, n);
-      VectorXd wanted = VectorXd::Zero(2 * n);
-      damped.topRows(n) = J;
-      wanted.head(n) = -r;
-      const VectorXd q = balance.state().q, before = multipliers;
-      bool better = false;
-      for (int attempt = 0; attempt < 40 && !better; ++attempt) {
-        damped.bottomRows(n) = std::sqrt(damping) * MatrixXd::Identity(n, n);
-        const VectorXd step = damped.colPivHouseholderQr().solve(wanted);
-        if (step.head(system.nv).cwiseAbs().maxCoeff() <= 1) {  // a radian, or the length of what moves
-          balance.move(step, unit, multipliers);
-          if (auto done = balance.look(); !done) return tl::unexpected(done.error());
-          better = balance.residual(multipliers, unit).norm() < r.norm();
-        }
-        if (better) {
-          damping = std::max(damping / 10, 1e-16);
-        } else {
-          balance.set(q);
-          multipliers = before;
-          damping *= 10;
-        }
-      }
-      if (!better) {
-        // where the imbalance is at its largest, no step lessens it: on downhill, where the efforts lead
-        if (off <= met && out.imbalance > 100 * balanced && pushes++ < most_pushes) {
-          VectorXd push = VectorXd::Zero(n);
-          push.head(system.nv) = -r.head(system.nv) * (push_size / r.head(system.nv).cwiseAbs().maxCoeff());
-          balance.move(push, unit, multipliers);
-          damping = 1e-3;
-          if (auto done = balance.look(); !done) return tl::unexpected(done.error());
-          continue;
-        }
+  if (system.rows > 0)
+    if (auto assembled = assemble(system, out.state); !assembled) return tl::unexpected(assembled.error());
+  Balance balance(system, out.state);
+  if (auto done = balance.look(); !done) return tl::unexpected(done.error());
+  if (auto still = check_still(system, balance.rows(), start.t); !still) return tl::unexpected(still.error());
+  VectorXd multipliers = balance.first_multipliers();
+  double damping = 1e-3;
+  double unit = 1;
+  int pushes = 0;
+  bool found = false;
+  for (; out.iterations < most_iterations; ++out.iterations) {
+    const auto stiffness = balance.stiffness(multipliers);
+    if (!stiffness) return tl::unexpected(stiffness.error());
+    // efforts count against the largest there is, or what a move by a length would call up
+    unit = std::max(balance.largest(multipliers), stiffness->cwiseAbs().maxCoeff());
+    if (unit == 0) unit = 1;  // nothing acts
+    const VectorXd r = balance.residual(multipliers, unit);
+    out.imbalance = r.head(system.nv).cwiseAbs().maxCoeff();
+    const double off = system.rows > 0 ? r.tail(system.rows).cwiseAbs().maxCoeff() : 0;
+    found = out.imbalance <= balanced && off <= met;
+    if (found) break;
+    const MatrixXd J = balance.slope(*stiffness, unit);
+    const Eigen::Index n = J.cols();
+    MatrixXd damped(2 * n, n);
+    VectorXd wanted = VectorXd::Zero(2 * n);
+    damped.topRows(n) = J;
+    wanted.head(n) = -r;
+    const VectorXd q = balance.state().q, before = multipliers;
+    bool better = false;
+    for (int attempt = 0; attempt < 40 && !better; ++attempt) {
+      damped.bottomRows(n) = std::sqrt(damping) * MatrixXd::Identity(n, n);
+      const VectorXd step = damped.colPivHouseholderQr().solve(wanted);
+      if (step.head(system.nv).cwiseAbs().maxCoeff() <= 1) {  // a radian, or the length of what moves
+        balance.move(step, unit, multipliers);
         if (auto done = balance.look(); !done) return tl::unexpected(done.error());
-        // at rounding's level nothing is better any more
-        found = out.imbalance <= 100 * balanced && off <= 100 * met;
-        if (found) break;
-        const Error why = balance.complaint(r, unit);
-        return failure(why.where, why.what);
+        better = balance.residual(multipliers, unit).norm() < r.norm();
+      }
+      if (better) {
+        damping = std::max(damping / 10, 1e-16);
+      } else {
+        balance.set(q);
+        multipliers = before;
+        damping *= 10;
       }
     }
-    if (!found) {
-      const Error why = balance.complaint(balance.residual(multipliers, unit), unit);
-      return failure(why.where, why.what + fmt::format(", after {} iterations", most_iterations));
+    if (!better) {
+      // where the imbalance is at its largest, no step lessens it: on downhill, where the efforts lead
+      if (off <= met && out.imbalance > 100 * balanced && pushes++ < most_pushes) {
+        VectorXd push = VectorXd::Zero(n);
+        push.head(system.nv) = -r.head(system.nv) * (push_size / r.head(system.nv).cwiseAbs().maxCoeff());
+        balance.move(push, unit, multipliers);
+        damping = 1e-3;
+        if (auto done = balance.look(); !done) return tl::unexpected(done.error());
+        continue;
+      }
+      if (auto done = balance.look(); !done) return tl::unexpected(done.error());
+      // at rounding's level nothing is better any more
+      found = out.imbalance <= 100 * balanced && off <= 100 * met;
+      if (found) break;
+      const Error why = balance.complaint(r, unit);
+      return failure(why.where, why.what);
     }
-    out.state.q = balance.state().q;
-    out.multipliers = multipliers;
-  } catch (const std::exception& thrown) {
-    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
   }
+  if (!found) {
+    const Error why = balance.complaint(balance.residual(multipliers, unit), unit);
+    return failure(why.where, why.what + fmt::format(", after {} iterations", most_iterations));
+  }
+  out.state.q = balance.state().q;
+  out.multipliers = multipliers;
   return out;
+}
+
+}  // namespace
+
+Result<Equilibrium> find_equilibrium(const System& system, const State& start) {
+  return at_border(system, [&] { return balanced_state(system, start); });
 }
 
 }  // namespace borelli

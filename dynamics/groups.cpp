@@ -34,7 +34,10 @@ std::vector<int> bodies_of(const System& system, const Action& action,
 class Sets {
  public:
   explicit Sets(std::size_t count) : leader_(count) { std::iota(leader_.begin(), leader_.end(), 0); }
-  int find(int i) { return leader_[i] == i ? i : leader_[i] = find(leader_[i]); }
+  int find(int i) {
+    for (; leader_[i] != i; i = leader_[i]) leader_[i] = leader_[leader_[i]];
+    return i;
+  }
   void join(int i, int j) { leader_[find(i)] = find(j); }
 
  private:

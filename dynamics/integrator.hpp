@@ -110,6 +110,9 @@ class Integrator {
     return nullptr;
   }
 
+  /// What it takes beside some vectors, bytes, where y has so many components.
+  virtual double bytes(Eigen::Index /*size*/) const { return 0; }
+
   /// Whether y must go on from step to step as the method left it, in one chart, until reset().
   virtual bool keeps_history() const { return false; }
   /// Puts away or fills in what it remembers of earlier steps. False: that cannot be.

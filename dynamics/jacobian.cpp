@@ -18,10 +18,13 @@ namespace {
 template <class Visit>
 void for_each_column(const System& system, const Kinematics& k, std::size_t b, const Vector3d& p,
                      Visit&& visit) {
-  const Body& body = system.bodies[b];
-  for (int i = body.first_support; i < body.first_support + body.support_count; ++i) {
-    const int u = system.support[i];
-    if (u < system.nv) visit(u, k.angular(u), Vector3d(k.linear(u) + k.angular(u).cross(p - k.origin(u))));
+  for (std::size_t at = b; at > 0; at = std::size_t(system.bodies[at].parent)) {
+    const Body& body = system.bodies[at];
+    for (int s = body.first_step; s < body.first_step + body.step_count; ++s) {
+      if (system.steps[s].drive >= 0) continue;
+      for (int u = system.steps[s].u; u < system.steps[s].u + system.steps[s].nv; ++u)
+        visit(u, k.angular(u), Vector3d(k.linear(u) + k.angular(u).cross(p - k.origin(u))));
+    }
   }
 }
 

@@ -113,7 +113,7 @@ template <class T, class Inertia>
 void differentiate(const System& system, const Body& body, const Inertia& inertial, KinematicsOf<T>& k,
                    BodyMotionOf<T>& m) {
   const int count = body.support_count;
-  const int* support = system.support.data() + body.first_support;
+  const int* support = system.branches().support.data() + body.first_support;
   T* block = k.derivatives.data() + m.derivatives;
   m.g = m.X * inertial.centre;
   m.v.setZero();
@@ -263,7 +263,7 @@ void update_kinematics(const System& system, const Parameters& parameters, const
 
 SecondDerivative second_derivative(const System& system, const Kinematics& kinematics, int k, int i, int j) {
   const Body& body = system.bodies[k];
-  const int* support = system.support.data() + body.first_support;
+  const int* support = system.branches().support.data() + body.first_support;
   const int a = support[i], b = support[j];
   const auto derivative = [&](int c, int n) { return kinematics.row(system, k, c)[n]; };
   const auto V = [&](int n) { return Vector3d(derivative(0, n), derivative(1, n), derivative(2, n)); };

@@ -12,12 +12,24 @@ using Eigen::Vector3;
 
 namespace {
 
+/// Zeros where the mass matrix may have entries: rows of each body's own coordinates over its support.
+template <class T>
+void clear_mass_matrix(const System& system, RowsOf<T>& A) {
+  const int* const all = system.branches().support.data();
+  for (std::size_t b = 1; b < system.bodies.size(); ++b) {
+    const Body& body = system.bodies[b];
+    const int* const support = all + body.first_support;
+    for (int i = system.bodies[body.parent].support_count; i < body.support_count; ++i)
+      for (int j = 0; j <= i; ++j) A(std::max(support[i], support[j]), std::min(support[i], support[j])) = 0;
+  }
+}
+
 /// Adds one body's products of derivatives to the mass matrix.
 template <class T>
 void add_mass_matrix(const System& system, const Body& body, const T* D, const T& mass, const Matrix3<T>& I_W,
                      T* products, RowsOf<T>& A) {
   const int n = body.support_count;
-  const int* support = system.support.data() + body.first_support;
+  const int* support = system.branches().support.data() + body.first_support;
   const T *Vx = D, *Vy = D + n, *Vz = D + 2 * n, *Wx = D + 3 * n, *Wy = D + 4 * n, *Wz = D + 5 * n;
   for (int j = 0; j < n; ++j) {
     const T px = mass * Vx[j], py = mass * Vy[j], pz = mass * Vz[j];
@@ -37,7 +49,7 @@ void add_powers(const System& system, const Body& body, const T* D, const Vector
                 const Vector3<T>& inertia_moment, const Vector3<T>& force, const Vector3<T>& moment,
                 LagrangeTermsOf<T>& terms) {
   const int n = body.support_count;
-  const int* support = system.support.data() + body.first_support;
+  const int* support = system.branches().support.data() + body.first_support;
   for (int i = 0; i < n; ++i) {
     const Vector3<T> V(D[i], D[n + i], D[2 * n + i]), W(D[3 * n + i], D[4 * n + i], D[5 * n + i]);
     terms.B[support[i]] += V.dot(inertia_force) + W.dot(inertia_moment);
@@ -60,8 +72,7 @@ template <class T>
 void scan_solids(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                  const KinematicsOf<T>& kinematics, const EffortSumsOf<T>& efforts,
                  LagrangeTermsOf<T>& terms) {
-  T* entries = terms.A.data();
-  for (int entry : system.pattern) entries[entry] = 0;
+  clear_mass_matrix(system, terms.A);
   terms.B.setZero();
   terms.Q = efforts.coordinate;
   terms.kinetic = 0;

@@ -19,9 +19,9 @@ namespace borelli {
 template <class T>
 struct LagrangeTermsOf {
   explicit LagrangeTermsOf(const System& system, bool mass_matrix = true);  ///< without: A is empty
-  RowsOf<T> A;  ///< size x size, symmetric; only row >= column is kept, and only on System::pattern
-  Eigen::VectorX<T> B, Q;        ///< size; B holds A a too where the kinematics were given accelerations a
-  T kinetic = 0, potential = 0;  ///< J; of weight and springs
+  RowsOf<T> A;             ///< size x size, symmetric; only row >= column is kept, and only along branches
+  Eigen::VectorX<T> B, Q;  ///< size; B holds A a too where the kinematics were given accelerations a
+  T kinetic = 0, potential = 0;                      ///< J; of weight and springs
   Eigen::VectorX<T> group_kinetic, group_potential;  ///< J, of each independent group
   std::vector<T> products;                           ///< scratch
 };

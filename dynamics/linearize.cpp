@@ -6,6 +6,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 
+#include "dynamics/border.hpp"
 #include "dynamics/constraint_solver.hpp"
 #include "dynamics/derivatives.hpp"
 
@@ -102,9 +103,7 @@ std::vector<Mode> modes_of(const MatrixXd& state_matrix, const Rows& basis, cons
   return out;
 }
 
-}  // namespace
-
-Result<Linearization> linearize(const System& system, const State& state) {
+Result<Linearization> find_linearization(const System& system, const State& state) {
   if (!system.contacts.empty())
     return bad_use(
         fmt::format("constraint '{}'", system.constraint_names[std::size_t(system.contacts[0].constraint)]),
@@ -139,6 +138,12 @@ Result<Linearization> linearize(const System& system, const State& state) {
                   : growth < -zero ? Stability::stable
                                    : Stability::neutral;
   return out;
+}
+
+}  // namespace
+
+Result<Linearization> linearize(const System& system, const State& state) {
+  return at_border(system, [&] { return find_linearization(system, state); });
 }
 
 const char* word_for(Stability stability) {

@@ -50,13 +50,17 @@ class Structure {
 
   std::vector<Group> groups() {
     std::vector<Group> groups;
+    std::vector<int> number(leader_.size(), -1);  // of each leader's group
     for (int b = 1; b < int(leader_.size()); ++b) {
-      auto group = std::find_if(groups.begin(), groups.end(),
-                                [&](const Group& g) { return find(g.bodies[0]) == find(b); });
-      if (group == groups.end()) group = groups.insert(groups.end(), Group{});
-      group->bodies.push_back(b);
-      if (system_.bodies[b].parent == 0) group->roots.push_back(b);
-      group->tied = group->tied || tied_[b];
+      int& of = number[find(b)];
+      if (of < 0) {
+        of = int(groups.size());
+        groups.emplace_back();
+      }
+      Group& group = groups[of];
+      group.bodies.push_back(b);
+      if (system_.bodies[b].parent == 0) group.roots.push_back(b);
+      group.tied = group.tied || tied_[b];
     }
     return groups;
   }
@@ -89,7 +93,10 @@ class Structure {
   }
 
  private:
-  int find(int b) { return leader_[b] == b ? b : leader_[b] = find(leader_[b]); }
+  int find(int b) {
+    for (; leader_[b] != b; b = leader_[b]) leader_[b] = leader_[leader_[b]];
+    return b;
+  }
 
   template <class Kind>
   void join(const Action& action, const Kind& kind) {

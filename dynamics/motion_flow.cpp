@@ -37,6 +37,14 @@ bool mostly_swings(const System& system, const Articulation& articulation) {
   return 2 * swinging > system.bodies.size() - 1;
 }
 
+std::vector<int> find_groups_with_rows(const System& system) {
+  std::vector<int> groups;
+  for (const Action& constraint : system.constraints) groups.push_back(constraint.group);
+  std::ranges::sort(groups);
+  groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
+  return groups;
+}
+
 }  // namespace
 
 template <class T>
@@ -56,6 +64,8 @@ MotionFlow::MotionFlow(const System& system, const SimulationSettings& settings,
     : system_(system),
       w_(workspace),
       projects_(settings.constraints == ConstraintTreatment::projection),
+      groups_with_rows_(find_groups_with_rows(system)),
+      apart_groups_(groups_with_rows_.size() > 1 ? groups_with_rows_ : std::vector<int>()),
       scale_(size()),
       q_(system.nq),
       last_v_(system.nv),
@@ -83,7 +93,10 @@ bool MotionFlow::start(const State& state, const Work& work, Eigen::VectorXd& y,
   y.setZero();
   y.segment(system_.nv, system_.nv) = state.v;
   y.segment<4>(2 * system_.nv) << work.efforts, work.drives, work.constraints, work.violation;
-  for (int g = 0; g < system_.groups; ++g) y[y.size() - system_.groups + g] = work.groups[g].moving;
+  const Eigen::Index of_groups = 2 * system_.nv + 4, apart = of_groups + system_.groups;
+  for (int g = 0; g < system_.groups; ++g) y[of_groups + g] = work.groups[g].moving;
+  for (std::size_t i = 0; i < apart_groups_.size(); ++i)
+    y[apart + Eigen::Index(i)] = work.groups[apart_groups_[i]].rows;
   set_scale(state);
   if (!known) {
     turned_ = -1;
@@ -169,7 +182,8 @@ bool MotionFlow::solve_together(std::unique_ptr<Together<T>>& together, const Ei
   chart_rate(system_, y.data(), y.data() + n, dy.data());
   dy.segment(n, n) = w.a;
   dy.template segment<4>(2 * n) << w.efforts.power, T(0), T(0), T(0);
-  dy.tail(system_.groups) = w.group_power;
+  dy.segment(2 * n + 4, system_.groups) = w.group_power;
+  dy.tail(Eigen::Index(apart_groups_.size())).fill(T(0));  // (no row holds)
   return true;
 }
 
@@ -188,7 +202,9 @@ void MotionFlow::fill(const Eigen::VectorXd& y, Eigen::VectorXd& dy) const {
   chart_rate(system_, y.data(), y.data() + n, dy.data());
   dy.segment(n, n) = w_.a;
   dy.segment<4>(2 * n) << w_.power.efforts, w_.power.drives, w_.power.constraints, w_.power.violation;
-  dy.tail(system_.groups) = w_.group_power;
+  dy.segment(2 * n + 4, system_.groups) = w_.group_power;
+  for (std::size_t i = 0; i < apart_groups_.size(); ++i)
+    dy[2 * n + 4 + system_.groups + Eigen::Index(i)] = w_.group_violation[apart_groups_[i]];
 }
 
 bool MotionFlow::turned_too_far(const Eigen::VectorXd& y) {
@@ -206,7 +222,11 @@ void MotionFlow::take(const Eigen::VectorXd& y, State& state, Work& work) const 
   work.drives = done[1];
   work.constraints = done[2];
   work.violation = done[3];
-  for (int g = 0; g < system_.groups; ++g) work.groups[g].moving = y[y.size() - system_.groups + g];
+  const Eigen::Index of_groups = 2 * system_.nv + 4, apart = of_groups + system_.groups;
+  for (int g = 0; g < system_.groups; ++g) work.groups[g].moving = y[of_groups + g];
+  if (groups_with_rows_.size() == 1) work.groups[groups_with_rows_[0]].rows = work.violation;
+  for (std::size_t i = 0; i < apart_groups_.size(); ++i)
+    work.groups[apart_groups_[i]].rows = y[apart + Eigen::Index(i)];
 }
 
 double MotionFlow::distance(const Eigen::VectorXd& y, const State& state) {
@@ -242,7 +262,7 @@ Error MotionFlow::failure(double t) const {
 
 std::string MotionFlow::component(int i) const {
   const int n = system_.nv;
-  if (i >= 2 * n + 4)
+  if (i >= 2 * n + 4 && i < 2 * n + 4 + system_.groups)
     return fmt::format("the work of drives and constraints on '{}' and what it is tied to",
                        system_.group_name(i - 2 * n - 4));
   if (i < 0 || i >= 2 * n) return "the energy balance";
@@ -285,7 +305,7 @@ void MotionFlow::set_scale(const State& state) {
       scale_[i] = info.angle ? unit : std::max(unit, std::abs(state.q[info.q_index]));
       scale_[n + i] = unit + std::abs(state.v[i]);
     }
-  scale_.tail(4 + system_.groups).setConstant(std::numeric_limits<double>::infinity());
+  scale_.tail(size() - 2 * n).setConstant(std::numeric_limits<double>::infinity());
 }
 
 }  // namespace borelli

@@ -10,13 +10,16 @@
 namespace borelli {
 
 /// dy/dt = f(t, y), y = (chart coordinates x, velocities v, work of the four powers, work on each independent
-/// group). The chart is centred on the state given to start().
+/// group, and where several of these have constraint rows, what rows that are off did on each of them). The
+/// chart is centred on the state given to start().
 class MotionFlow : public Flow {
  public:
   MotionFlow(const System& system, const SimulationSettings& settings, Workspace& workspace);
   ~MotionFlow() override;
 
-  Eigen::Index size() const override { return 2 * system_.nv + 4 + system_.groups; }
+  Eigen::Index size() const override {
+    return 2 * system_.nv + 4 + system_.groups + Eigen::Index(apart_groups_.size());
+  }
   const Eigen::VectorXd& error_scale() const override { return scale_; }
   Eigen::Index positions() const override { return system_.nv; }
   void position_rate(const Eigen::VectorXd& y, Eigen::VectorXd& dy) override;
@@ -80,6 +83,7 @@ class MotionFlow : public Flow {
   Workspace& w_;
   RowHandling handling_, within_step_;
   bool projects_;
+  std::vector<int> groups_with_rows_, apart_groups_;  ///< the latter: the same, where they are several
   Fault fault_;
   int turned_ = -1;  ///< the velocity whose ball turned too far for the chart; -1: none
   Eigen::VectorXd q0_, scale_;

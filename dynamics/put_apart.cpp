@@ -39,7 +39,7 @@ class PuttingApart {
     for (int move = 0; move <= most_moves; ++move) {
       if (auto seen = look(); !seen) return seen;
       if (worst_ == 0 && (move == 0 || others_hold())) return {};
-      step();
+      if (!step()) break;
     }
     return failure(fmt::format("contact '{}'", system_.contacts[deepest_].name),
                    fmt::format("overlaps at the start, and no move puts it apart: {:.6g} is left",
@@ -99,11 +99,13 @@ class PuttingApart {
   }
 
   /// The least move with which no held contact overlaps and the other rows hold, as far as they are linear:
-  /// one multiplier a row, that of contacts pressing only, by projected Gauss-Seidel sweeps.
-  void step() {
+  /// one multiplier a row, that of contacts pressing only, by projected Gauss-Seidel sweeps. False: no
+  /// coordinate moves any of them.
+  bool step() {
     std::vector<int> rows;
     for (int row = 0; row < system_.rows; ++row)
       if (!w_.rows.L.row(row).leftCols(system_.nv).isZero(0)) rows.push_back(row);
+    if (rows.empty()) return false;
     const auto n = Eigen::Index(rows.size());
     Rows Y(n, system_.nv);  // rows of L, measured by the mass matrix
     Eigen::VectorXd h(n), lambda = Eigen::VectorXd::Zero(n);
@@ -131,6 +133,7 @@ class PuttingApart {
       largest = std::max(largest, std::abs(w_.correction[i]) / system_.velocity_scale[std::size_t(i)]);
     if (largest > longest_move) w_.correction *= longest_move / largest;
     from_chart(system_, state_.q.data(), w_.correction.data(), state_.q.data());
+    return true;
   }
 
   const System& system_;

@@ -1,6 +1,11 @@
 #include "dynamics/reaction.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
+
+#include "dynamics/border.hpp"
+#include "dynamics/equations.hpp"
 
 namespace borelli {
 
@@ -23,9 +28,14 @@ void add_at(const Wrench<double>& wrench, const Vector3d& arm, Wrench<double>& t
 Result<Reactions> Reactions::of(const Scene& scene) {
   auto system = compile(scene, Welds::kept);
   if (!system) return tl::unexpected(system.error());
-  Reactions out(std::move(*system));
-  for (const Solid& solid : scene.solids) out.parents_.push_back(solid.parent);
-  return out;
+  const System& kept = *system;
+  return at_border(kept, [&]() -> Result<Reactions> {
+    if (auto fits = admit_workspaces(kept, Equations::recursive, 1, false); !fits)
+      return tl::unexpected(fits.error());
+    Reactions out(std::move(*system));
+    for (const Solid& solid : scene.solids) out.parents_.push_back(solid.parent);
+    return out;
+  });
 }
 
 Reactions::Reactions(System system)
@@ -145,8 +155,17 @@ Result<void> add_reactions(const Scene& scene, Trajectory& t) {
         "name another method");
   auto reactions = Reactions::of(scene);
   if (!reactions) return tl::unexpected(reactions.error());
+  return at_border(reactions->system(), [&] { return reactions->add_to(t); });
+}
+
+Result<void> Reactions::add_to(Trajectory& t) {
   const auto rows = Eigen::Index(t.times.size());
-  const auto joints = Eigen::Index(reactions->solids().size());
+  const auto joints = Eigen::Index(solids().size());
+  if (auto fits =
+          admit_large(*system_, sizeof(double) * 10.0 * double(rows) * double(joints),
+                      [&] { return fmt::format("the reactions of {} joints at {} times", joints, rows); });
+      !fits)
+    return fits;
   t.reaction_points = t.reaction_forces = t.reaction_moments = Rows::Zero(rows, 3 * joints);
   t.reaction_unique = Rows::Ones(rows, joints);
   State state;
@@ -157,7 +176,7 @@ Result<void> add_reactions(const Scene& scene, Trajectory& t) {
     state.v = t.v.row(row);
     for (std::size_t i = 0; i < touches.size(); ++i)
       touches[i] = static_cast<Touch>(int(t.contact_modes(row, Eigen::Index(i))));
-    const auto found = reactions->at(state, t.a.row(row), t.multipliers.row(row), touches);
+    const auto found = at(state, t.a.row(row), t.multipliers.row(row), touches);
     for (Eigen::Index j = 0; j < joints; ++j) {
       const JointReaction& r = found[std::size_t(j)];
       t.reaction_points.row(row).segment<3>(3 * j) = r.point;

@@ -36,6 +36,9 @@ class Reactions {
 
   const std::vector<std::string>& solids() const { return system_->solids; }
   const std::vector<std::string>& parents() const { return parents_; }
+  const System& system() const { return *system_; }
+  /// Those at every row of a trajectory, into Trajectory::reactions.
+  Result<void> add_to(Trajectory& trajectory);
 
  private:
   explicit Reactions(System system);

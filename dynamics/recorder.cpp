@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "dynamics/momentum.hpp"
+#include "process/memory.hpp"
 
 namespace borelli {
 
@@ -20,11 +21,16 @@ void copy(const Vector& x, double* to) {
 
 // rows that room is made for at first: a run may end before its time; and steps, whose number may be unknown
 constexpr std::size_t most_expected = 1024, steps_expected = 64;
+constexpr double bytes_expected = 64e6;
+
+// rows that take less are not asked for
+constexpr double few_bytes = 64e6;
 
 }  // namespace
 
-Recorder::Recorder(const System& system, std::size_t rows) : system_(system) {
-  rows = std::min(rows, most_expected);
+Recorder::Recorder(const System& system, std::size_t rows, bool known)
+    : system_(system), all_rows_(known ? rows : 0) {
+  rows = std::min({rows, most_expected, std::size_t(1 + bytes_expected / bytes_per_row())});
   for (auto* numbers : {&out_.step_times, &out_.step_sizes}) numbers->reserve(std::max(rows, steps_expected));
   out_.poses.reserve(rows * system.solids.size());
   out_.coordinates = system.coordinates;
@@ -46,6 +52,28 @@ Recorder::Recorder(const System& system, std::size_t rows) : system_(system) {
   for (Rows* vectors : {&out_.gravity_centre, &out_.linear_momentum, &out_.angular_momentum})
     vectors->resize(0, 3);
   make_room(Eigen::Index(rows));
+}
+
+double Recorder::bytes_per_row() const {
+  const double numbers = system_.nq + 2.0 * system_.nv + system_.rows +
+                         2.0 * double(system_.contacts.size()) + 2.0 * system_.driven_nv + 13;
+  return sizeof(double) * numbers + sizeof(Pose) * double(system_.solids.size());
+}
+
+Result<void> Recorder::admit() {
+  if (row_ < admitted_) return {};
+  const bool known = Eigen::Index(all_rows_) > row_;
+  const Eigen::Index rows = known ? Eigen::Index(all_rows_) - row_ : std::max<Eigen::Index>(row_, 1);
+  admitted_ = row_ + rows;
+  const double bytes = bytes_per_row() * double(rows);
+  if (bytes < few_bytes) return {};
+  return admit_memory(
+      system_.scene,
+      fmt::format("the {} of {} rows of {} solids and {} coordinates (a longer output_interval "
+                  "makes fewer)",
+                  known ? "trajectory" : "rest of the trajectory, as many again", rows, system_.solids.size(),
+                  system_.nv),
+      bytes);
 }
 
 std::array<Rows*, 11> Recorder::numbers() {
@@ -71,6 +99,13 @@ void Recorder::make_room(Eigen::Index rows) {
       each->conservativeResize(rows, Eigen::NoChange);
     else
       each->resize(rows, 0);  // (without memory)
+}
+
+void Recorder::make_room_for_poses() {
+  std::size_t poses = ahead * (out_.poses.size() + system_.solids.size());
+  if (const std::size_t all = all_rows_ * system_.solids.size(); all > out_.poses.size())
+    poses = std::min(poses, all);
+  out_.poses.reserve(poses);
 }
 
 void Recorder::record_impulses(const Eigen::VectorXd& impulses, double h) {
@@ -116,8 +151,7 @@ void Recorder::record(const State& state, Workspace& w, const Work& work) {
   double* driven = row_of(out_.driven_positions);
   for (const Drive& drive : system_.parameters.drives)
     for (const TimeFunction& f : drive.functions) *driven++ = at(f, state.t).value;
-  if (out_.poses.size() == out_.poses.capacity())
-    out_.poses.reserve(ahead * (out_.poses.size() + system_.solids.size()));
+  if (out_.poses.size() == out_.poses.capacity()) make_room_for_poses();
   const BodyMotion* const bodies = w.kinematics.bodies.data();
   const int* body_of = system_.solid_bodies.data();
   for (const Placement& place : system_.parameters.solid_places) {

@@ -5,14 +5,18 @@
 
 #include "dynamics/equations.hpp"
 #include "dynamics/work.hpp"
+#include "error/error.hpp"
 
 namespace borelli {
 
 class Recorder {
  public:
-  /// `rows`: how many are to be expected.
-  Recorder(const System& system, std::size_t rows);
+  /// `rows`: how many are to be expected. `known`: there are so many.
+  Recorder(const System& system, std::size_t rows, bool known);
 
+  /// Asks for the memory of the rows to come (process/memory.hpp): of all, where their number is known, else,
+  /// now and then, of as many again. Before each record().
+  Result<void> admit();
   /// A row: a state whose equations are solved in `w`.
   void record(const State& state, Workspace& w, const Work& work);
   /// An accepted step of h from time t, s.
@@ -40,12 +44,16 @@ class Recorder {
   /// Makes room for so many of these rows, no less and no more. There may be many: they grow where they are,
   /// if the system lets them.
   void make_room(Eigen::Index rows);
+  void make_room_for_poses();
+  double bytes_per_row() const;
   /// The row that is being recorded.
   double* row_of(Rows& numbers) const { return numbers.data() + row_ * numbers.cols(); }
 
   const System& system_;
   Trajectory out_;  // its rows with room for more
   Eigen::Index row_ = 0, room_ = 0;
+  std::size_t all_rows_ = 0;           // 0: unknown
+  Eigen::Index admitted_ = 0;          // rows
   Eigen::VectorXd impulses_, forces_;  // of contacts that act by impulses: since the last row, and at it
   double impulses_time_ = 0;           // s, that these took
 };

@@ -152,7 +152,7 @@ void ConstraintScan<T>::along_each(int r, int site, const Vector3<T>& p_W, const
       rows_.loads.bodies->moment[at] += arm.cross(force);
     }
   const Body& structure = this->system_.bodies[at];
-  const int* support = this->system_.support.data() + structure.first_support;
+  const int* support = this->system_.branches().support.data() + structure.first_support;
   T* const row = rows_.L.row(first).data();
   for (int i = 0; i < structure.support_count; ++i) {
     const int u = support[i];
@@ -172,7 +172,7 @@ void ConstraintScan<T>::about(int r, int site, const Vector3<T>& m) {
   const BodyMotionOf<T>& body = this->kinematics_.bodies[this->at_site(site).body];
   rows_.E[this->action_->first_row + r] += m.dot(body.wdot);
   const Body& structure = this->system_.bodies[this->at_site(site).body];
-  const int* support = this->system_.support.data() + structure.first_support;
+  const int* support = this->system_.branches().support.data() + structure.first_support;
   T* row = rows_.L.row(this->action_->first_row + r).data();
   if (rows_.loads.bodies)
     rows_.loads.bodies->moment[this->at_site(site).body] +=
@@ -217,7 +217,7 @@ auto ConstraintScan<T>::clear() -> Columns {
     const int at = this->at_site(s).body;
     if (at < 0) continue;
     const Body& structure = this->system_.bodies[at];
-    const int* support = this->system_.support.data() + structure.first_support;
+    const int* support = this->system_.branches().support.data() + structure.first_support;
     for (int i = 0; i < structure.support_count; ++i) hold(support[i]);
   }
   for (int i = 0; i < action.coordinate_count; ++i)

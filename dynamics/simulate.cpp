@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "dynamics/accuracy.hpp"
+#include "dynamics/border.hpp"
 #include "dynamics/certifier.hpp"
 #include "dynamics/contact_events.hpp"
 #include "dynamics/disturbance.hpp"
@@ -87,7 +88,8 @@ class Run {
         probe_(system.rows > 0 ? std::make_optional<Workspace>(system) : std::nullopt),
         motion_(system, settings, workspace_),
         path_(system, settings, motion_, integrator, probe_ ? &*probe_ : nullptr),
-        recorder_(system, expected_rows(state.t, settings, integrator.adaptive())),
+        recorder_(system, expected_rows(state.t, settings, integrator.adaptive()),
+                  settings.output_interval > 0 || !integrator.adaptive()),
         landing_(system),
         between_(system),
         row_(system),
@@ -140,7 +142,7 @@ class Run {
       if (auto done = begin_step(); !done) return tl::unexpected(done.error());
     }
     if (samples_) samples_->cover(state_);
-    recorder_.record(state_, workspace_, work_);
+    if (auto done = record(state_, workspace_, work_); !done) return tl::unexpected(done.error());
     RangeEvents ranges(system_, certifier);
     std::vector<EventSource*> sources = observer_.events;
     if (ranges.count() > 0) sources.push_back(&ranges);
@@ -393,7 +395,7 @@ class Run {
     return diverged({system_.scene,
                      fmt::format("{} tries for a step came on by {:.3g} s only, for the sake of {}; what is "
                                  "left would take more than {:.0e} of them",
-                                 SinkWatch::window, sink_.made(), sake, most_steps)});
+                                 sink_.tried(), sink_.made(), sake, most_steps)});
   }
 
   /// Puts the end of the step of h just made, at time t, on the constraints.
@@ -478,8 +480,7 @@ class Run {
     certifier_->stop(
         fmt::format("stopped on request at t = {:.6g} s of {:.6g} s", state_.t, settings_.end_time),
         state_.t);
-    if (!recorded_) recorder_.record(state_, workspace_, work_);
-    return {};
+    return recorded_ ? Result<void>() : record(state_, workspace_, work_);
   }
 
   // ---- to be taken up again ----
@@ -592,7 +593,7 @@ class Run {
       row_.state.t = at;
       take_sample(row_.state);
       if (auto done = look_between(row_); !done) return done;
-      recorder_.record(row_.state, probe(), row_.work);
+      if (auto done = record(row_.state, probe(), row_.work); !done) return done;
     }
     return {};
   }
@@ -641,7 +642,12 @@ class Run {
     recorded_ = due || every_step || stopped_;
     if (!recorded_) return {};
     if (every_step && double(++rows_) > most_rows) return too_many("rows of output", most_rows);
-    recorder_.record(state_, workspace_, work_);
+    return record(state_, workspace_, work_);
+  }
+
+  Result<void> record(const State& state, Workspace& workspace, const Work& work) {
+    if (auto fits = recorder_.admit(); !fits) return diverged(fits.error());
+    recorder_.record(state, workspace, work);
     return {};
   }
 
@@ -753,6 +759,19 @@ class Run {
 
 namespace {
 
+/// Asks for the memory of all that grows faster than the scene (its rows are asked for as they come).
+Result<void> admit_run(const System& system, const SimulationSettings& settings,
+                       const Integrator& integrator) {
+  // of the steps, of what is between them, and of contacts' events
+  const int workspaces = system.rows == 0                                           ? 1
+                         : system.contacts.empty() || integrator.handles_contacts() ? 2
+                                                                                    : 3;
+  if (auto fits = admit_workspaces(system, settings.equations, workspaces, false); !fits) return fits;
+  return admit_large(system, integrator.bytes(2 * system.nv + 4 + system.groups), [&] {
+    return fmt::format("the method {} for {} coordinates", settings.method, system.nv);
+  });
+}
+
 /// One run with a named method.
 Result<Trajectory> simulate_once(const System& system, const State& state, const SimulationSettings& settings,
                                  const Observer& observer, const RunLimits& limits = {},
@@ -775,7 +794,8 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
           fmt::format("method '{}'", settings.method),
           "goes on from a history that no checkpoint can hold; run without one, or by another method");
   }
-  try {
+  if (auto fits = admit_run(system, settings, **integrator); !fits) return tl::unexpected(fits.error());
+  return at_border(system, [&] {
     std::optional<System> own;  // whose springs act, within a step, as at its start
     if (has_spring_events(system.parameters)) own = system;
     Run run(own ? *own : system, own ? &own->parameters : nullptr, state, settings, observer, **integrator,
@@ -783,9 +803,7 @@ Result<Trajectory> simulate_once(const System& system, const State& state, const
     auto out = run.run();
     if (observer.ended) observer.ended(run.evaluations());
     return out;
-  } catch (const std::exception& thrown) {  // from a user's function
-    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
-  }
+  });
 }
 
 }  // namespace

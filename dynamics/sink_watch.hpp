@@ -1,6 +1,7 @@
 // Tells when an adaptive method's steps come to nothing: a motion that runs into a moment where it ends (a
 // velocity that grows without bound in finite time) sends them towards zero, and forces that jump to and fro
-// keep them there. Either way the run would go on for as long as it is let, and not come to its end.
+// keep them there. Either way the run would go on for as long as it is let, and not come to its end. Nor
+// would one that turns 1e9 rad in a second.
 #pragma once
 
 #include <algorithm>
@@ -21,29 +22,38 @@ class SinkWatch {
     if (sunk_ >= steadily && step < deepest * longest_) return Verdict::sinking;
     if (tries_ <= window) return Verdict::fine;
     tries_ = 0;
+    tried_ = window;
     made_ = t - window_start_;
-    return (end - t) * window > hopeless * most * made_ ? Verdict::stalled : Verdict::fine;
+    if ((end - t) * window > hopeless * most * made_) return Verdict::stalled;
+    if (windows_++ == 0) long_start_ = window_start_;
+    if (windows_ < many) return Verdict::fine;
+    windows_ = 0;
+    tried_ = many * window;
+    made_ = t - long_start_;
+    return (end - t) * tried_ > most * made_ ? Verdict::stalled : Verdict::fine;
   }
 
   double longest() const { return longest_; }  ///< s: the longest step proposed
-  double made() const { return made_; }        ///< s: what the last `window` tries came on by
-  static constexpr int window = 2000;
+  double made() const { return made_; }        ///< s: what the last tried() tries came on by
+  int tried() const { return tried_; }
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(longest_, sunk_, tries_, window_start_, made_);
+    k(longest_, sunk_, tries_, tried_, windows_, window_start_, long_start_, made_);
   }
 
  private:
+  static constexpr int window = 2000;  // tries
+  static constexpr int many = 100;     // windows, that a dip of steps does not last over
   // A jump of a force is passed by a few steps of the tolerance's size, which grow again at once, a singular
   // position by more, down to 1e-10 of the longest; a motion that ends sends each step below the one before.
   static constexpr double deep = 1e-6, deepest = 1e-12;  // of the longest step
   static constexpr int steadily = 16;                    // accepted steps below `deep`, in a row
-  static constexpr double hopeless = 10;                 // so many times the most steps of a run are left
+  static constexpr double hopeless = 10;  // so many times the most steps of a run are left after one
 
   double longest_ = 0;
-  int sunk_ = 0, tries_ = 0;
-  double window_start_ = 0, made_ = 0;
+  int sunk_ = 0, tries_ = 0, tried_ = 0, windows_ = 0;
+  double window_start_ = 0, long_start_ = 0, made_ = 0;
 };
 
 }  // namespace borelli

@@ -7,7 +7,13 @@ namespace borelli {
 
 std::string solid_list(const Scene& scene) {
   std::vector<std::string> names{world_name};
-  for (const Solid& solid : scene.solids) names.push_back(solid.name);
+  for (const Solid& solid : scene.solids) {
+    if (names.size() == 12) {
+      names.emplace_back("...");
+      break;
+    }
+    names.push_back(solid.name);
+  }
   return fmt::format("{}", fmt::join(names, ", "));
 }
 

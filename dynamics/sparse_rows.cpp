@@ -21,17 +21,18 @@ constexpr double no_claim = -std::numeric_limits<double>::infinity();
 
 /// Marks the free columns that an action's sites and coordinates depend on, closed under ancestors.
 void mark_columns(const System& system, const Action& action, std::vector<char>& marked) {
+  const Branches& branches = system.branches();
   const auto mark = [&](int u) {
     if (u < 0 || u >= system.nv || marked[u]) return;
     marked[u] = 1;
-    for (int a = system.first_ancestor[u]; a < system.first_ancestor[u + 1]; ++a)
-      marked[system.ancestors[a]] = 1;
+    for (auto a = branches.first_ancestor[u]; a < branches.first_ancestor[u + 1]; ++a)
+      marked[branches.ancestors[a]] = 1;
   };
   for (int i = 0; i < action.site_count; ++i) {
     const int at = system.sites[action.first_site + i].body;
     if (at < 0) continue;
     const Body& body = system.bodies[at];
-    for (int s = 0; s < body.support_count; ++s) mark(system.support[body.first_support + s]);
+    for (int s = 0; s < body.support_count; ++s) mark(branches.support[body.first_support + s]);
   }
   for (int i = 0; i < action.coordinate_count; ++i)
     mark(system.coordinate_sites[action.first_coordinate + i].u);

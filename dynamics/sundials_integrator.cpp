@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 
 #include "dynamics/slope_jacobian.hpp"
 #include "dynamics/system.hpp"
@@ -53,6 +54,7 @@ struct Base {
     SUNContext_Create(nullptr, &context);
     y = N_VNew_Serial(of.size(), context);
     matrix = SUNDenseMatrix(of.size(), of.size(), context);
+    if (!y || !matrix) throw std::bad_alloc();
     solver = SUNLinSol_Dense(y, matrix, context);
   }
   Base(const Base&) = delete;

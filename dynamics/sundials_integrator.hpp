@@ -10,6 +10,11 @@
 
 namespace borelli {
 
+/// The matrix of derivatives, and the one that is kept.
+inline double dense_matrix_bytes(Eigen::Index size) {
+  return 2 * sizeof(double) * double(size) * double(size);
+}
+
 /// Keeps the history of several steps: the chart must hold over them, and no projection may come between.
 class CvodeBdf : public Integrator {
  public:
@@ -18,6 +23,7 @@ class CvodeBdf : public Integrator {
   int order() const override { return 5; }  ///< at most
   bool adaptive() const override { return true; }
   bool keeps_history() const override { return true; }
+  double bytes(Eigen::Index size) const override { return dense_matrix_bytes(size); }
   const char* objection(const System& system, ConstraintTreatment treatment) const override;
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
@@ -48,6 +54,7 @@ class ArkodeDirk : public Integrator {
   Attempt attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                   Eigen::VectorXd& out) override;
   bool keep(Keeper&) override { return false; }  // its step control is ARKODE's own
+  double bytes(Eigen::Index size) const override { return dense_matrix_bytes(size); }
   /// None: a cubic's slopes at the ends are, of stiff components, their errors times their rates.
   int dense_order() const override { return 0; }
   bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,

@@ -6,6 +6,9 @@
 // coordinates: so the paper's coordinate 0, time, is carried as the driven coordinates whose rates it sets.
 #pragma once
 
+#include <atomic>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -75,13 +78,14 @@ struct Step {
 
 /// Solids that move as one. Body 0 is the world, with all that is welded to it.
 struct Body {
-  int parent = 0;                            ///< a smaller number
-  int first_step = 0, step_count = 0;        ///< the switches from the parent to this body's frame B
-  int first_support = 0, support_count = 0;  ///< its coordinates (u indices) in System::support
-  std::vector<int> solids;                   ///< which solids of the scene are merged in it
-  bool massive = false;                      ///< has inertia
-  bool touched = false;                      ///< something acts on it: inertia, effort or constraint
-  int group = 0;                             ///< which independent group it belongs to (System::groups)
+  int parent = 0;                      ///< a smaller number
+  int first_step = 0, step_count = 0;  ///< the switches from the parent to this body's frame B
+  std::ptrdiff_t first_support = 0;    ///< where its coordinates begin in Branches::support
+  int support_count = 0;               ///< how many they are
+  std::vector<int> solids;             ///< which solids of the scene are merged in it
+  bool massive = false;                ///< has inertia
+  bool touched = false;                ///< something acts on it: inertia, effort or constraint
+  int group = 0;                       ///< which independent group it belongs to (System::groups)
 };
 
 /// What an effort or constraint acts on: a solid in its body.
@@ -106,6 +110,39 @@ struct Action {
   int group = 0;  ///< of the bodies and coordinates that it acts on
 };
 
+struct System;
+
+/// Which coordinates come before which along the tree. Of a chain they take room by the square of its length.
+struct Branches {
+  std::vector<int> support;  ///< per body, the coordinates (u indices) that it depends on, root first
+  /// Per free coordinate, the free ones before it on its chain, root first, and where its list begins (nv + 1
+  /// offsets): the branches along which the mass matrix has entries.
+  std::vector<int> ancestors;
+  std::vector<std::ptrdiff_t> first_ancestor;
+
+  /// What those of a system take, bytes.
+  static double bytes(const System& system);
+};
+
+/// The branches of a System, laid out when they are first asked for: accelerations by articulated bodies do
+/// without them. Copies of a System share them. Any thread may ask.
+class BranchesOnDemand {
+ public:
+  const Branches& of(const System& system) const {
+    const Branches* const ready = shared_->ready.load(std::memory_order_acquire);
+    return ready ? *ready : lay_out(system);
+  }
+
+ private:
+  struct Shared {
+    std::atomic<const Branches*> ready = nullptr;
+    std::mutex at_work;
+    Branches branches;
+  };
+  const Branches& lay_out(const System& system) const;
+  std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
+};
+
 struct System {
   std::string scene;                 ///< its name
   int nq = 0, nv = 0;                ///< free positions and velocities
@@ -117,12 +154,9 @@ struct System {
   int groups = 1;
   std::vector<Step> steps;
   std::vector<Body> bodies;
-  std::vector<int> support;
   std::vector<AlikeTrees> alike_trees;  ///< find_alike_trees
-  /// Per free coordinate, the free ones before it on its chain, root first, and where its list begins (nv + 1
-  /// offsets): the branches along which the mass matrix has entries.
-  std::vector<int> ancestors, first_ancestor;
-  std::vector<int> pattern;  ///< where the extended mass matrix is not always zero: row * size + column
+  BranchesOnDemand branches_on_demand;
+  const Branches& branches() const { return branches_on_demand.of(*this); }
   std::vector<Site> sites;
   std::vector<CoordinateSite> coordinate_sites;
   std::vector<Action> efforts, constraints;
@@ -162,6 +196,7 @@ struct System {
   std::string group_name(int group) const;
   /// The name of the coordinate that velocity component i (free) belongs to, with its axis for a ball.
   std::string velocity_name(int i) const;
+  std::vector<std::string> velocity_names() const;  ///< of all free ones
 };
 
 /// What becomes of solids without motion of their own.

@@ -229,13 +229,23 @@ class UrdfReader {
     std::vector<std::string> roots;
     for (const auto& [name, link] : links_)
       if (!above.contains(name)) roots.push_back(name);
+    if (roots.size() > 12) {
+      roots.resize(12);
+      roots.emplace_back("...");
+    }
     if (roots.size() > 1)
       links_.at(roots[1])->refuse(
           fmt::format("hangs on no joint, as others do: {}; expected one root", fmt::join(roots, ", ")));
+    std::map<std::string, std::size_t> passed;  // links, by the number of the start whose way up passed them
     for (const auto& [name, joint] : above) {
+      const std::size_t start = passed.size() + 1;
       std::string at = name;
-      for (std::size_t steps = 0; above.contains(at); ++steps, at = link_of(*above.at(at), "parent"))
-        if (steps > above.size()) joint->refuse(fmt::format("link '{}' is its own ancestor", name));
+      for (auto up = above.find(at); up != above.end(); up = above.find(at)) {
+        const auto [by, is_new] = passed.emplace(at, start);
+        if (!is_new && by->second == start) joint->refuse(fmt::format("link '{}' is its own ancestor", name));
+        if (!is_new) break;
+        at = link_of(*up->second, "parent");
+      }
     }
     return roots.at(0);
   }

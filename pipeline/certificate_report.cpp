@@ -30,6 +30,7 @@ std::string shock_of(const LoggedEvent& e) {
 std::string text_of(const Certificate& c) {
   std::string out = c.trusted ? "trusted\n" : fmt::format("UNTRUSTED: {}\n", c.reason);
   const auto line = [&](const std::string& text) { out += text + '\n'; };
+  line("vouches for " + vouches_for(c));
   const double share = c.energy_turnover > 0 ? c.energy_drift / c.energy_turnover : 0;
   line(fmt::format(
       "energy: drifts by at most {:.3g} J (at {:.6g} s), {:.2g} of the {:.4g} J turned over; trusted up to "
@@ -136,6 +137,8 @@ nlohmann::json json_of(const Certificate& c) {
                      {"step_defect_coordinate", c.step_defect_coordinate},
                      {"accuracy", c.accuracy},
                      {"estimated_error", c.estimated_error},
+                     {"vouches_for", vouches_for(c)},
+                     {"state_known_until", c.known_until},
                      {"stiff_from", c.stiff_from},
                      {"events", nlohmann::json::array()},
                      {"notes", c.notes}};

@@ -113,6 +113,8 @@ void write_certificate(Hdf5Writer& file, const Certificate& c) {
   file.attribute("/certificate", "step_defect_coordinate", c.step_defect_coordinate);
   file.attribute("/certificate", "accuracy", c.accuracy);
   file.attribute("/certificate", "estimated_error", c.estimated_error);
+  file.attribute("/certificate", "vouches_for", vouches_for(c));
+  file.attribute("/certificate", "state_known_until", c.known_until);
   file.attribute("/certificate", "stiff_from", c.stiff_from);
   file.attribute("/certificate", "work_events", c.work_events);
   file.attribute("/certificate", "work_events_size", c.work_events_size);
@@ -389,6 +391,7 @@ void read_certificate(Fill& fill, Certificate& c) {
   c.step_defect_coordinate = fill.text_attribute_if_there("/certificate", "step_defect_coordinate");
   c.accuracy = fill.attribute_if_there("/certificate", "accuracy");
   c.estimated_error = fill.attribute_if_there("/certificate", "estimated_error");
+  c.known_until = fill.attribute_if_there("/certificate", "state_known_until", c.known_until);
   c.stiff_from = fill.attribute_if_there("/certificate", "stiff_from", c.stiff_from);
   c.work_events = fill.attribute_if_there("/certificate", "work_events");
   c.work_events_size = fill.attribute_if_there("/certificate", "work_events_size");

@@ -1,5 +1,6 @@
 #include "pipeline/verbs/progress.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +15,16 @@ namespace {
 constexpr int bar_width = 30;
 std::atomic<const char*> when_stopped = nullptr;
 
+// s: before that nothing is foretold; what is left is said where it is longer
+constexpr double slow = 5, long_time = 120;
+
+std::string time_words(double seconds) {
+  if (seconds < 7200) return fmt::format("{:.0f} min", seconds / 60);
+  if (seconds < 48 * 3600.) return fmt::format("{:.0f} h", seconds / 3600);
+  if (seconds < 2 * 365.25 * 86400) return fmt::format("{:.0f} days", seconds / 86400);
+  return fmt::format("{:.3g} years", seconds / (365.25 * 86400));
+}
+
 }  // namespace
 
 ProgressBar::ProgressBar(bool quiet, std::chrono::milliseconds between_lines)
@@ -26,7 +37,7 @@ ProgressBar::~ProgressBar() {
 }
 
 void ProgressBar::begin(const std::string& what) {
-  works_.push_back({what});
+  works_.push_back({.what = what, .began = std::chrono::steady_clock::now()});
   if (quiet_) return;
   drawn_ = std::chrono::steady_clock::now();
   if (!terminal_)
@@ -49,13 +60,23 @@ void ProgressBar::update(double fraction, std::string_view what) {
   if (terminal_)
     draw(works_.front());
   else
-    say("{} ... {:.0f} %\n", work->what, 100 * work->fraction);
+    say("{} ... {}\n", work->what, progress_of(*work));
+}
+
+std::string progress_words(double seconds, double fraction) {
+  const double left = fraction > 0 ? seconds * (1 - fraction) / fraction : 0;
+  if (seconds < slow || left < long_time) return fmt::format("{:.0f} %", 100 * fraction);
+  return fmt::format("{:.2g} %, about {} left", 100 * fraction, time_words(left));
+}
+
+std::string ProgressBar::progress_of(const Work& work) const {
+  return progress_words(std::chrono::duration<double>(drawn_ - work.began).count(), work.fraction);
 }
 
 void ProgressBar::draw(const Work& work) {
   const int full = static_cast<int>(work.fraction * bar_width);
-  say("\r\x1b[K{:<14} [{}{}] {:3.0f} %", work.what, std::string(static_cast<std::size_t>(full), '#'),
-      std::string(static_cast<std::size_t>(bar_width - full), ' '), 100 * work.fraction);
+  say("\r\x1b[K{:<14} [{}{}] {:>5}", work.what, std::string(static_cast<std::size_t>(full), '#'),
+      std::string(static_cast<std::size_t>(bar_width - full), ' '), progress_of(work));
   std::fflush(stderr);
 }
 

@@ -8,6 +8,10 @@
 
 namespace borelli {
 
+/// How far a work has come in so many seconds, "25 %", and where it will take long, how long about:
+/// "0.0012 %, about 23 h left".
+std::string progress_words(double seconds, double fraction);
+
 class ProgressBar {
  public:
   /// `quiet`: show nothing (--json leaves standard error to errors). `between_lines`: where it is no
@@ -19,8 +23,8 @@ class ProgressBar {
 
   /// Works may overlap; a terminal shows the bar of the one under way that began first.
   void begin(const std::string& what);
-  /// 0 to 1; drawn at most twenty times a second on a terminal, else a line every half minute. `what`: which
-  /// of the works under way; empty: the only one.
+  /// 0 to 1; drawn at most twenty times a second on a terminal, else a line every half minute; with how long
+  /// it will take where that is long. `what`: which of the works under way; empty: the only one.
   void update(double fraction, std::string_view what = {});
   void end(const std::string& outcome, std::string_view what = {});  ///< e.g. "1.3 s"; the line stays
 
@@ -28,9 +32,11 @@ class ProgressBar {
   struct Work {
     std::string what;
     double fraction = 0;
+    std::chrono::steady_clock::time_point began = {};
   };
   std::vector<Work>::iterator find(std::string_view what);
   void draw(const Work& work);
+  std::string progress_of(const Work& work) const;
   bool quiet_, terminal_;
   std::chrono::milliseconds between_;
   std::vector<Work> works_;  // in the order in which they began

@@ -1,9 +1,14 @@
 // The verdict: what makes a run untrusted, said with the reason, the time and the name.
 #include "dynamics/certifier.hpp"
 
+#include <map>
 #include <tuple>
 
+#include "dynamics/model_file.hpp"
+#include "dynamics/scene_file.hpp"
 #include "scenes.hpp"
+#include "test_folder.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli::test {
 namespace {
@@ -117,6 +122,120 @@ TEST(Certificate, RoundingIsNoReasonForDistrust) {
       const Certificate certificate = run(scene, settings(method, 1, 0.01, 1e-10)).certificate;
       EXPECT_TRUE(certificate.trusted) << scene.name << ", " << method << ": " << certificate.reason;
     }
+}
+
+// Two balls one on the other at rest, up to a million times heavier than what bears them: z stays 0.5 and 1.5
+// m.
+TEST(Certificate, AStackAtRestIsTrusted) {
+  for (const double mass : {1., 100., 1e4, 1e6})
+    for (const char* method : {"moreau", "dop853", "gbs", "rk4", "verlet", "implicit_midpoint"}) {
+      Scene scene = need(parse_scene(R"(
+        [[solid]]
+        name = "light"
+        joint = {translation = "z", value = 0.5}
+        shape = {kind = "sphere", radius = 0.5, mass = 1}
+        [[solid]]
+        name = "heavy"
+        joint = {translation = "z", value = 1.5}
+        shape = {kind = "sphere", radius = 0.5, mass = 1}
+        [[constraint]]
+        name = "floor"
+        kind = "sphere_over_plane"
+        sphere = "light"
+        radius = 0.5
+        plane = "world"
+        normal = "z"
+        [[constraint]]
+        name = "pair"
+        kind = "sphere_over_sphere"
+        a = "light"
+        b = "heavy"
+        radius_a = 0.5
+        radius_b = 0.5)",
+                                     "stack.toml"));
+      scene.solids[1].shapes[0].mass = mass;
+      const Trajectory path = run(scene, settings(method, 2, 1e-2, 1e-9));
+      EXPECT_TRUE(path.certificate.trusted) << mass << ", " << method << ": " << path.certificate.reason;
+      EXPECT_LT((last(path.q) - Eigen::Vector2d(0.5, 1.5)).cwiseAbs().maxCoeff(), 1e-5) << mass << method;
+    }
+}
+
+// Bricard's mechanism (IFToMM A04), a loop with one row too many: by long steps of an extrapolation the work
+// of rows is booked to 1e-6 J only. Kinetic and potential energy, from the rows, say how good the motion is.
+TEST(Certificate, AnOverconstrainedLoopIsJudgedByItsOwnEnergies) {
+  const std::string file = shared_folder() + "/cases/bricard.toml";
+  if (!std::filesystem::exists(file)) GTEST_SKIP();
+  const Trajectory path = need(simulate(compiled(need(read_scene(file)))));
+  double drift = 0;
+  for (std::size_t i = 0; i < path.times.size(); ++i)
+    drift =
+        std::max(drift, std::abs(path.kinetic[i] + path.potential[i] - path.kinetic[0] - path.potential[0]));
+  const Certificate& c = path.certificate;
+  EXPECT_TRUE(c.trusted) << c.reason;
+  EXPECT_LT(drift, 1e-9);
+  EXPECT_NEAR(c.energy_drift, drift, 1e-12);
+  EXPECT_DOUBLE_EQ(c.energy_threshold, 1e-8);  // 1000 tolerances, as everywhere
+}
+
+// The balance without the work of rows covers up nothing: a motion that loses energy is told either way.
+TEST(Certificate, ALoopThatLosesEnergyIsDistrusted) {
+  const std::string file = shared_folder() + "/cases/bricard.toml";
+  if (!std::filesystem::exists(file)) GTEST_SKIP();
+  SimulationSettings how = settings("euler", 2, 1e-2);
+  const Certificate c = run(need(read_scene(file)), how).certificate;
+  EXPECT_FALSE(c.trusted);
+}
+
+// ---- what trust vouches for ----
+
+const char* const hinge_and_ball = R"(<mujoco><option timestep="0.01"/><worldbody>
+  <body name="arm" pos="0.8 0 3"><joint name="swing" type="hinge" axis="0 1 0" pos="-0.8 0 0"/>
+    <geom type="box" size="0.8 0.1 0.1" mass="2"/>
+    <body name="hand" pos="0.8 0.8 0" euler="0 0 90"><joint name="wrist" type="ball" pos="-0.8 0 0"/>
+      <geom type="box" size="0.8 0.1 0.1" mass="2"/></body></body></worldbody></mujoco>)";
+
+// A chaotic motion: two runs that both keep energy to 1e-7 end in states that have nothing in common.
+TEST(Certificate, VouchesForConservationNotForTheState) {
+  const Folder folder;
+  const Scene scene = need(read_model(folder.write("hinge_and_ball.xml", hinge_and_ball))).scene;
+  const System system = compiled(scene);
+  const Trajectory a = run(system, settings("dop853", 60, 0.01, 1e-8)),
+                   b = run(system, settings("dop853", 60, 0.01, 1e-10));
+  EXPECT_TRUE(a.certificate.trusted) << a.certificate.reason;
+  EXPECT_TRUE(b.certificate.trusted) << b.certificate.reason;
+  EXPECT_GT((last(a.q) - last(b.q)).norm(), 0.1);
+  for (const Trajectory* path : {&a, &b}) {
+    EXPECT_NE(vouches_for(path->certificate).find("not the state"), std::string::npos);
+    EXPECT_TRUE(std::isnan(path->certificate.known_until));
+  }
+}
+
+// An accuracy tells from when on the state is not known: until then another run has the same.
+TEST(Certificate, AnAccuracyTellsUntilWhenTheStateIsKnown) {
+  const Folder folder;
+  const Scene scene = need(read_model(folder.write("hinge_and_ball.xml", hinge_and_ball))).scene;
+  const System system = compiled(scene);
+  SimulationSettings how = settings("dop853", 60, 0.01);
+  how.output_interval = 0.5;
+  how.accuracy = 1e-4;
+  const Trajectory path = run(system, how);
+  const Certificate& c = path.certificate;
+  EXPECT_FALSE(c.trusted);
+  EXPECT_GT(c.known_until, 1);
+  EXPECT_LT(c.known_until, 60);
+  EXPECT_NE(c.reason.find(fmt::format("the state is known to that up to t = {:.6g} s", c.known_until)),
+            std::string::npos)
+      << c.reason;
+  SimulationSettings fine = settings("gbs", c.known_until, 0.01, 1e-13);
+  const Trajectory until = run(system, fine);
+  for (std::size_t i = 0; i < path.times.size(); ++i)
+    if (std::abs(path.times[i] - c.known_until) < 1e-9)
+      EXPECT_LT((path.q.row(Eigen::Index(i)).transpose() - last(until.q)).cwiseAbs().maxCoeff(), 1e-3);
+  how.end_time = 2;
+  const Certificate early = run(system, how).certificate;
+  EXPECT_TRUE(early.trusted) << early.reason;
+  EXPECT_EQ(early.known_until, 2);
+  EXPECT_EQ(vouches_for(early), "energy, momenta and constraints, and the state to 0.0001 up to t = 2 s");
 }
 
 // ---- what reasons say ----

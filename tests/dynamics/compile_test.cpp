@@ -1,7 +1,9 @@
 // compile(): what is merged, folded and numbered, and what is refused, by name.
 #include <algorithm>
 
+#include "dynamics/coupled_switch.hpp"
 #include "dynamics/evaluate.hpp"
+#include "dynamics/simulate.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {
@@ -11,7 +13,7 @@ TEST(Compile, SupportsHoldTheCoordinatesOnTheWayToASolid) {
   const System system = compiled(roundabout());
   ASSERT_EQ(system.bodies.size(), 4u);  // the world and three
   const auto support = [&](int b) {
-    const auto first = system.support.begin() + system.bodies[b].first_support;
+    const auto first = system.branches().support.begin() + system.bodies[b].first_support;
     return std::vector<int>(first, first + system.bodies[b].support_count);
   };
   EXPECT_EQ(support(1), (std::vector<int>{0}));
@@ -174,6 +176,86 @@ TEST(CompileRefuses, EffortsAndConstraintsOnWhatIsNotThere) {
   expect_refused(scene, "constraint 'gear'", "one ratio for each coordinate");
   scene.constraints = {{"own", FunctionConstraint{}}};
   expect_refused(scene, "constraint 'own'", "has no function");
+}
+
+// ---- many solids ----
+
+// Of n solids, one on the other; the first hangs from the world.
+Scene long_chain(int n) {
+  Scene scene;
+  scene.name = "long chain";
+  scene.gravity.setZero();
+  for (int i = 0; i < n; ++i) {
+    const std::string parent = i == 0 ? world_name : fmt::format("l{}", i - 1);
+    scene.solids.push_back(
+        solid(fmt::format("l{}", i), parent,
+              {fixed({0, 0, i == 0 ? 0. : -1.}), hinge(fmt::format("h{}", i), Vector3d::UnitY())}, {link()}));
+  }
+  return scene;
+}
+
+// What a chain takes grows with its length, but for the mass matrix, which nothing asks for: of 100 000
+// solids it would be 160 GB.
+TEST(Compile, LongChainsCostByTheirLength) {
+  const int n = 100000;
+  const System system = compiled(long_chain(n));
+  ASSERT_EQ(system.nv, n);
+  EXPECT_EQ(system.bodies.back().support_count, n);
+  const auto matrix = evaluate(system, system.initial);
+  ASSERT_FALSE(matrix);
+  EXPECT_NE(matrix.error().message().find("long chain: the mass matrix of 100000 coordinates needs"),
+            std::string::npos)
+      << matrix.error().message();
+}
+
+// Hanging straight it turns about its own length like one rod, at an even rate.
+TEST(Compile, LongChainsAreSimulated) {
+  const int n = 20000;
+  Scene scene = long_chain(n);
+  std::get<Rotation>(scene.solids[0].switches[1].kind).axis = Vector3d::UnitZ();
+  scene.solids[0].switches[1].v = {2};
+  const Trajectory path = run(scene, settings("rk4", 2e-3, 1e-3));
+  EXPECT_NEAR(last(path.q)[0], 4e-3, 1e-12);
+  EXPECT_LT(last(path.q).tail(n - 1).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_NEAR(path.kinetic.back(), 0.5 * n * 0.001 * 4, 1e-9 * n);
+}
+
+TEST(Compile, SixtyThousandFreeSolidsFall) {
+  const int n = 60000;
+  Scene scene;
+  scene.name = "rain";
+  for (int i = 0; i < n; ++i)
+    scene.solids.push_back(solid(fmt::format("s{}", i), "world", free_switches(fmt::format("s{}", i)),
+                                 {inertial(1, {0, 0, 0}, {1, 1, 1})}));
+  const System system = compiled(scene);
+  const Trajectory path = run(system, settings("rk4", 0.01, 0.01));
+  EXPECT_NEAR(path.poses.back().p.z(), -0.5 * 9.81 * 1e-4, 1e-15);
+  EXPECT_TRUE(path.certificate.trusted) << path.certificate.reason;
+  SimulationSettings many = settings("rk4", 100, 0.01);
+  many.output_interval = 0.01;
+  for (const SimulationSettings& how : {many, settings("cvode", 1, 0.01)}) {
+    const auto out = simulate(system, system.initial, how);
+    ASSERT_FALSE(out);
+    EXPECT_NE(out.error().message().find("of memory; "), std::string::npos) << out.error().message();
+  }
+}
+
+TEST(Compile, CouplingsMayFollowEachOtherByTheThousands) {
+  const int n = 20000;
+  Scene scene;
+  for (int i = 0; i < n; ++i) {
+    Solid& one = scene.solids.emplace_back(
+        solid(fmt::format("s{}", i), "world",
+              {slide(fmt::format("x{}", i), Vector3d::UnitX(), i == n - 1 ? 3. : 0.)},
+              {inertial(1, {0, 0, 0}, {1, 1, 1})}));
+    if (i == n - 1) continue;
+    one.switches[0].q = one.switches[0].v = {};
+    one.switches[0].motion = Coupled{fmt::format("x{}", i + 1), Polynomial{{1e-4, 1}}};
+  }
+  const auto whole = without_coupled_switches(scene);
+  ASSERT_TRUE(whole) << whole.error().message();
+  for (int i = 0; i < n; i += 1000)
+    EXPECT_NEAR(whole->solids[std::size_t(i)].switches[0].q.at(0), 3 + 1e-4 * (n - 1 - i), 1e-9) << i;
 }
 
 }  // namespace

@@ -63,7 +63,7 @@ TEST_P(KinematicsOfTrees, SecondDerivativesAreThoseOfTheFirst) {
     const Kinematics behind = moved(-h), ahead = moved(h);
     for (int b = 1; b < int(system.bodies.size()); ++b) {
       const Body& body = system.bodies[b];
-      const int* support = system.support.data() + body.first_support;
+      const int* support = system.branches().support.data() + body.first_support;
       const int place = int(std::find(support, support + body.support_count, j) - support);
       for (int i = 0; i < body.support_count; ++i) {
         Eigen::Matrix<double, 6, 1> difference;

@@ -17,7 +17,7 @@ double mass_matrix_derivative(const System& system, const Kinematics& k, int i, 
     const Body& body = system.bodies[b];
     const auto place = [&](int u) {
       for (int n = 0; n < body.support_count; ++n)
-        if (system.support[body.first_support + n] == u) return n;
+        if (system.branches().support[body.first_support + n] == u) return n;
       return -1;
     };
     const int pi = place(i), pg = place(g), pj = place(j);

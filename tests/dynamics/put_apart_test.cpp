@@ -145,6 +145,36 @@ TEST(PutApart, WhatHasNowhereToGoEndsByName) {
       << out.error().message();
 }
 
+// A ball on a slide across the plane's normal, and one that is welded: no coordinate parts them from the
+// plane.
+TEST(PutApart, WhatNoCoordinateMovesEndsByName) {
+  for (const bool slides : {true, false}) {
+    Scene scene;
+    scene.solids = {solid("ball", "world", {fixed({0, 0, 0.05})}, {inertial(1, {0, 0, 0}, {1, 1, 1})})};
+    if (slides) scene.solids[0].switches.push_back(slide("x", Vector3d::UnitX(), 0, 1));
+    SphereOverPlane kind;
+    kind.sphere.solid = "ball";
+    kind.radius = radius;
+    kind.plane.solid = "world";
+    kind.normal = Vector3d::UnitZ();
+    scene.constraints = {{"floor", kind}};
+    const System system = compiled(scene);
+    State state = system.initial;
+    const auto out = put_apart(system, system.parameters, state);
+    ASSERT_FALSE(out);
+    EXPECT_EQ(out.error().message(),
+              "contact 'floor': overlaps at the start, and no move puts it apart: 0.05 is left");
+    for (const char* method : {"moreau", "dop853", "gbs", "rk4"})
+      for (const bool apart : {true, false}) {
+        SimulationSettings how = settings(method, 0.1, 1e-3);
+        how.put_apart = apart;
+        const auto path = simulate(system, system.initial, how);
+        ASSERT_FALSE(path) << method;
+        EXPECT_EQ(path.error().message().find("contact 'floor': overlaps"), 0u) << path.error().message();
+      }
+  }
+}
+
 TEST(PutApart, ARunBeginsWhereNothingOverlaps) {
   for (const char* method : {"moreau", "dop853"}) {
     SimulationSettings how = settings(method, 0.1, 1e-3);

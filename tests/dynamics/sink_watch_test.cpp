@@ -39,6 +39,19 @@ TEST(SinkWatch, StepsThatStayTinyAreTold) {
   }
 }
 
+TEST(SinkWatch, MoreStepsThanARunMayTakeAreForetold) {
+  // 10 s by steps of 5e-9 s are twice 1e9 of them: told after 200 000; by 2e-8 s half as many as may be
+  for (const auto& [step, verdict] : {std::pair(5e-9, Verdict::stalled), std::pair(2e-8, Verdict::fine)}) {
+    SinkWatch watch;
+    Verdict worst = Verdict::fine;
+    int steps = 0;
+    for (; steps < 1000000 && worst == Verdict::fine; ++steps)
+      worst = watch.after(steps * step, step, true, 10, 1e9);
+    EXPECT_EQ(worst, verdict) << step;
+    if (verdict == Verdict::stalled) EXPECT_NEAR(steps, 200000, 200);
+  }
+}
+
 /// A force along a slide, as a law of its place and speed.
 template <class Law>
 struct Along {
@@ -134,6 +147,21 @@ TEST(Sinking, AJumpOfAForceIsPassed) {
     const double t = 0.5, after = t - (std::sqrt(2.) - 1);
     const Trajectory out = run(pushed(Wall{}, 1), settings(method, t, 0.01, 1e-10));
     EXPECT_NEAR(last(out.q)[0], 0.5 + std::sqrt(2.) * after + 500 * after * after, 1e-4) << method;
+  }
+}
+
+TEST(SinkWatch, ATopThatTurnsTooFastIsNamed) {
+  Scene scene;
+  scene.gravity.setZero();
+  scene.solids = {solid("top", "world", {ball("turn", identity_quaternion(), {1e9, 1e8, 1e8})},
+                        {inertial(1, {0, 0, 0}, {0.1, 0.2, 0.25})})};
+  for (const char* method : {"dop853", "gbs"}) {
+    const System system = compiled(scene);
+    const auto out = simulate(system, system.initial, settings(method, 10, 0.01, 1e-9));
+    ASSERT_FALSE(out) << method;
+    EXPECT_NE(out.error().message().find("'turn"), std::string::npos) << out.error().message();
+    EXPECT_NE(out.error().message().find("would take more than 1e+09"), std::string::npos)
+        << out.error().message();
   }
 }
 

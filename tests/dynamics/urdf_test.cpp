@@ -353,5 +353,23 @@ TEST(Urdf, BadFilesEndInOneSentence) {
   }
 }
 
+// The way up from each link to the root is gone once.
+TEST(Urdf, LongChainsAreReadByTheirLength) {
+  const int n = 30000;
+  std::string text = link_text("l0");
+  for (int i = 1; i < n; ++i)
+    text += link_text(fmt::format("l{}", i)) +
+            joint_text(fmt::format("j{}", i), "continuous", fmt::format("l{}", i - 1), fmt::format("l{}", i));
+  const Scene scene = read_text(robot(text)).scene;
+  ASSERT_EQ(scene.solids.size(), std::size_t(n));
+  EXPECT_EQ(scene.solids.back().parent, fmt::format("l{}", n - 2));
+  const Folder folder;
+  const auto circle = read_model(folder.write(
+      "robot.urdf",
+      robot(text + link_text("root") + joint_text("j0", "continuous", fmt::format("l{}", n - 1), "l0"))));
+  ASSERT_FALSE(circle);
+  EXPECT_NE(circle.error().message().find("is its own ancestor"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace borelli::test::urdf_test

@@ -27,6 +27,15 @@ TEST(Progress, WithoutATerminalALineIsSaidNowAndThen) {
             "economy ...\neconomy ... 25 %\neconomy        3 models\n");
 }
 
+TEST(Progress, LongWorkSaysHowLongItWillTake) {
+  EXPECT_EQ(progress_words(0.1, 1e-9), "0 %");  // nobody can tell yet
+  EXPECT_EQ(progress_words(10, 0.25), "25 %");  // half a minute
+  EXPECT_EQ(progress_words(60, 0), "0 %");
+  EXPECT_EQ(progress_words(60, 0.004), "0.4 %, about 4 h left");
+  EXPECT_EQ(progress_words(60, 0.02), "2 %, about 49 min left");
+  EXPECT_EQ(progress_words(30, 1e-9), "1e-07 %, about 951 years left");
+}
+
 TEST(Progress, QuickWorkSaysThatItBeginsAndEnds) {
   testing::internal::CaptureStderr();
   {

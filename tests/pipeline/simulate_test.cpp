@@ -38,7 +38,8 @@ TEST(Simulate, WritesTheTrajectoryAndPrintsTheCertificate) {
   const ProgramRun run =
       run_program("simulate " + samples + "roundabout.toml -o " + (folder / "a.h5").string());
   EXPECT_EQ(run.code, 0) << run.err;
-  EXPECT_TRUE(run.out.starts_with("trusted\n")) << run.out;
+  EXPECT_TRUE(run.out.starts_with("trusted\nvouches for energy, momenta and constraints, not the state: "))
+      << run.out;
   EXPECT_EQ(folder.count(), 1);
   const auto stored = read_trajectory(folder / "a.h5");
   ASSERT_TRUE(stored) << stored.error().message();
@@ -63,6 +64,8 @@ TEST(Simulate, FlagsGoBeforeTheScene) {
   EXPECT_EQ(answer["end"]["q"].size(), 3u);
   EXPECT_EQ(answer["coordinates"][1]["name"], "right");
   EXPECT_TRUE(answer["certificate"]["trusted"]);
+  EXPECT_NE(answer["certificate"]["vouches_for"].get<std::string>().find("not the state"), std::string::npos);
+  EXPECT_TRUE(answer["certificate"]["state_known_until"].is_null());
   EXPECT_LT(answer["certificate"]["energy_drift"],
             1e-7);  // a fixed step of 0.01 would drift by 1e-5 in that time
 }

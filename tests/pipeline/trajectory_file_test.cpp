@@ -69,7 +69,7 @@ Trajectory made_up(std::size_t times) {
   c.events = {{0.125, "range_left", "coordinate 'knee' above 2.4"}, {0.5, "impact", "ball", 2.5, 0.75}};
   c.contacts = 3, c.impacts = 7, c.impact_loss = 0.75, c.contact_error = 0.0625;
   c.work_events = -3, c.work_events_size = 3;
-  c.accuracy = 1e-6, c.estimated_error = 1e-7, c.stiff_from = 0.5;
+  c.accuracy = 1e-6, c.estimated_error = 1e-7, c.known_until = 0.75, c.stiff_from = 0.5;
   c.step_defect = 0.03, c.step_defect_time = 0.75, c.step_defect_coordinate = "hip";
   c.steps_accepted = 1234567890123, c.steps_rejected = 4, c.evaluations = 99;
   c.smallest_step = 1e-5;
@@ -185,6 +185,7 @@ TEST_F(TrajectoryFile, Hdf5GivesTheCertificateBack) {
   EXPECT_EQ(b.work_events, -3);
   EXPECT_EQ(b.accuracy, 1e-6);
   EXPECT_EQ(b.estimated_error, 1e-7);
+  EXPECT_EQ(b.known_until, 0.75);
   EXPECT_EQ(b.stiff_from, 0.5);
   EXPECT_EQ(b.step_defect, 0.03);
   EXPECT_EQ(b.step_defect_time, 0.75);

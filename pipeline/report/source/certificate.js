@@ -15,6 +15,7 @@ export function makeCertificate(motion) {
     'div',
     { class: `certificate ${c.trusted ? 'trusted' : 'untrusted'}` },
     h('h3', {}, c.trusted ? 'This motion can be trusted' : 'This motion is not to be trusted'),
+    c.vouches_for ? h('p', {}, `Trust vouches for ${c.vouches_for}.`) : null,
     c.trusted
       ? null
       : h(

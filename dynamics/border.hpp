@@ -1,0 +1,49 @@
+// What becomes of exceptions at the engine's border: a user's functions may throw, and memory may run out.
+#pragma once
+
+#include <fmt/core.h>
+
+#include <exception>
+#include <new>
+#include <stdexcept>
+#include <utility>
+
+#include "dynamics/system.hpp"
+#include "process/memory.hpp"
+
+namespace borelli {
+
+/// Asks for memory (process/memory.hpp) where it is more than a scene of a thousand solids ever takes: the
+/// question itself takes as long as solving the equations of a small one. `what()` names what it is for.
+template <class What>
+Result<void> admit_large(const System& system, double bytes, What&& what) {
+  constexpr double large = 64e6;
+  if (bytes < large) return {};
+  return admit_memory(system.scene, what(), bytes);
+}
+
+/// Does the work, whose answer is a Result. Errors: its own; that it found no memory; what a user's function
+/// threw.
+template <class Work>
+auto at_border(const System& system, Work&& work) -> decltype(work()) {
+  const auto no_memory = [&] {
+    return failure(
+        system.scene,
+        fmt::format("the memory does not do for {} coordinates, {} constraint rows and {} contacts "
+                    "(--max-memory)",
+                    system.nv, system.rows, system.contacts.size()));
+  };
+  try {
+    return std::forward<Work>(work)();
+  } catch (const std::bad_alloc&) {
+    return no_memory();
+  } catch (const std::length_error&) {  // more than any vector holds
+    return no_memory();
+  } catch (const std::exception& thrown) {
+    return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
+  } catch (...) {
+    return failure(system.scene, "a user's function threw what is no std::exception");
+  }
+}
+
+}  // namespace borelli
