@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "segmentation/files/slice_files.hpp"
+#include "segmentation/files/voxel_size.hpp"
 #include "segmentation/header_text.hpp"
 #include "segmentation/image_file.hpp"
 
@@ -98,7 +99,9 @@ Result<void> check_dimensions(const std::string& path, const MetaImage& meta) {
 }
 
 // Row c of TransformMatrix is the direction of axis c; of a file of more dimensions the first three count.
-Result<void> place(const std::string& path, const MetaImage& meta, Grid& grid) {
+// Rows that are not of unit length hold the voxels' size a second time.
+Result<void> place(const std::string& path, const MetaImage& meta, ImageHeader& header) {
+  Grid& grid = header.grid;
   const auto sizes = numbers_in(meta.tag("DimSize"));
   const std::size_t n = sizes.size();
   const auto spacing = numbers_in(meta.any({"ElementSpacing", "ElementSize"}));
@@ -120,6 +123,16 @@ Result<void> place(const std::string& path, const MetaImage& meta, Grid& grid) {
     }
     grid.origin[static_cast<int>(c)] = origin.empty() ? 0 : origin[c];
   }
+  const Vector3d spaced = Vector3d(spacing.data()).cwiseAbs();
+  std::vector<SizeField> fields{{"ElementSpacing", spaced}};
+  if (const auto size = numbers_in(meta.tag("ElementSize"));
+      size.size() == n && !meta.tag("ElementSpacing").empty())
+    fields.push_back({"ElementSize", Vector3d(size.data()), true});
+  const Vector3d rows = grid.axes.colwise().norm().transpose().cwiseQuotient(spaced);
+  if (((rows.array() - 1).abs() > 0.01).any()) fields.push_back({"TransformMatrix", rows});
+  const auto size = voxel_size(path, fields, header.warnings);
+  if (!size) return tl::unexpected(size.error());
+  resize_axes(grid.axes, *size);
   return {};
 }
 
@@ -165,7 +178,7 @@ Result<ImageHeader> read_metaimage_header(const std::string& path) {
   header.slope = number_in(meta->tag("ElementToIntensityFunctionSlope")).value_or(header.slope);
   header.intercept = number_in(meta->tag("ElementToIntensityFunctionOffset")).value_or(header.intercept);
 
-  if (const auto placed = place(path, *meta, header.grid); !placed) return tl::unexpected(placed.error());
+  if (const auto placed = place(path, *meta, header); !placed) return tl::unexpected(placed.error());
   if (const auto found = locate_voxels(path, *meta, header); !found) return tl::unexpected(found.error());
   return header;
 }

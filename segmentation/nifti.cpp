@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "segmentation/files/voxel_size.hpp"
 #include "segmentation/image_file.hpp"
 #include "segmentation/nifti_names.hpp"
 
@@ -259,6 +260,17 @@ Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<
     warnings.push_back("the qform is not a placing of a grid and was left aside");
     q.reset();
   }
+  if (s) {
+    std::vector<SizeField> fields{{"sform", s->axes.colwise().norm()}};
+    const Vector3d pixdim = Vector3d(n.pixdim[1], n.pixdim[2], n.pixdim[3]).cwiseAbs();
+    if (q) fields.push_back({"qform", pixdim});  // whose lengths are pixdim's
+    // of a tilted gantry's slices it may be the distance along their normal
+    const bool tilted = shear({.axes = s->axes}) > 1e-3;
+    fields.push_back({"pixdim", pixdim, tilted && !q});
+    const auto size = voxel_size(path, fields, warnings);
+    if (!size) return tl::unexpected(size.error());
+    resize_axes(s->axes, *size);
+  }
   if (s && q) {
     // both are stored as float32; half a voxel apart is a different placing, not rounding
     const double apart = disagreement(*s, *q, n);
@@ -267,17 +279,9 @@ Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<
           path,
           "has a sform and a qform that mirror each other, so that left and right are not told: set the "
           "code of the wrong one to 0 (sform_code or qform_code), or convert the scan anew");
-    if (apart > 0.5) {
-      const Vector3d by_s = s->axes.colwise().norm(), by_q = q->axes.colwise().norm();
-      const bool sizes = ((by_s - by_q).array().abs() > 0.01 * by_s.array()).any();
+    if (apart > 0.5)
       warnings.push_back(
-          sizes ? fmt::format("the sform and the qform give voxels of other sizes, {:.4g} x {:.4g} x {:.4g} "
-                              "and {:.4g} x {:.4g} x {:.4g}: lengths and masses hang on which is right; the "
-                              "sform was used",
-                              by_s[0], by_s[1], by_s[2], by_q[0], by_q[1], by_q[2])
-                : fmt::format("the sform and the qform differ by up to {:.1f} voxels; the sform was used",
-                              apart));
-    }
+          fmt::format("the sform and the qform differ by up to {:.1f} voxels; the sform was used", apart));
   }
   if (s) return *s;
   if (q) return *q;
@@ -312,9 +316,11 @@ Result<ImageHeader> read_nifti_header(const std::string& path) {
   header.grid.axes = *unit * ras_to_lps.asDiagonal() * placing->axes;
   header.grid.origin = *unit * ras_to_lps.cwiseProduct(placing->origin);
 
-  if (!std::isfinite(n->slope) || !std::isfinite(n->intercept))
-    return failure(path, "has a damaged header: scl_slope or scl_inter is not a number");
-  if (n->slope != 0) header.slope = n->slope, header.intercept = n->intercept;  // 0: no scaling
+  if (n->slope != 0 && !std::isnan(n->slope)) {  // else: no scaling
+    if (!std::isfinite(n->slope) || !std::isfinite(n->intercept))
+      return failure(path, "has a damaged header: scl_slope or scl_inter is not a finite number");
+    header.slope = n->slope, header.intercept = n->intercept;
+  }
 
   const double least = n->pair ? 0 : n->version == 1 ? 352 : 544;
   if (!(n->vox_offset <= 1e9)) return failure(path, "has a damaged header: vox_offset is absurd");

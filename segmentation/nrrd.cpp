@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "segmentation/files/slice_files.hpp"
+#include "segmentation/files/voxel_size.hpp"
 #include "segmentation/header_text.hpp"
 #include "segmentation/image_file.hpp"
 
@@ -214,7 +215,10 @@ Result<void> place(const std::string& path, const Nrrd& nrrd, const std::vector<
   const auto unit = millimetres(path, nrrd.field("space units"));
   if (!unit) return tl::unexpected(unit.error());
   const auto directions = vectors_in(nrrd.field("space directions"));
-  const auto spacings = numbers_in(nrrd.field("spacings"));
+  const auto spacings = numbers_in(nrrd.field("spacings")),
+             thicknesses = numbers_in(nrrd.field("thicknesses"));
+  const auto units = nrrd.field("units");
+  const double own_unit = units.empty() ? *unit : millimetres(path, units).value_or(*unit);
   for (int c = 0; c < 3; ++c) {
     const std::size_t a = axes[static_cast<std::size_t>(c)];
     if (!directions.empty()) {
@@ -225,12 +229,27 @@ Result<void> place(const std::string& path, const Nrrd& nrrd, const std::vector<
                         a + 1));
       header.grid.axes.col(c) = *unit * flip.cwiseProduct(Vector3d(directions[a].data()));
     } else if (a < spacings.size()) {
-      header.grid.axes.col(c) = spacings[a] * Vector3d::Unit(c);
+      header.grid.axes.col(c) = own_unit * spacings[a] * Vector3d::Unit(c);
     } else {
       return failure(path,
                      "says nothing of its voxels' size: neither 'space directions' nor 'spacings' is there");
     }
   }
+  const auto along = [&](const std::vector<double>& list) {
+    Vector3d lengths;
+    for (int c = 0; c < 3; ++c) {
+      const std::size_t a = axes[static_cast<std::size_t>(c)];
+      lengths[c] = a < list.size() ? own_unit * std::abs(list[a]) : std::nan("");
+    }
+    return lengths;
+  };
+  std::vector<SizeField> fields;
+  if (!directions.empty()) fields.push_back({"space directions", header.grid.axes.colwise().norm()});
+  if (!spacings.empty()) fields.push_back({"spacings", along(spacings)});
+  if (!thicknesses.empty()) fields.push_back({"thicknesses", along(thicknesses), true});
+  const auto size = voxel_size(path, fields, header.warnings);
+  if (!size) return tl::unexpected(size.error());
+  resize_axes(header.grid.axes, *size);
   if (const auto origin = numbers_in(nrrd.field("space origin")); origin.size() == 3)
     header.grid.origin = *unit * flip.cwiseProduct(Vector3d(origin.data()));
   return {};
