@@ -81,7 +81,7 @@ bool same_lattice(const Grid& a, const Grid& b) {
 }
 
 LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads) {
-  LabelMap out{{grid, {}}, labels.names};
+  LabelMap out{{grid, {}}, labels.names, labels.warnings};
   if (same_grid(grid, labels.grid)) {
     out.voxels = labels.voxels;
     return out;

@@ -15,7 +15,7 @@ namespace borelli {
 struct ClassMap {
   LabelMap labels;                    ///< classes; 0: the map says nothing of the place
   std::vector<ClassRule> rules;       ///< by label; [0] is not used
-  std::vector<std::string> warnings;  ///< classes that the mapping does not tell of
+  std::vector<std::string> warnings;  ///< of the labels' reader; classes that the mapping does not tell of
 
   const ClassRule& rule(std::uint8_t label) const { return rules[label]; }
 };

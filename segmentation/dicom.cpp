@@ -304,7 +304,8 @@ Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOpt
   ScannedVolume scanned = describe(*stack, *reading);
   scanned.warnings.insert(scanned.warnings.end(), notes.begin(), notes.end());
   scanned.warnings.insert(scanned.warnings.end(), stack->notes.begin(), stack->notes.end());
-  scanned.volume.voxels = to_int16(std::move(*voxels), slope, intercept, range, *quantity, scanned.warnings);
+  scanned.volume.voxels =
+      to_int16(std::move(*voxels), slope, intercept, range, *quantity, scanned.warnings, &scanned.clamped);
   if (!stack->sources.empty()) {
     const auto fits = admit_memory(folder, fmt::format("its {} slices evenly spaced", stack->sources.size()),
                                    2 * static_cast<double>(stack->grid.count()));

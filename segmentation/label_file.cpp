@@ -16,6 +16,7 @@
 #include "process/memory.hpp"
 #include "segmentation/class_map.hpp"
 #include "segmentation/dicom_segmentation.hpp"
+#include "segmentation/files/plausibility.hpp"
 #include "segmentation/header_text.hpp"
 #include "segmentation/image_file.hpp"
 #include "segmentation/parts.hpp"
@@ -290,6 +291,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
   map.voxels = relabel(*voxels, *header, *labels);
   map.names = {"outside"};
   map.warnings = std::move(header->warnings);
+  if (auto doubt = doubt_of_size(map.grid); !doubt.empty()) map.warnings.push_back(std::move(doubt));
   out.labels.numbers = {0};
   for (const auto& [number, label] : *labels) {
     if (map.names.size() <= label) map.names.resize(label + std::size_t{1});

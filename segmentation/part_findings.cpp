@@ -16,6 +16,7 @@
 
 #include "segmentation/contact.hpp"
 #include "segmentation/edge_contact.hpp"
+#include "segmentation/files/plausibility.hpp"
 #include "segmentation/part_words.hpp"
 #include "segmentation/unparted_limbs.hpp"
 #include "threads/slabs.hpp"
@@ -467,7 +468,17 @@ void doubt_parts_that_no_body_has(Segmentation& out) {
 
 }  // namespace
 
+void warn_of_body(Segmentation& out) {
+  double volume = 0;
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    if (out.part[n].coverage != Coverage::whole) return;
+    volume += out.part[n].volume;
+  }
+  if (auto doubt = doubt_of_body(1e-9 * volume); !doubt.empty()) out.warnings.push_back(std::move(doubt));
+}
+
 void warn_of_parts(Segmentation& out) {
+  warn_of_body(out);
   doubt_parts_that_no_body_has(out);
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const auto& finding = out.part[n];

@@ -224,17 +224,21 @@ Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
 
 struct Changes {
   std::size_t below = 0, above = 0, not_finite = 0, padding = 0;
+  std::size_t far_below = 0;  // of `below`: no noise about air reaches these
 
   Changes& operator+=(const Changes& other) {
     below += other.below, above += other.above, not_finite += other.not_finite, padding += other.padding;
+    far_below += other.far_below;
     return *this;
   }
 };
 
+constexpr std::int32_t below_noise = -1100, far_below_air = -1500;  // of CT numbers
+
 // The value that stands for what was not measured: one that no noise about air reaches, held by more voxels
 // than chance gives. NaN: there is none.
 double padding_of(const ValueRange& r) {
-  constexpr double below_noise = -1100, share = 1e-3;
+  constexpr double share = 1e-3;
   return r.least < below_noise && at_least(r.at_least, share, r.count)
              ? r.least
              : std::numeric_limits<double>::quiet_NaN();
@@ -254,17 +258,18 @@ Changes convert_whole(std::int16_t* at, std::int64_t count, const Whole& whole) 
   constexpr std::int64_t together = 1 << 15;
   for (std::int64_t from = 0; from < count; from += together) {
     const std::int64_t to = std::min(from + together, count);
-    std::uint32_t below = 0, above = 0, padded = 0;
+    std::uint32_t below = 0, above = 0, padded = 0, far = 0;
     for (std::int64_t n = from; n < to; ++n) {
       const std::int32_t value = times * (at[n] & mask) + plus;
       const bool seen = value != unseen;
       padded += !seen;
       below += seen & (value < least);
+      far += seen & (value < far_below_air);
       above += value > greatest;
       const std::int32_t held = std::max(least, std::min(value, greatest));
       at[n] = static_cast<std::int16_t>(seen ? held : padding_hu);
     }
-    changes.below += below, changes.above += above, changes.padding += padded;
+    changes.below += below, changes.above += above, changes.padding += padded, changes.far_below += far;
   }
   return changes;
 }
@@ -311,6 +316,7 @@ Changes convert(std::vector<std::int16_t>& storage, std::size_t count, double sl
       out = padding_hu;
     } else {
       changes.below += value<low, changes.above += value> 32767;
+      changes.far_below += value < far_below_air;
       out = static_cast<std::int16_t>(std::lrint(std::clamp(value, low, 32767.0)));
     }
     std::memcpy(bytes + 2 * at, &out, 2);
@@ -464,7 +470,7 @@ Result<QuantityReading> decide_quantity(const std::string& path, const StoredVox
 
 std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double intercept,
                                    const ValueRange& range, FileQuantity quantity,
-                                   std::vector<std::string>& warnings) {
+                                   std::vector<std::string>& warnings, Clamped* clamped) {
   double low = -32768;
   std::int16_t fill = 0;
   double padding = std::numeric_limits<double>::quiet_NaN();
@@ -499,6 +505,9 @@ std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double int
   tell(changes.not_finite, quantity == FileQuantity::mr
                                ? "are not finite numbers and were taken as no signal (0)"
                                : "are not finite numbers: the scan does not show what is there");
+  if (clamped)
+    *clamped = {.below = quantity == FileQuantity::hu ? static_cast<std::int64_t>(changes.far_below) : 0,
+                .above = static_cast<std::int64_t>(changes.above)};
   return std::move(voxels.storage);
 }
 

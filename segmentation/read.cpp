@@ -2,16 +2,14 @@
 
 #include <fmt/core.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <mutex>
-#include <span>
 
 #include "process/input_file.hpp"
 #include "segmentation/dicom.hpp"
 #include "segmentation/dicom_elements.hpp"
+#include "segmentation/files/plausibility.hpp"
 #include "segmentation/header_text.hpp"
-#include "threads/slabs.hpp"
 
 namespace borelli {
 namespace {
@@ -35,16 +33,6 @@ bool is_dicom_slice(const std::string& path) {
 
 // mm: no unit makes that of a voxel of a body
 constexpr double largest_voxel = 1e5;
-
-// A body is millimetres to metres large; a header in a wrong unit shows here.
-void check_spacing(const Grid& grid, std::vector<std::string>& warnings) {
-  const Eigen::Vector3d spacing = grid.spacing();
-  if (spacing.minCoeff() < 0.01 || spacing.maxCoeff() > 50) {
-    warnings.push_back(fmt::format(
-        "voxels of {:.4g} x {:.4g} x {:.4g} mm are unlikely for a scan of a body: is the unit right?",
-        spacing[0], spacing[1], spacing[2]));
-  }
-}
 
 Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& options) {
   auto header = read_image_header(path);
@@ -72,11 +60,8 @@ Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& opti
   scanned.warnings = std::move(header->warnings);
   scanned.volume.grid = header->grid;
   scanned.volume.quantity = held_as(reading->quantity);
-  if (reading->quantity == FileQuantity::hu && range.least > -200)
-    scanned.warnings.push_back(
-        "no value is below -200, so there is no air in it: CT numbers with 1024 added look like that");
   scanned.volume.voxels = to_int16(std::move(*voxels), header->slope, header->intercept, range,
-                                   reading->quantity, scanned.warnings);
+                                   reading->quantity, scanned.warnings, &scanned.clamped);
   return scanned;
 }
 
@@ -128,18 +113,12 @@ Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& op
   const bool dicom = is_folder(path) || is_multi_frame(path);
   auto scanned = dicom ? read_dicom_folder(path, options) : read_file(path, options);
   if (!scanned) return scanned;
-  check_spacing(scanned->volume.grid, scanned->warnings);
-  const auto& voxels = scanned->volume.voxels;
-  scanned->least = scanned->greatest = voxels.front();
-  std::mutex mutex;
-  in_slabs(std::ssize(voxels), 0, [&](std::int64_t first, std::int64_t last) {
-    std::int16_t least = voxels.front(), greatest = least;
-    for (const std::int16_t value : std::span(voxels).subspan(std::size_t(first), std::size_t(last - first)))
-      least = std::min(least, value), greatest = std::max(greatest, value);
-    const std::lock_guard lock(mutex);
-    scanned->least = std::min<double>(scanned->least, least);
-    scanned->greatest = std::max<double>(scanned->greatest, greatest);
-  });
+  const ValueCounts counts = count_values(scanned->volume);
+  scanned->least = counts.least, scanned->greatest = counts.greatest;
+  if (auto doubt = doubt_of_size(scanned->volume.grid); !doubt.empty())
+    scanned->warnings.push_back(std::move(doubt));
+  if (auto fine = check_values(path, scanned->volume, counts, scanned->clamped, scanned->warnings); !fine)
+    return tl::unexpected(fine.error());
   return scanned;
 }
 

@@ -125,6 +125,8 @@ struct HandMade {
   void sform(const std::array<float, 12>& rows) {
     set_field<std::int16_t>(bytes, 254, 1);
     for (std::size_t i = 0; i < 12; ++i) set_field(bytes, 280 + 4 * i, rows[i]);
+    for (std::size_t c = 0; c < 3; ++c)  // pixdim says the same
+      set_field(bytes, 80 + 4 * c, std::hypot(rows[c], rows[4 + c], rows[8 + c]));
   }
   // turns all that is read, after `count` voxels of `width` bytes were added
   void to_big_endian(std::size_t width, std::size_t count) {
@@ -221,26 +223,33 @@ TEST(Nifti, VoxelsOfManyBlocksAreAllLookedOver) {
 
 TEST(Nifti, MarksPaddingClampsWhatInt16CannotHoldAndSaysSo) {
   ScratchFolder folder;
-  HandMade file({3, 2, 2, 2, 1, 1, 1, 1}, 16, 32);
+  HandMade file({3, 4, 5, 2, 1, 1, 1, 1}, 16, 32);
   file.sform(plain_rows);
-  file.voxels<float>({-3024, -3024, -1024, 0, 40, 50000, NAN, INFINITY});
+  std::vector<float> stored(40, 40);
+  std::ranges::copy(std::vector<float>{-3024, -3024, -1024, 0, 40, 50000, NAN, INFINITY}, stored.begin());
+  file.voxels(stored);
   put_bytes(folder / "a.nii", file.bytes);
   const auto back = read_volume(folder / "a.nii", as_hu);
   ASSERT_TRUE(back) << back.error().message();
-  EXPECT_EQ(back->volume.voxels,
+  EXPECT_EQ(std::vector(back->volume.voxels.begin(), back->volume.voxels.begin() + 8),
             (std::vector<std::int16_t>{padding_hu, padding_hu, -1024, 0, 40, 32767, padding_hu, padding_hu}));
   ASSERT_EQ(back->warnings.size(), 3u);
-  EXPECT_NE(back->warnings[0].find("2 voxels (25 %) at -3024 are padding"), std::string::npos)
+  EXPECT_NE(back->warnings[0].find("2 voxels (5 %) at -3024 are padding"), std::string::npos)
       << back->warnings[0];
-  EXPECT_NE(back->warnings[1].find("1 voxels (12.5 %) above 32767"), std::string::npos) << back->warnings[1];
-  EXPECT_NE(back->warnings[2].find("2 voxels (25 %) are not finite"), std::string::npos) << back->warnings[2];
+  EXPECT_NE(back->warnings[1].find("1 voxels (2.5 %) above 32767"), std::string::npos) << back->warnings[1];
+  EXPECT_NE(back->warnings[2].find("2 voxels (5 %) are not finite"), std::string::npos) << back->warnings[2];
 }
 
-TEST(Nifti, CtNumbersWithoutAirAreDoubted) {
+TEST(Nifti, CtNumbersWithoutAirAreDoubtedAndThoseWith1024AddedRefused) {
   ScratchFolder folder;
   HandMade file({3, 2, 2, 1, 1, 1, 1, 1}, 512, 16);
   file.sform(plain_rows);
   file.voxels<std::uint16_t>({24, 1064, 1100, 24});  // air and tissue, 1024 added
+  put_bytes(folder / "a.nii", file.bytes);
+  const auto refused = read_volume(folder / "a.nii", as_hu);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("1024 was added"), std::string::npos) << refused.error().message();
+  set_field<std::uint16_t>(file.bytes, 354, 40), set_field<std::uint16_t>(file.bytes, 356, 60);
   put_bytes(folder / "a.nii", file.bytes);
   const auto back = read_volume(folder / "a.nii", as_hu);
   ASSERT_TRUE(back) << back.error().message();
@@ -366,7 +375,7 @@ TEST(Nifti, RefusesDamageInOneSentence) {
       {"colours", [](auto& b) { set_field<std::int16_t>(b, 70, 128); }, "colours"},
       {"complex", [](auto& b) { set_field<std::int16_t>(b, 70, 32); }, "complex"},
       {"unknown type", [](auto& b) { set_field<std::int16_t>(b, 70, 77); }, "datatype 77"},
-      {"NaN slope", [](auto& b) { set_field<float>(b, 112, NAN); }, "scl_slope"},
+      {"infinite slope", [](auto& b) { set_field<float>(b, 112, INFINITY); }, "scl_slope"},
       {"absurd offset", [](auto& b) { set_field<float>(b, 108, 1e30f); }, "vox_offset"},
       {"flat and no spacing",
        [](auto& b) {
