@@ -286,6 +286,16 @@ std::vector<EntryDeviation> deviations_from(const Json& json, const std::string&
   return all;
 }
 
+std::vector<std::string> texts_from(const Json& json, const char* key, const std::string& owner) {
+  std::vector<std::string> texts;
+  if (!json.contains(key)) return texts;
+  for (const Json& one : json[key]) {
+    if (!one.is_string()) throw Damaged{fmt::format("\"{}\" of {} must hold texts", key, owner)};
+    texts.push_back(one.get<std::string>());
+  }
+  return texts;
+}
+
 InertiaRow row_from(const Json& json, std::size_t number_of_row) {
   InertiaRow row;
   row.part = text(json, "part", fmt::format("row {}", number_of_row));
@@ -302,11 +312,7 @@ InertiaRow row_from(const Json& json, std::size_t number_of_row) {
   }
   if (json.contains("frame")) row.frame = frame_from(json["frame"], "the frame of " + row.part);
   row.deviations = deviations_from(json, row.part);
-  if (json.contains("notes"))
-    for (const Json& note : json["notes"]) {
-      if (!note.is_string()) throw Damaged{fmt::format("\"notes\" of {} must hold texts", row.part)};
-      row.notes.push_back(note.get<std::string>());
-    }
+  row.notes = texts_from(json, "notes", row.part);
   return row;
 }
 
@@ -326,9 +332,13 @@ InertiaTable table_from(const Json& json) {
   for (const Json& part : parts) rows.push_back(row_from(part, rows.size() + 1));
   InertiaTable table = make_table(std::move(source), std::move(rows));
   if (!table.source.segments.empty()) table.whole = row_from(member(json, "body", "the file"), 0);
+  table.warnings = texts_from(json, "warnings", "the file");
   if (json.contains("deviation_causes"))
     for (const Json& cause : json["deviation_causes"]) table.causes.push_back(cause.get<std::string>());
-  if (json.contains("body")) table.whole.deviations = deviations_from(json["body"], "body");
+  if (json.contains("body")) {
+    table.whole.deviations = deviations_from(json["body"], "body");
+    table.whole.notes = texts_from(json["body"], "notes", "body");
+  }
   return table;
 }
 
@@ -339,6 +349,7 @@ std::string to_csv(const InertiaTable& table) {
   out += fmt::format("# {}\n", format_name);
   for (const auto& [key, field] : source_fields)
     if (!(table.source.*field).empty()) out += one_line(fmt::format("# {}: {}", key, table.source.*field));
+  for (const std::string& warning : table.warnings) out += one_line("# warning: " + warning);
   out +=
       "# centre and patient_I in patient axes: x left, y posterior, z superior; I about the gravity centre, "
       "as matrix "
@@ -384,6 +395,7 @@ std::string to_json(const InertiaTable& table) {
        "patient axes in metres: x left, y posterior, z superior; tensors about the gravity centre, as "
        "matrix entries, Ixy = -integral xy dm"},
       {"source", source},
+      {"warnings", table.warnings},
       {"beside_published", summary},
       {"deviation_causes", table.causes},
       {"body", row_json(table, table.whole)},

@@ -4,6 +4,7 @@
 
 #include "pipeline/measure.hpp"
 #include "segmentation/edge_contact.hpp"
+#include "segmentation/part_findings.hpp"
 
 namespace borelli {
 
@@ -24,6 +25,7 @@ Segmentation segmentation_of(LabelMap labels, Landmarks landmarks, const GreyVol
     part.coverage = cut[label] ? Coverage::cut : Coverage::whole;
     if (cut[label]) part.note = "reaches the scan's edge";
   }
+  warn_of_body(found);
   return found;
 }
 

@@ -16,6 +16,7 @@
 #include "pipeline/segment_rows.hpp"
 #include "process/memory.hpp"
 #include "segmentation/edge_contact.hpp"
+#include "segmentation/files/plausibility.hpp"
 
 namespace borelli {
 namespace {
@@ -187,6 +188,11 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   const auto there = [](const InertiaRow& row) { return row.completeness != Completeness::absent; };
   if (std::ranges::none_of(table.rows, there))
     return failure("--segments " + table.source.segments, "none of them is in the scan");
+  if (table.whole.completeness == Completeness::whole)
+    if (auto doubt = doubt_of_body(table.whole.volume, table.whole.inertial.mass); !doubt.empty()) {
+      table.whole.notes.push_back(doubt);
+      table.warnings.push_back(std::move(doubt));
+    }
   if (!options.deviations) return table;
   add_deviations(table, {std::move(rows), volume, labels, weighed->grown ? *weighed->grown : labels,
                          weighed->mass, weighed->volume, *curve, weighed->sampling, landmarks, options});

@@ -67,7 +67,8 @@ inline constexpr std::string_view no_isb_frames =
 /// grids must agree to a hundredth of a voxel; the volume's is used. `completeness` tells of parts by name;
 /// those that it does not tell of are judged by cut_labels (segmentation/edge_contact.hpp). What it says of a
 /// part is the first of its row's notes. Frames after the ISB that want a landmark are noted too; where none
-/// can be laid, the table's source says "joints". Errors: volumes that hold neither CT numbers nor densities,
+/// can be laid, the table's source says "joints". A whole body that no person has is doubted in the table's
+/// warnings. Errors: volumes that hold neither CT numbers nor densities,
 /// another grid, an unknown curve or sex, no labelled voxel.
 Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
                              const MeasureOptions& options = {}, const PartCompleteness& completeness = {});

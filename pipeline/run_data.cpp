@@ -27,6 +27,9 @@ Result<Segmentation> read_back(const fs::path& folder, const std::string& segmen
   found.labels = std::move(*labels);
   found.landmarks = std::move(*landmarks);
   found.part = *findings;
+  auto warnings = read_warnings(folder / "segmentation.json");
+  if (!warnings) return tl::unexpected(warnings.error());
+  found.warnings = std::move(*warnings);
   found.asked = std::move(*asked);
   return found;
 }

@@ -130,7 +130,8 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   put_given(given.all(), landmarks);
   Segmentation found =
       segmentation_of(std::move(*labels), std::move(landmarks), (*scan)->volume, data.settings.threads);
-  found.warnings = std::move(given.warnings);
+  for (const auto& list : {given.warnings, (*scan)->warnings})
+    found.warnings.insert(found.warnings.begin(), list.begin(), list.end());
   for (const std::string& warning : of_labels)
     found.warnings.push_back(data.settings.labels + ": " + warning);
   if (!sides.empty()) found.warnings.push_back(sides);
@@ -169,6 +170,10 @@ Result<json> integrate_parts(RunData& data) {
   auto table = measure(of_mr ? *of_mr : (*scan)->volume, (*segmentation)->labels, (*segmentation)->landmarks,
                        options, completeness_of((*segmentation)->part));
   if (!table) return tl::unexpected(table.error());
+  Warnings warnings = table->warnings;
+  if (options.frames == "isb" && table->source.frames != "isb") warnings.emplace_back(no_isb_frames);
+  const Warnings& before = (*segmentation)->warnings;
+  table->warnings.insert(table->warnings.begin(), before.begin(), before.end());
   table->source.volume = data.settings.volume;
   table->source.quantity = (*scan)->reading;
   for (const char* name : {"inertia/table.csv", "inertia/table.json"})
@@ -176,8 +181,6 @@ Result<json> integrate_parts(RunData& data) {
             write_whole(data.file(name), [&](const fs::path& beside) { return write_table(beside, *table); });
         !written)
       return tl::unexpected(written.error());
-  Warnings warnings;
-  if (options.frames == "isb" && table->source.frames != "isb") warnings.emplace_back(no_isb_frames);
   for (const InertiaRow& row : table->rows)
     if (!row.flaw.empty()) warnings.push_back(row.part + ": " + row.flaw);
   if (data.settings.table_tolerance > 0)

@@ -99,6 +99,17 @@ Result<std::string> read_convention(const fs::path& path) {
   return account["convention"].get<std::string>();
 }
 
+Result<std::vector<std::string>> read_warnings(const fs::path& path) {
+  const auto bytes = read_whole(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  const json account = json::parse(*bytes, nullptr, false);
+  std::vector<std::string> warnings;
+  if (account.is_object() && account.contains("warnings"))
+    for (const json& warning : account["warnings"])
+      if (warning.is_string()) warnings.push_back(warning.get<std::string>());
+  return warnings;
+}
+
 Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path) {
   const auto bytes = read_whole(path);
   if (!bytes) return tl::unexpected(bytes.error());

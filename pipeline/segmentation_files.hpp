@@ -42,6 +42,9 @@ Result<void> write_segmentation(const std::filesystem::path& folder, const Segme
 /// Errors: no such file, another thing than text.
 Result<std::string> read_convention(const std::filesystem::path& path);
 
+/// What was warned of, from segmentation.json. Errors: no such file.
+Result<std::vector<std::string>> read_warnings(const std::filesystem::path& path);
+
 /// The parts' findings from segmentation.json. Errors: missing or damaged file, an unknown part or coverage.
 Result<std::array<PartFinding, parts.size()>> read_findings(const std::filesystem::path& path);
 

@@ -11,6 +11,7 @@
 #include "dynamics/scene_file.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/stages.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/names.hpp"
 #include "pipeline/verbs/number_check.hpp"
@@ -113,7 +114,7 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   std::vector<std::string> files = work_precision_files();
   files.emplace_back(partial);
   if (auto fine = check_folder_writable(folder, files); !fine) return tl::unexpected(fine.error());
-  auto model = read_model(o.scene, o.model);
+  auto model = read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
   Scene& scene = model->scene;

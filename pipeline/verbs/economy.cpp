@@ -11,6 +11,7 @@
 #include "pipeline/economy_page.hpp"
 #include "pipeline/picture.hpp"
 #include "pipeline/table_tolerance.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
@@ -18,7 +19,6 @@
 #include "pipeline/verbs/volume_info.hpp"
 #include "pipeline/volume_economy.hpp"
 #include "pipeline/whole_file.hpp"
-#include "segmentation/read.hpp"
 
 namespace borelli {
 namespace {
@@ -92,13 +92,7 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
   if (o.of_scene || o.model.floating || holds.size() > 1)
     return bad_use("economy",
                    "of a volume takes --tolerance and one --quantity alone; the rest is of scenes");
-  ReadOptions reading;
-  if (!holds.empty()) {
-    const auto quantity = parse_quantity(holds[0]);
-    if (!quantity) return tl::unexpected(quantity.error());
-    reading.quantity = *quantity;
-  }
-  const auto scanned = read_volume(o.input, reading);
+  const auto scanned = read_volume(command, o.input, holds.empty() ? "" : holds[0]);
   if (!scanned) return tl::unexpected(scanned.error());
   if (scanned->volume.quantity == Quantity::mr)
     return bad_use(o.input, "is MR, which has no densities to make a table of: give CT or densities");
@@ -108,6 +102,7 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
                                       [&](double fraction) { bar.update(fraction); });
   if (!economy) return tl::unexpected(economy.error());
   bar.end(fmt::format("{} tables", economy->trials.size()));
+  command.warn(economy->warnings);
   if (auto done = write_plots(volume_economy_plots(*economy), folder); !done)
     return tl::unexpected(done.error());
   const std::string title = std::filesystem::path(o.input).filename().string();
@@ -143,7 +138,7 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
 
 Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
-  auto model = read_model(o.input, o.model);
+  auto model = read_model(command, o.input, o.model);
   if (!model) return tl::unexpected(model.error());
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);

@@ -24,7 +24,7 @@ Result<json> work(const EquilibriumOptions& o, const Command& command) {
       return bad_use(o.output, "does not end in .json, as a state's file does");
     if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
   }
-  const auto given = read_scene_at_state(o);
+  const auto given = read_scene_at_state(o, command);
   if (!given) return tl::unexpected(given.error());
   const auto found = find_equilibrium(given->system, given->state);
   if (!found) return in_scene(o, found.error());
@@ -42,13 +42,12 @@ Result<json> work(const EquilibriumOptions& o, const Command& command) {
     answer["constraint_rows"] = there->rows;
     answer["multipliers"] = std::vector<double>(found->multipliers.begin(), found->multipliers.end());
   }
-  if (!given->model.not_modelled.empty()) answer["not_modelled"] = json_of(given->model.not_modelled);
   auto fine = of_numbers(o, std::move(answer));
   if (!fine) return fine;
   if (!o.output.empty())
     if (auto done = write_whole(o.output, json_text(state, 2) + "\n"); !done)
       return tl::unexpected(done.error());
-  if (!command.json) fmt::print("{}\n", json_text(*fine, 2));
+  if (!command.json) fmt::print("{}\n", json_text(command.with_what_was_said(*fine), 2));
   return fine;
 }
 

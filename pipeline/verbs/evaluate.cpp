@@ -146,12 +146,11 @@ struct EvaluateOptions : StateOptions {
 };
 
 Result<json> work(const EvaluateOptions& o, const Command& command) {
-  const auto given = read_scene_at_state(o);
+  const auto given = read_scene_at_state(o, command);
   if (!given) return tl::unexpected(given.error());
   const auto evaluation = evaluate(given->system, given->state, given->efforts);
   if (!evaluation) return in_scene(o, evaluation.error());
   json answer = answer_of(*evaluation, given->system, given->order);
-  if (!given->model.not_modelled.empty()) answer["not_modelled"] = json_of(given->model.not_modelled);
   if (o.derivatives) {
     const auto derivatives = forward_derivatives(given->system, given->state, given->efforts);
     if (!derivatives) return in_scene(o, derivatives.error());
@@ -169,7 +168,7 @@ Result<json> work(const EvaluateOptions& o, const Command& command) {
     answer["reactions"] = *reactions;
   }
   auto fine = of_numbers(o, std::move(answer));
-  if (fine && !command.json) fmt::print("{}\n", json_text(*fine, 2));
+  if (fine && !command.json) fmt::print("{}\n", json_text(command.with_what_was_said(*fine), 2));
   return fine;
 }
 

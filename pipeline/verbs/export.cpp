@@ -6,6 +6,7 @@
 #include "pipeline/display.hpp"
 #include "pipeline/mesh_file.hpp"
 #include "pipeline/render.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/say.hpp"
@@ -13,7 +14,6 @@
 #include "pipeline/whole_file.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/parts.hpp"
-#include "segmentation/read.hpp"
 
 namespace borelli {
 namespace {
@@ -61,7 +61,7 @@ Result<json> run(const ExportAsked& wanted, const Command& command) {
     return tl::unexpected(fine.error());
   const auto joints = joints_of(wanted.landmarks);
   if (!joints) return tl::unexpected(joints.error());
-  const auto labels = read_labels(wanted.labels, wanted.names);
+  const auto labels = read_labels(command, wanted.labels, wanted.names);
   if (!labels) return tl::unexpected(labels.error());
   for (const auto& warning : labels->warnings) say("warning: {}: {}\n", wanted.labels, warning);
 

@@ -12,14 +12,12 @@
 #include "pipeline/measure.hpp"
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
-#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/given_landmarks.hpp"
 #include "segmentation/mr_tissues.hpp"
-#include "segmentation/read.hpp"
 
 namespace borelli {
 namespace {
@@ -30,16 +28,6 @@ struct InertiaSettings {
   std::vector<std::string> compared;
   std::vector<std::string> outputs;
 };
-
-Result<ScannedVolume> read_scan(const InertiaSettings& settings) {
-  ReadOptions options;
-  if (!settings.quantity.empty()) {
-    const auto quantity = parse_quantity(settings.quantity);
-    if (!quantity) return tl::unexpected(quantity.error());
-    options.quantity = *quantity;
-  }
-  return read_volume(settings.volume, options);
-}
 
 // the map of all parts that a map of some segments was taken from (segmentation_files.hpp); empty where there
 // is none
@@ -64,18 +52,14 @@ Result<std::string> cuts_of(const InertiaSettings& settings) {
   return told;
 }
 
-Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int threads) {
-  const auto scan = read_scan(settings);
+Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, const Command& command) {
+  const int threads = command.threads;
+  const auto scan = read_volume(command, settings.volume, settings.quantity);
   if (!scan) return tl::unexpected(scan.error());
   const GreyVolume& grey = scan->volume;
-  GivenLandmarks given;
-  if (!settings.landmarks.empty()) {
-    auto read = read_given_landmarks(settings.landmarks);
-    if (!read) return tl::unexpected(read.error());
-    for (const auto& warning : read->warnings) say("warning: {}\n", warning);
-    given = std::move(*read);
-  }
-  Landmarks landmarks = given.all();
+  const auto given = read_given_landmarks(command, settings.landmarks);
+  if (!given) return tl::unexpected(given.error());
+  Landmarks landmarks = given->all();
   MeasureOptions options = settings.measure;
   options.threads = threads;
   if (options.pose.empty()) options.pose = scan->pose;
@@ -84,11 +68,10 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
   auto cuts = cuts_of(settings);
   if (!cuts) return tl::unexpected(cuts.error());
   options.cuts = std::move(*cuts);
-  std::vector<std::string> warnings;
   PartCompleteness completeness;
   std::optional<ClassMap> classes;
   if (!settings.mapping.empty()) {
-    auto read = read_classes(settings.labels, settings.names, settings.mapping);
+    auto read = read_classes(command, settings.labels, settings.names, settings.mapping);
     if (!read) return tl::unexpected(read.error());
     classes = std::move(*read);
   }
@@ -97,19 +80,18 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     auto read = read_mr(grey, classes ? &*classes : nullptr, threads);
     if (!read) return tl::unexpected(read.error());
     mr = std::move(*read);
-    for (const auto& warning : mr->warnings) say("warning: {}\n", warning);
+    command.warn(mr->warnings);
   }
   const GreyVolume& weighed = mr ? mr->density : grey;
   Result<LabelMap> labels;
   if (!classes) {
-    labels = read_labels(settings.labels, settings.names, {}, &grey.grid);
+    labels = read_labels(command, settings.labels, settings.names, &grey.grid);
     if (!labels) return tl::unexpected(labels.error());
-    for (const auto& warning : labels->warnings) warnings.push_back(settings.labels + ": " + warning);
-    if (auto sides = compare_sides(*labels); !sides.empty()) warnings.push_back(std::move(sides));
+    command.warn(compare_sides(*labels));
   } else {
     SegmentOptions parting;
     parting.threads = threads, parting.classes = &*classes;
-    parting.given = mr ? landmarks : given.landmarks;
+    parting.given = mr ? landmarks : given->landmarks;
     if (!settings.convention.empty()) {
       const auto by = convention(settings.convention);
       if (!by) return tl::unexpected(by.error());
@@ -117,18 +99,18 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     }
     auto found = segment(mr ? flat_body(*mr) : grey, parting);
     if (!found) return tl::unexpected(found.error());
-    if (auto said = classes_in_air(weighed, *classes, threads); !said.empty())
-      warnings.push_back(std::move(said));
-    for (const auto& warning : found->warnings) say("warning: {}\n", warning);
+    command.warn(classes_in_air(weighed, *classes, threads));
+    command.warn(found->warnings);
     completeness = completeness_of(found->part);
     labels = std::move(found->labels), landmarks = std::move(found->landmarks);
   }
-  if (const auto doubt = doubt_of_frames(settings.volume, settings.labels); !doubt.empty())
-    say("warning: {}\n", doubt);
+  command.warn(doubt_of_frames(settings.volume, settings.labels));
   if (const auto all = parts_beside(settings.labels); !classes && !all.empty())
-    say("warning: {} holds the segments that were asked for alone, and where they end the rest of the "
-        "body would count as their skin; {} with --segments gives the numbers of the whole\n",
-        settings.labels, all);
+    command.warn(
+        fmt::format("{} holds the segments that were asked for alone, and where they end the rest of "
+                    "the body would count as their skin; {} with --segments gives the numbers of the "
+                    "whole",
+                    settings.labels, all));
   auto asked = choose_segments(settings.segments, labels->names);
   if (!asked) return tl::unexpected(asked.error());
   options.segments = std::move(*asked);
@@ -138,24 +120,26 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, int 
     completeness = completeness_of(*findings);
     auto other = compare_volumes(*findings, *labels);
     if (!other) return tl::unexpected(other.error());
-    if (!other->empty()) warnings.push_back(std::move(*other));
+    command.warn(*other);
   }
   if (!settings.landmarks.empty() && !classes) {
-    auto elsewhere = compare_joints(given.all(), *labels);
+    auto elsewhere = compare_joints(given->all(), *labels);
     if (!elsewhere) return tl::unexpected(elsewhere.error());
-    if (!elsewhere->empty()) warnings.push_back(std::move(*elsewhere));
+    command.warn(*elsewhere);
   }
   if (same_grid(labels->grid, weighed.grid)) {
     const LabelsInAir air = labels_in_air(weighed, *labels, threads);
     doubt_what_is_air(air, *labels, completeness);
-    if (auto said = in_words(air, *labels); !said.empty()) warnings.push_back(std::move(said));
+    command.warn(in_words(air, *labels));
   }
-  for (const auto& warning : warnings) say("warning: {}\n", warning);
   if (mr) mr->density = densities_by_parts(*mr, *labels, options);
   auto table = measure(weighed, std::move(*labels), landmarks, options, completeness);
   if (!table) return tl::unexpected(table.error());
   table->source.volume = settings.volume;
   table->source.quantity = scan->reading;
+  command.warn(table->warnings);
+  if (options.frames == "isb" && table->source.frames != "isb") command.warn(std::string(no_isb_frames));
+  table->warnings = command.warnings();
   return table;
 }
 
@@ -266,7 +250,7 @@ Result<nlohmann::json> compare_files(const InertiaSettings& settings, const Comm
   if (auto fine = check_outputs(settings); !fine) return tl::unexpected(fine.error());
   std::vector<NamedTable> tables;
   for (const std::string& path : settings.compared) {
-    auto table = read_table(path);
+    auto table = read_table(command, path);
     if (!table) return tl::unexpected(table.error());
     tables.push_back({path, std::move(*table)});
   }
@@ -276,7 +260,7 @@ Result<nlohmann::json> compare_files(const InertiaSettings& settings, const Comm
             write_whole(output, output.ends_with(".csv") ? comparison_csv(tables) : comparison_json(tables));
         !written)
       return tl::unexpected(written.error());
-  for (const std::string& remark : remarks_on(tables)) say("warning: {}\n", remark);
+  command.warn(remarks_on(tables));
   if (!command.json && tables.size() == 2) print_differences(tables);
   if (!command.json && tables.size() > 2) print_group(tables);
   return nlohmann::json::parse(comparison_json(tables));
@@ -297,13 +281,12 @@ Result<nlohmann::json> work(const InertiaSettings& settings, bool blur_chosen, c
   if (settings.measure.frames == "isb" && settings.landmarks.empty() && settings.mapping.empty())
     return bad_use("--frames isb", "the ISB's frames are laid through landmarks: give --landmarks");
   if (auto fine = check_outputs(settings); !fine) return tl::unexpected(fine.error());
-  const auto table = make_table_from_files(settings, command.threads);
+  const auto table = make_table_from_files(settings, command);
   if (!table) return tl::unexpected(table.error());
   for (const std::string& output : settings.outputs)
     if (auto written = write_whole(output, [&](const auto& path) { return write_table(path, *table); });
         !written)
       return tl::unexpected(written.error());
-  if (settings.measure.frames == "isb" && table->source.frames != "isb") say("warning: {}\n", no_isb_frames);
   if (!command.json) print_table(*table);
   return nlohmann::json::parse(to_json(*table));
 }

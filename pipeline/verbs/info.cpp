@@ -15,16 +15,9 @@ namespace borelli {
 namespace {
 
 Result<nlohmann::json> volume(const std::string& path, const std::string& quantity, const Command& command) {
-  ReadOptions options;
-  if (!quantity.empty()) {
-    const auto parsed = parse_quantity(quantity);
-    if (!parsed) return tl::unexpected(parsed.error());
-    options.quantity = *parsed;
-  }
   ProgressBar bar(command.json);
   bar.begin("read");
-  options.progress = [&](double share) { bar.update(share); };
-  auto info = volume_info(path, options);
+  auto info = volume_info(command, path, quantity, [&](double share) { bar.update(share); });
   if (!info) return info;
   bar.end("done");
   if (!command.json) fmt::print("{}", volume_info_text(*info));
@@ -67,7 +60,7 @@ void add_info(CLI::App& program, Command& command) {
       if (volume_asked && options->floating)
         return bad_use("--floating", "is of URDF models, and " + *path + " is none");
       if (is(".toml") || is(".xml") || is(".urdf") || is(".mjcf"))
-        return said(scene_info(*path, *options), scene_info_text, chosen);
+        return said(scene_info(chosen, *path, *options), scene_info_text, chosen);
       if (volume_asked) return volume(*path, *quantity, chosen);
       return bad_use(
           *path, is(".csv")

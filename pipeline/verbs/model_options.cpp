@@ -18,8 +18,6 @@ void add_model_options(CLI::App& verb, ModelOptions& options) {
 
 std::string not_modelled_text(const NotModelled& lines) {
   std::string out;
-  for (const std::string& line : lines.motion)
-    out += fmt::format("warning: not modelled, changes the motion: {}\n", line);
   for (const std::string& line : lines.other) out += fmt::format("  not modelled: {}\n", line);
   return out;
 }

@@ -13,7 +13,8 @@ namespace borelli {
 /// Adds --floating, --lock and --minimum-mass.
 void add_model_options(CLI::App& verb, ModelOptions& options);
 
-/// ModelFile::not_modelled for people, a line each: warnings of what changes the motion, then the rest.
+/// Of ModelFile::not_modelled what does not change the motion, for people, a line each. (What does is warned
+/// of by read_model of inputs.hpp.)
 std::string not_modelled_text(const NotModelled& lines);
 
 /// The same as JSON: {"changes_motion": [...], "other": [...]}; as text again.

@@ -26,7 +26,7 @@ json json_of(const Mode& mode, const FileOrder& order) {
 }
 
 Result<json> work(const ModesOptions& o, const Command& command) {
-  auto given = read_scene_at_state(o);
+  auto given = read_scene_at_state(o, command);
   if (!given) return tl::unexpected(given.error());
   if (o.equilibrium) {
     const auto found = find_equilibrium(given->system, given->state);
@@ -47,9 +47,7 @@ Result<json> work(const ModesOptions& o, const Command& command) {
               {"modes", modes},
               {"basis", rows_in_file_order(linear->basis.transpose(), given->order)},
               {"state_matrix", matrix}};
-  if (!given->model.not_modelled.empty()) answer["not_modelled"] = json_of(given->model.not_modelled);
-  if (!command.json) fmt::print("{}
-", json_text(answer, 2));
+  if (!command.json) fmt::print("{}\n", json_text(command.with_what_was_said(answer), 2));
   return answer;
 }
 

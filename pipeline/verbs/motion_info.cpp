@@ -7,6 +7,7 @@
 #include "dynamics/system.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/trajectory_file.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 
 namespace borelli {
@@ -47,8 +48,8 @@ std::string scene_name(const std::string& text) {
 
 }  // namespace
 
-Result<json> scene_info(const std::string& path, const ModelOptions& options) {
-  const auto model = read_model(path, options);
+Result<json> scene_info(const Command& command, const std::string& path, const ModelOptions& options) {
+  const auto model = read_model(command, path, options);
   if (!model) return tl::unexpected(model.error());
   const Scene* const scene = &model->scene;
   const auto system = compile(*scene);

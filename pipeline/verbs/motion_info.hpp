@@ -5,13 +5,14 @@
 #include <string>
 
 #include "dynamics/model_file.hpp"
-#include "error/error.hpp"
+#include "pipeline/verbs/verb.hpp"
 
 namespace borelli {
 
 /// Solids with parents, joints and masses; coordinates; efforts; constraints; settings; what the file holds
 /// and the scene does not. The scene is compiled, so what is wrong with it is told.
-Result<nlohmann::json> scene_info(const std::string& path, const ModelOptions& options);
+Result<nlohmann::json> scene_info(const Command& command, const std::string& path,
+                                  const ModelOptions& options);
 std::string scene_info_text(const nlohmann::json& info);
 
 /// Scene, times, coordinates, solids, energies at start and end, certificate.

@@ -12,7 +12,6 @@
 #include "pipeline/segment_rows.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/verbs/number_check.hpp"
-#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "process/memory.hpp"
@@ -176,9 +175,10 @@ Result<nlohmann::json> work(PhantomAsked asked, const Command& command) {
     if (share > 0) overlap[std::string(parts[label].name)] = share;
     // skin and fat that are pressed flat; more is a limb within another
     if (constexpr double pressed = 0.25; share > pressed)
-      say("warning: {:.0f} % of {} lies within another limb or the trunk, as no body's can: choose "
-          "other angles for this body\n",
-          100 * share, parts[label].name);
+      command.warn(
+          fmt::format("{:.0f} % of {} lies within another limb or the trunk, as no body's can: choose "
+                      "other angles for this body",
+                      100 * share, parts[label].name));
   }
   return nlohmann::json{{"volume", files->volume}, {"labels", files->labels},
                         {"table", files->table},   {"landmarks", files->landmarks},

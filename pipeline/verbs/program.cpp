@@ -114,11 +114,12 @@ int run(int argc, char** argv) {
   borelli::set_memory_limit(borelli::bytes_from(max_memory).value_or(borelli::memory_limit()));
   if (command.threads > 0) borelli::all_threads = command.threads;
   const auto answer = command.work(command);
+  for (const std::string& warning : command.warnings()) borelli::say("warning: {}\n", warning);
   if (!answer) {
     borelli::say("borelli: {}\n", answer.error().message());
     return answer.error().kind == borelli::Error::Kind::use ? 2 : 1;
   }
-  if (command.json) fmt::print("{}\n", borelli::json_text(*answer, 2));
+  if (command.json) fmt::print("{}\n", borelli::json_text(command.with_what_was_said(*answer), 2));
   return 0;
 }
 

@@ -15,11 +15,10 @@
 #include "pipeline/skeleton.hpp"
 #include "pipeline/stages.hpp"
 #include "pipeline/trajectory_file.hpp"
-#include "pipeline/verbs/say.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/landmarks_file.hpp"
-#include "segmentation/read.hpp"
 
 namespace borelli {
 namespace {
@@ -40,7 +39,6 @@ struct Found {
   std::optional<StoredTrajectory> motion;
   std::string glb;
   ReportInputs inputs;
-  std::vector<std::string> warnings;
 };
 
 /// Reads a file that may be absent; null where it is. Errors: damaged, or not of these kinds.
@@ -95,32 +93,27 @@ Result<void> check_scan(const json& run, const std::string& path) {
 }
 
 /// The scan that was segmented: the one asked for, else the one that the account names, where it still is.
-Result<void> find_scan(const ReportAsked& asked, Found& found) {
+Result<void> find_scan(const ReportAsked& asked, const Command& command, Found& found) {
   std::string path = asked.volume;
   if (path.empty() && found.inputs.segmentation.is_object())
     path = found.inputs.segmentation.value("input", "");
   if (path.empty()) return {};
   if (std::error_code problem; asked.volume.empty() && !fs::exists(path, problem)) {
-    found.warnings.push_back(fmt::format(
+    command.warn(fmt::format(
         "the scan {} is no longer there: the report shows the parts alone (--volume names it)", path));
     return {};
   }
-  ReadOptions options;
-  if (!asked.quantity.empty()) {
-    const auto quantity = parse_quantity(asked.quantity);
-    if (!quantity) return tl::unexpected(quantity.error());
-    options.quantity = *quantity;
-  }
-  auto scan = check_scan(found.inputs.run, path).and_then([&] { return read_volume(path, options); });
+  auto scan =
+      check_scan(found.inputs.run, path).and_then([&] { return read_volume(command, path, asked.quantity); });
   if (!scan && asked.volume.empty()) {  // a report without grey values is better than none
-    found.warnings.push_back(fmt::format(
-        "the report shows the parts alone: {} (--volume and --quantity help)", scan.error().message()));
+    command.warn(fmt::format("the report shows the parts alone: {} (--volume and --quantity help)",
+                             scan.error().message()));
     return {};
   }
   return keep(found.scan, std::move(scan));
 }
 
-Result<void> read_folder(const ReportAsked& asked, Found& found) {
+Result<void> read_folder(const ReportAsked& asked, const Command& command, Found& found) {
   const fs::path folder = asked.folder;
   std::error_code problem;
   const auto there = [&](const char* name) { return fs::exists(folder / name, problem); };
@@ -131,13 +124,13 @@ Result<void> read_folder(const ReportAsked& asked, Found& found) {
     done = keep(inputs.table, json_if_there(folder / "inertia/table.json", {{"source", {{"segments", ""}}}}));
   if (done) done = keep(inputs.run, json_if_there(folder / "run.json", run_record_kinds()));
   if (done && there("segmentation/labels.nii.gz"))
-    done = keep(found.labels, read_labels((folder / "segmentation/labels.nii.gz").string()));
+    done = keep(found.labels, read_labels(command, (folder / "segmentation/labels.nii.gz").string()));
   if (done && there("segmentation/landmarks.json"))
     done = keep(found.landmarks, read_landmarks((folder / "segmentation/landmarks.json").string()));
   if (done && there("motion/trajectory.h5"))
     done = keep(found.motion, read_trajectory(folder / "motion/trajectory.h5"));
   if (done && there("body.glb")) done = keep(found.glb, read_glb(folder / "body.glb"));
-  if (done) done = find_scan(asked, found);
+  if (done) done = find_scan(asked, command, found);
   if (!done) return done;
   if (found.scan) inputs.grey = &found.scan->volume;
   if (found.labels) inputs.labels = &*found.labels;
@@ -169,23 +162,32 @@ Result<std::string> body_without_face(const Found& found, const fs::path& folder
 
 /// As --deface asks: no face in the scan's copy, nor in the moving body, which is left out where it cannot be
 /// made anew.
-Result<void> show_no_face(Found& found, const fs::path& folder) {
+Result<void> show_no_face(Found& found, const Command& command, const fs::path& folder) {
   found.inputs.deface = true;
   const bool whole = found.labels && found.landmarks && found.motion && !found.inputs.table.is_null();
   const auto cut =
       found.labels ? face_cut(*found.labels, found.landmarks ? *found.landmarks : Landmarks()) : std::nullopt;
-  if (!cut) found.warnings.emplace_back(no_face_found);
+  if (!cut) command.warn(std::string(no_face_found));
   if (found.glb.empty() || (found.labels && !cut)) return {};
   if (whole) {
     if (auto kept = keep(found.glb, body_without_face(found, folder, *cut)); !kept) return kept;
   } else {
     found.glb.clear();
-    found.warnings.emplace_back(
+    command.warn(
         "the report shows no moving body: without labels, landmarks, table and trajectory it cannot be made "
         "without its face");
   }
   found.inputs.glb = found.glb;
   return {};
+}
+
+/// On the page, beside those of the run.
+void show_warnings(const Command& command, Found& found) {
+  json& run = found.inputs.run;
+  if (command.warnings().empty()) return;
+  if (run.is_null()) run = json::object();
+  json& all = run["warnings"];
+  for (const std::string& warning : command.warnings()) all.push_back(warning);
 }
 
 Result<json> run(const ReportAsked& asked, const Command& command) {
@@ -196,20 +198,19 @@ Result<json> run(const ReportAsked& asked, const Command& command) {
   const auto path = folder / "report.html";
   if (auto fine = check_writable(path); !fine) return tl::unexpected(fine.error());
   Found found;
-  if (const auto read = read_folder(asked, found); !read) return tl::unexpected(read.error());
+  if (const auto read = read_folder(asked, command, found); !read) return tl::unexpected(read.error());
   if (asked.deface)
-    if (const auto done = show_no_face(found, folder); !done) return tl::unexpected(done.error());
+    if (const auto done = show_no_face(found, command, folder); !done) return tl::unexpected(done.error());
   const auto& in = found.inputs;
   if (!in.labels && !in.trajectory && in.table.is_null() && in.glb.empty())
     return bad_use(asked.folder,
                    "holds nothing of a run: no segmentation/labels.nii.gz, inertia/table.json, "
                    "motion/trajectory.h5 or body.glb");
+  show_warnings(command, found);
   const auto written = write_whole(path, [&](const fs::path& beside) { return write_report(in, beside); });
   if (!written) return tl::unexpected(written.error());
-  for (const auto& warning : found.warnings) say("warning: {}\n", warning);
   if (!command.json) fmt::print("{}\n", path.string());
-  return json{
-      {"report", path.string()}, {"bytes", fs::file_size(path, problem)}, {"warnings", found.warnings}};
+  return json{{"report", path.string()}, {"bytes", fs::file_size(path, problem)}};
 }
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include "dynamics/integrator.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
-#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "segmentation/segment.hpp"
@@ -52,11 +51,6 @@ bool lies_within(const fs::path& path, const fs::path& folder) {
 }
 
 void print_outcome(const nlohmann::json& record, const fs::path& folder) {
-  for (const auto& warning : record.value("warnings", nlohmann::json::array()))
-    fmt::print("warning: {}\n", warning.get<std::string>());
-  for (const auto& stage : record["stages"])
-    for (const auto& warning : stage.value("warnings", nlohmann::json::array()))
-      fmt::print("warning: {}: {}\n", stage["stage"].get<std::string>(), warning.get<std::string>());
   for (const auto& stage : record["stages"])
     if (stage.contains("tolerance") && stage["tolerance"].value("met", false))
       fmt::print("{}\n", stage["tolerance"].value("in_words", ""));
@@ -155,9 +149,12 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   const auto record = run(settings, command.force, observer);
   bar.reset();
   if (!record) {  // which may well be why
-    for (const std::string& warning : warnings) say("warning: {}\n", warning);
+    command.warn(warnings);
     return record;
   }
+  for (const auto& stage : (*record)["stages"])
+    for (const auto& warning : stage.value("warnings", nlohmann::json::array()))
+      command.warn(stage["stage"].get<std::string>() + ": " + warning.get<std::string>());
   if (!command.json) print_outcome(*record, settings.folder);
   return record;
 }

@@ -9,14 +9,12 @@
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
 #include "pipeline/table_tolerance.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
-#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/given_landmarks.hpp"
-#include "segmentation/read.hpp"
 
 namespace borelli {
 namespace {
@@ -95,12 +93,6 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
     if (!tolerance) return tl::unexpected(tolerance.error());
     pick.emplace().tolerance = *tolerance;
   }
-  ReadOptions reading;
-  if (!asked.quantity.empty()) {
-    const auto quantity = parse_quantity(asked.quantity);
-    if (!quantity) return tl::unexpected(quantity.error());
-    reading.quantity = *quantity;
-  }
   for (const std::string name : segmentation_file_names) {
     // (points that a person placed there stay: write_segmentation)
     const std::string points = name == "landmarks.mrk.json" ? "" : asked.landmarks;
@@ -113,40 +105,34 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   SegmentOptions options{asked.step, command.threads};
   options.convention = convention(asked.convention).value();
   options.progress = [&](double share, std::string_view) { bar.update(share); };
-  GivenLandmarks given;
-  if (!asked.landmarks.empty()) {
-    auto read = read_given_landmarks(asked.landmarks);
-    if (!read) return tl::unexpected(read.error());
-    given = std::move(*read);
-  }
-  const auto scanned = read_volume(asked.volume, reading);
+  auto given = read_given_landmarks(command, asked.landmarks);
+  if (!given) return tl::unexpected(given.error());
+  const auto scanned = read_volume(command, asked.volume, asked.quantity);
   if (!scanned) return tl::unexpected(scanned.error());
   // in MR nothing is found that could stand for points left as they were
-  options.given = scanned->volume.quantity == Quantity::mr ? given.all() : std::move(given.landmarks);
+  options.given = scanned->volume.quantity == Quantity::mr ? given->all() : std::move(given->landmarks);
   std::optional<ClassMap> classes;
   if (!asked.labels.empty()) {
-    auto read = read_classes(asked.labels, asked.names, asked.mapping);
+    auto read = read_classes(command, asked.labels, asked.names, asked.mapping);
     if (!read) return tl::unexpected(read.error());
     classes = std::move(*read);
     options.classes = &*classes;
-    if (const auto doubt = doubt_of_frames(asked.volume, asked.labels); !doubt.empty())
-      given.warnings.push_back(doubt);
+    command.warn(doubt_of_frames(asked.volume, asked.labels));
   }
   bar.begin("finding the body's parts");
   auto found = segment_scan(scanned->volume, options, *segments, pick);
   bar.end(found ? "done" : "failed");
   if (!found) return tl::unexpected(found.error());
   found->asked = std::move(*segments);
-  for (const auto& list : {given.warnings, scanned->warnings})
-    found->warnings.insert(found->warnings.begin(), list.begin(), list.end());
-  if (pick && !pick->met) found->warnings.push_back(in_words(*pick));
+  command.warn(found->warnings);
+  if (pick && !pick->met) command.warn(in_words(*pick));
+  found->warnings = command.warnings();
   auto account = segmentation_account(*found, asked.volume, scanned->reading);
   if (pick) account["tolerance"] = to_json(*pick);
   if (const auto written = write_segmentation(asked.folder, *found, account, asked.landmarks); !written)
     return tl::unexpected(written.error());
   if (!command.json) print(*found, scanned->reading, asked.folder);
   if (!command.json && pick && pick->met) fmt::print("{}\n", in_words(*pick));
-  for (const auto& warning : found->warnings) say("warning: {}\n", warning);
   return account;
 }
 

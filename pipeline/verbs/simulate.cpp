@@ -16,6 +16,7 @@
 #include "pipeline/scene_meshes.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/verbs/checkpoint.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
@@ -106,7 +107,6 @@ nlohmann::json answer_of(const SimulateOptions& o, const ModelFile& model, const
       {"end",
        {{"t", t.times.empty() ? 0 : t.times.back()}, {"q", last(t.q, order.q)}, {"v", last(t.v, order.v)}}},
       {"certificate", json_of(t.certificate)}};
-  if (!model.not_modelled.empty()) answer["not_modelled"] = json_of(model.not_modelled);
   return answer;
 }
 
@@ -165,7 +165,7 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   if (!o.output.empty()) {
     if (auto fine = check_writable(o.output, {o.scene}); !fine) return tl::unexpected(fine.error());
   }
-  const auto model = read_model(o.scene, o.model);
+  const auto model = read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   const Scene& scene = model->scene;
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
@@ -176,7 +176,8 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   const Certificate& certificate = trajectory->certificate;
   if (!command.json) fmt::print("{}", text_of(certificate));
   if (!certificate.trusted && !o.allow_untrusted) {
-    if (command.json) fmt::print("{}\n", json_text(answer_of(o, *model, *trajectory, false), 2));
+    if (command.json)
+      fmt::print("{}\n", json_text(command.with_what_was_said(answer_of(o, *model, *trajectory, false)), 2));
     return failure(o.scene, fmt::format("the run is not to be trusted: {}; {}--allow-untrusted accepts it",
                                         certificate.reason, o.output.empty() ? "" : "nothing was written; "));
   }

@@ -6,12 +6,10 @@
 #include <memory>
 
 #include "dynamics/scene_file.hpp"
-#include "inertia/table_file.hpp"
 #include "pipeline/belonging.hpp"
-#include "pipeline/verbs/say.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
-#include "segmentation/given_landmarks.hpp"
 
 namespace borelli {
 namespace {
@@ -24,24 +22,23 @@ struct SkeletonAsked {
 Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) {
   if (auto fine = check_writable(asked.out, {asked.table, asked.landmarks}); !fine)
     return tl::unexpected(fine.error());
-  const auto table = read_table(asked.table);
+  const auto table = read_table(command, asked.table);
   if (!table) return tl::unexpected(table.error());
-  const auto given = read_given_landmarks(asked.landmarks);
+  const auto given = read_given_landmarks(command, asked.landmarks);
   if (!given) return tl::unexpected(given.error());
-  std::vector<std::string> warnings = given->warnings;
   auto apart = compare_centres(*table, given->all());
   if (!apart) return tl::unexpected(apart.error());
-  if (!apart->empty()) warnings.push_back(std::move(*apart));
+  command.warn(*apart);
+  std::vector<std::string> warnings;
   const auto skeleton = build_skeleton(movable_parts(*table, warnings), given->all(), asked.options);
   if (!skeleton) return tl::unexpected(skeleton.error());
   const auto text = write_scene(skeleton->scene);
   if (!text) return tl::unexpected(text.error());
   if (auto written = write_whole(asked.out, *text); !written) return tl::unexpected(written.error());
-  warnings.insert(warnings.end(), skeleton->warnings.begin(), skeleton->warnings.end());
-  for (const auto& warning : warnings) say("warning: {}\n", warning);
+  command.warn(warnings);
+  command.warn(skeleton->warnings);
   if (!command.json) fmt::print("{}: {} solids\n", asked.out, skeleton->scene.solids.size());
-  return nlohmann::json{
-      {"scene", asked.out}, {"solids", skeleton->scene.solids.size()}, {"warnings", warnings}};
+  return nlohmann::json{{"scene", asked.out}, {"solids", skeleton->scene.solids.size()}};
 }
 
 }  // namespace

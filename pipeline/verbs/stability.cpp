@@ -14,6 +14,7 @@
 #include "pipeline/picture.hpp"
 #include "pipeline/stability_page.hpp"
 #include "pipeline/stages.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/names.hpp"
 #include "pipeline/verbs/number_check.hpp"
@@ -38,7 +39,7 @@ struct StabilityOptions {
 };
 
 Result<Scene> read(const StabilityOptions& o, const std::string& file, const Command& command) {
-  auto model = read_model(file, o.model);
+  auto model = read_model(command, file, o.model);
   if (!model) return tl::unexpected(model.error());
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);

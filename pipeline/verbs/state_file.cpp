@@ -6,6 +6,7 @@
 
 #include "dynamics/evaluate.hpp"
 #include "error/json_text.hpp"
+#include "pipeline/verbs/inputs.hpp"
 #include "pipeline/whole_file.hpp"
 
 namespace borelli {
@@ -102,8 +103,8 @@ tl::unexpected<Error> in_scene(const StateOptions& o, Error error) {
   return tl::unexpected(std::move(error));
 }
 
-Result<SceneAtState> read_scene_at_state(const StateOptions& o) {
-  auto model = read_model(o.scene, o.model);
+Result<SceneAtState> read_scene_at_state(const StateOptions& o, const Command& command) {
+  auto model = read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   auto system = compile(model->scene);
   if (!system) return in_scene(o, system.error());

@@ -9,6 +9,7 @@
 #include "dynamics/system.hpp"
 #include "pipeline/file_order.hpp"
 #include "pipeline/verbs/model_options.hpp"
+#include "pipeline/verbs/verb.hpp"
 
 namespace borelli {
 
@@ -33,7 +34,7 @@ struct SceneAtState {
 
 /// Reads the scene, and the state: {"t": 0, "q": [...], "v": [...], "efforts": [...]}, or without a state
 /// file the scene's initial one. What is wrong is told with the file that it is in.
-Result<SceneAtState> read_scene_at_state(const StateOptions& options);
+Result<SceneAtState> read_scene_at_state(const StateOptions& options, const Command& command);
 
 /// An error of the engine with the scene's file before it.
 tl::unexpected<Error> in_scene(const StateOptions& options, Error error);

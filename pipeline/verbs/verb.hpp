@@ -4,7 +4,10 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "error/error.hpp"
 
@@ -18,6 +21,24 @@ struct Command {
   /// The chosen verb's work. Its answer is what --json prints; without --json a verb prints for people
   /// itself.
   std::function<Result<nlohmann::json>(const Command&)> work;
+
+  /// What the user should know of the result, each sentence once, empty ones never: the program prints it as
+  /// "warning: ..." on standard error when the work is over, and answers it as "warnings". Verbs read their
+  /// inputs by inputs.hpp, which passes on what readers say.
+  void warn(const std::string& sentence) const;
+  void warn(const std::vector<std::string>& sentences) const;
+  const std::vector<std::string>& warnings() const { return said_->warnings; }
+  /// Puts what was read into the answer; a list goes on where one stands there.
+  void answer_with(const char* key, nlohmann::json value) const;
+  /// The answer with all of that.
+  nlohmann::json with_what_was_said(nlohmann::json answer) const;
+
+ private:
+  struct Said {
+    std::vector<std::string> warnings;
+    nlohmann::json more = nlohmann::json::object();
+  };
+  std::shared_ptr<Said> said_ = std::make_shared<Said>();
 };
 
 void add_run(CLI::App& program, Command& command);

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "pipeline/verbs/inputs.hpp"
 #include "segmentation/image_file.hpp"
 
 namespace borelli {
@@ -39,11 +40,9 @@ json grid_info(const Grid& grid) {
 }
 
 // voxels and volume of each label; of its names where a table of them is beside it
-Result<json> label_info(const std::string& path, json& notes) {
-  const auto map = read_labels(path);
+Result<json> label_info(const Command& command, const std::string& path) {
+  const auto map = read_labels(command, path);
   if (!map) return tl::unexpected(map.error());
-  for (const std::string& warning : map->warnings)
-    if (std::find(notes.begin(), notes.end(), warning) == notes.end()) notes.push_back(warning);
   std::array<std::size_t, 256> counts{};
   for (const auto label : map->voxels) ++counts[label];
   json labels = json::array();
@@ -57,7 +56,7 @@ Result<json> label_info(const std::string& path, json& notes) {
   return labels;
 }
 
-Result<json> without_quantity(const std::string& path, const Error& reason) {
+Result<json> without_quantity(const Command& command, const std::string& path, const Error& reason) {
   const auto header = read_image_header(path);
   if (std::error_code problem; !header || !std::filesystem::exists(header->data_file, problem))
     return tl::unexpected(reason);
@@ -65,8 +64,8 @@ Result<json> without_quantity(const std::string& path, const Error& reason) {
   info["kind"] = "volume", info["file"] = path;
   info["format"] = fmt::format("{}, {}", header->format, scalar_name(header->scalar));
   info["holds"] = nullptr;
-  info["notes"] = header->warnings;
-  info["notes"].push_back(reason.what);
+  command.warn(header->warnings);
+  command.warn(reason.what);
   return info;
 }
 
@@ -81,11 +80,12 @@ bool may_be_volume(const std::string& path) {
   return false;
 }
 
-Result<json> volume_info(const std::string& path, const ReadOptions& options) {
-  const auto scanned = read_volume(path, options);
+Result<json> volume_info(const Command& command, const std::string& path, const std::string& quantity,
+                         const Progress& progress) {
+  const auto scanned = read_volume(command, path, quantity, progress);
   if (!scanned) {
-    if (options.quantity || scanned.error().kind != Error::Kind::use) return tl::unexpected(scanned.error());
-    return without_quantity(path, scanned.error());
+    if (!quantity.empty() || scanned.error().kind != Error::Kind::use) return tl::unexpected(scanned.error());
+    return without_quantity(command, path, scanned.error());
   }
   json info = grid_info(scanned->volume.grid);
   info["kind"] = "volume", info["file"] = path;
@@ -96,13 +96,12 @@ Result<json> volume_info(const std::string& path, const ReadOptions& options) {
   info["quantity"] = quantity_name(scanned->volume.quantity);
   info["holds"] = scanned->reading;
   info["least"] = scanned->least, info["greatest"] = scanned->greatest;
-  info["notes"] = scanned->warnings;
   if (scanned->volume.quantity == Quantity::labels) {
-    const auto labels = label_info(path, info["notes"]);
+    const auto labels = label_info(command, path);
     if (labels) {
       info["labels"] = *labels;
     } else {
-      info["notes"].push_back(labels.error().message());
+      command.warn(labels.error().message());
     }
   }
   return info;
@@ -122,7 +121,7 @@ std::string volume_info_text(const json& info) {
   if (info.contains("modality")) line("modality", info["modality"]);
   if (info.contains("description")) line("description", info["description"]);
   if (info.contains("pose")) line("pose", info["pose"]);
-  line("holds", info["holds"].is_null() ? "not clear (see below)" : info["holds"].get<std::string>());
+  line("holds", info["holds"].is_null() ? "not clear" : info["holds"].get<std::string>());
   line("voxels", numbers("voxels"));
   line("spacing", numbers("spacing_mm") + " mm");
   for (std::size_t c = 0; c < 3; ++c)
@@ -130,7 +129,6 @@ std::string volume_info_text(const json& info) {
   if (info["sheared"]) line("", "they are not square to each other (sheared grid)");
   if (info.contains("least"))
     line("values", fmt::format("{} to {}", info["least"].get<double>(), info["greatest"].get<double>()));
-  for (const auto& note : info["notes"]) line("note", note);
   if (info.contains("labels"))
     for (const auto& label : info["labels"])
       line("label " + label["label"].dump(),

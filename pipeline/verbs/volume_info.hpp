@@ -2,9 +2,9 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <string>
 
+#include "pipeline/verbs/verb.hpp"
 #include "segmentation/read.hpp"
 
 namespace borelli {
@@ -15,7 +15,8 @@ bool may_be_volume(const std::string& path);
 /// Format, grid (voxels, spacing in mm, directions, origin in mm, LPS), what the values are, their range,
 /// labels with their volumes in ml. Where only the quantity is unclear, the rest is told with the reason.
 /// Nothing that names the patient.
-Result<nlohmann::json> volume_info(const std::string& path, const ReadOptions& options);
+Result<nlohmann::json> volume_info(const Command& command, const std::string& path,
+                                   const std::string& quantity, const Progress& progress);
 
 /// The same for people.
 std::string volume_info_text(const nlohmann::json& info);

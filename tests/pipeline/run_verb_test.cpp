@@ -190,7 +190,7 @@ TEST_F(RunVerb, WhatAUserEditedIsKeptAndUsed) {
   EXPECT_EQ(read_whole(result("model/scene.toml")).value(), scene);
   const ProgramRun again = run_program("run " + run);
   const std::string said = "warning: skeleton: model/scene.toml was changed by hand: kept; --force makes it";
-  EXPECT_NE(again.out.find(said), std::string::npos) << again.out;
+  EXPECT_NE(again.err.find(said), std::string::npos) << again.err;
 
   // landmarks by hand, from which the table and all that follows is made; the scene by hand stays
   const auto landmarks = read_landmarks(result("segmentation/landmarks.json").string());

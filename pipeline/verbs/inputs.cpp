@@ -1,0 +1,64 @@
+#include "pipeline/verbs/inputs.hpp"
+
+#include <filesystem>
+
+#include "inertia/table_file.hpp"
+#include "pipeline/verbs/model_options.hpp"
+
+namespace borelli {
+namespace {
+
+template <class T>
+Result<T> heard(const Command& command, Result<T> read) {
+  if (read) command.warn(read->warnings);
+  return read;
+}
+
+}  // namespace
+
+Result<ScannedVolume> read_volume(const Command& command, const std::string& path,
+                                  const std::string& quantity, const Progress& progress) {
+  ReadOptions options{.progress = progress};
+  if (!quantity.empty()) {
+    const auto parsed = parse_quantity(quantity);
+    if (!parsed) return tl::unexpected(parsed.error());
+    options.quantity = *parsed;
+  }
+  return heard(command, read_volume(path, options));
+}
+
+Result<LabelMap> read_labels(const Command& command, const std::string& path, const std::string& names,
+                             const Grid* scan) {
+  auto labels = read_labels(path, names, {}, scan);
+  if (labels)
+    for (const std::string& warning : labels->warnings) command.warn(path + ": " + warning);
+  return labels;
+}
+
+Result<ClassMap> read_classes(const Command& command, const std::string& path, const std::string& names,
+                              const std::string& mapping) {
+  return heard(command, read_classes(path, names, mapping));
+}
+
+Result<GivenLandmarks> read_given_landmarks(const Command& command, const std::string& path) {
+  if (path.empty()) return GivenLandmarks();
+  return heard(command, read_given_landmarks(path));
+}
+
+Result<InertiaTable> read_table(const Command& command, const std::string& path) {
+  auto table = read_table(std::filesystem::path(path));
+  if (table)
+    for (const std::string& warning : table->warnings) command.warn(path + ": " + warning);
+  return table;
+}
+
+Result<ModelFile> read_model(const Command& command, const std::string& path, const ModelOptions& options) {
+  auto model = read_model(std::filesystem::path(path), options);
+  if (!model || model->not_modelled.empty()) return model;
+  for (const std::string& line : model->not_modelled.motion)
+    command.warn("not modelled, changes the motion: " + line);
+  command.answer_with("not_modelled", json_of(model->not_modelled));
+  return model;
+}
+
+}  // namespace borelli

@@ -1,0 +1,137 @@
+// Every verb that reads a volume, labels, a table or a scene passes on all that its reader said: as text, in
+// its JSON answer, and in what it writes.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "inertia/table_file.hpp"
+#include "pipeline/whole_file.hpp"
+#include "samples/phantom.hpp"
+#include "samples/phantom_voxels.hpp"
+#include "segmentation/landmarks_file.hpp"
+#include "segmentation/write.hpp"
+#include "tests/pipeline/program_run.hpp"
+
+namespace borelli::warnings_test {
+namespace {
+
+using nlohmann::json;
+
+class Warnings : public testing::Test {
+ protected:
+  void SetUp() override {
+    const Phantom phantom = build_phantom({}).value();
+    GridOptions grid;
+    grid.spacing.setConstant(10);
+    Scan scan = voxelise(phantom, phantom_grid(phantom, grid));
+    scan.labels.names.assign(1, "outside");
+    for (std::size_t label = 1; label < parts.size(); ++label)
+      scan.labels.names.emplace_back(parts[label].name);
+    ASSERT_TRUE(write_volume((folder / "scan.nrrd").string(), scan.grey));
+    ASSERT_TRUE(write_labels((folder / "labels.nrrd").string(), scan.labels));
+    for (const char* name : {"scan.nrrd", "labels.nrrd"}) {  // slices of 20 mm, 10 mm apart
+      std::string bytes = read_whole(folder / name).value();
+      bytes.insert(bytes.find("dimension"), "thicknesses: nan nan 20\n");
+      ASSERT_TRUE(write_whole(folder / name, bytes));
+    }
+    ASSERT_TRUE(write_landmarks((folder / "joints.json").string(), phantom.landmarks));
+  }
+
+  std::string path(const std::string& name) const { return (folder / name).string(); }
+
+  /// Standard error and "warnings" of the answer say each of these.
+  void expect_warned(const std::string& arguments, const std::vector<std::string>& of) const {
+    SCOPED_TRACE(arguments);
+    const ProgramRun run = run_program(arguments + " --json");
+    EXPECT_EQ(run.code, 0) << run.err;
+    const std::string answered = json::parse(run.out, nullptr, false).value("warnings", json()).dump();
+    for (const std::string& one : of) {
+      EXPECT_NE(run.err.find("warning: " + one), std::string::npos) << run.err;
+      EXPECT_NE(answered.find(one), std::string::npos) << answered;
+    }
+  }
+  void expect_in_files(const std::vector<std::string>& names, const std::vector<std::string>& of) const {
+    for (const std::string& name : names)
+      for (const std::string& one : of)
+        EXPECT_NE(read_whole(folder / name).value_or("").find(one), std::string::npos) << name << ": " << one;
+  }
+
+  const TestFolder folder;
+  const std::string said = "the header says different sizes of the voxels";
+  const std::string of_labels = path("labels.nrrd") + ": " + said;
+};
+
+TEST_F(Warnings, OfVolumesAndLabelsReachTextAnswersAndTables) {
+  const std::string scan = path("scan.nrrd"), labels = " --labels " + path("labels.nrrd");
+  expect_warned("info " + scan, {said});
+  expect_warned("info " + path("labels.nrrd") + " --quantity labels", {of_labels});
+  expect_warned("export " + path("labels.nrrd") + " --stl -o " + path("meshes"), {of_labels});
+  expect_warned("inertia --volume " + scan + labels + " -o " + path("t.json") + " -o " + path("t.csv"),
+                {said, of_labels});
+  expect_in_files({"t.json", "t.csv"}, {said, of_labels});
+  EXPECT_EQ(read_table(folder / "t.json").value().warnings.size(), 2u);
+  const std::string of_table = path("t.json") + ": " + said;
+  expect_warned(
+      "skeleton " + path("t.json") + " --landmarks " + path("joints.json") + " -o " + path("s.toml"),
+      {of_table});
+  expect_warned("inertia --compare " + path("t.json") + " " + path("t.json"), {of_table});
+}
+
+TEST_F(Warnings, OfVolumesAndClassesReachSegmentations) {
+  std::string classes = "name\tpart\n";
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    classes += std::string(parts[label].name) + "\t" + std::string(parts[label].name) + "\n";
+  const std::string map = folder.write("map.tsv", classes).string();
+  expect_warned("segment " + path("scan.nrrd") + " --labels " + path("labels.nrrd") + " --label-mapping " +
+                    map + " --step 6 -o " + path("parts"),
+                {said, of_labels});
+  expect_in_files({"parts/segmentation.json"}, {said, of_labels});
+}
+
+TEST_F(Warnings, ReachRunsAndTheirReports) {
+  const std::string run = "run " + path("scan.nrrd") + " --labels " + path("labels.nrrd") + " --landmarks " +
+                          path("joints.json") + " --flight-time 0.1 --mesh-tolerance 3 --subject s -o " +
+                          path("out");
+  for (int time = 0; time < 2; ++time) {  // the second time nothing is left to be done
+    expect_warned(run, {"segmentation: " + said, "segmentation: " + of_labels});
+    expect_in_files({"out/s/run.json", "out/s/segmentation/segmentation.json", "out/s/inertia/table.json",
+                     "out/s/report.html"},
+                    {said, of_labels});
+  }
+  std::filesystem::remove(folder / "out/s/run.json");
+  std::filesystem::remove(folder / "out/s/segmentation/segmentation.json");
+  expect_warned("report " + path("out/s") + " --volume " + path("scan.nrrd"), {said});
+  expect_in_files({"out/s/report.html"}, {said});
+}
+
+TEST_F(Warnings, OfVolumesReachEconomy) {
+  expect_warned("economy " + path("scan.nrrd") + " -o " + path("e"), {said});
+}
+
+TEST(WarningsOfScenes, WhatIsNotModelledIsInTheAnswerOfEveryVerb) {
+  const TestFolder folder;
+  const std::string file = folder.write(
+      "arm.urdf",
+      "<robot name='arm'><link name='base'/><link name='upper'><inertial><origin xyz='0 0 -1'/><mass "
+      "value='1'/><inertia "
+      "ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='shoulder' "
+      "type='continuous'><parent link='base'/><child link='upper'/><axis xyz='0 1 0'/><limit effort='9' "
+      "velocity='9'/></joint></robot>");
+  const std::string out = " -o " + (folder / "out").string();
+  for (const std::string& verb : {"info " + file, "evaluate " + file, "equilibrium " + file, "modes " + file,
+                                  "simulate --end 0.1 " + file, "economy --end 0.1 " + file + out,
+                                  "chart --end 0.1 --methods dop853 --repeats 1 " + file + out,
+                                  "stability --methods rk4 --step 0.01:0.1 " + file + out}) {
+    const ProgramRun run = run_program(verb + " --json");
+    EXPECT_EQ(run.code, 0) << verb << "\n" << run.err;
+    const json answer = json::parse(run.out, nullptr, false);
+    EXPECT_NE(answer.value("not_modelled", json()).dump().find("effort"), std::string::npos) << verb;
+    EXPECT_TRUE(answer.contains("warnings")) << verb;
+  }
+}
+
+}  // namespace
+}  // namespace borelli::warnings_test
