@@ -20,16 +20,25 @@ namespace {
 
 using nlohmann::json;
 
+const Phantom& body() {
+  static const Phantom made = build_phantom({}).value();
+  return made;
+}
+
+Scan scan_of_body() {
+  GridOptions grid;
+  grid.spacing.setConstant(10);
+  Scan scan = voxelise(body(), phantom_grid(body(), grid));
+  scan.labels.names.assign(1, "outside");
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    scan.labels.names.emplace_back(parts[label].name);
+  return scan;
+}
+
 class Warnings : public testing::Test {
  protected:
   void SetUp() override {
-    const Phantom phantom = build_phantom({}).value();
-    GridOptions grid;
-    grid.spacing.setConstant(10);
-    Scan scan = voxelise(phantom, phantom_grid(phantom, grid));
-    scan.labels.names.assign(1, "outside");
-    for (std::size_t label = 1; label < parts.size(); ++label)
-      scan.labels.names.emplace_back(parts[label].name);
+    const Scan scan = scan_of_body();
     ASSERT_TRUE(write_volume((folder / "scan.nrrd").string(), scan.grey));
     ASSERT_TRUE(write_labels((folder / "labels.nrrd").string(), scan.labels));
     for (const char* name : {"scan.nrrd", "labels.nrrd"}) {  // slices of 20 mm, 10 mm apart
@@ -37,7 +46,7 @@ class Warnings : public testing::Test {
       bytes.insert(bytes.find("dimension"), "thicknesses: nan nan 20\n");
       ASSERT_TRUE(write_whole(folder / name, bytes));
     }
-    ASSERT_TRUE(write_landmarks((folder / "joints.json").string(), phantom.landmarks));
+    ASSERT_TRUE(write_landmarks((folder / "joints.json").string(), body().landmarks));
   }
 
   std::string path(const std::string& name) const { return (folder / name).string(); }
@@ -107,6 +116,29 @@ TEST_F(Warnings, ReachRunsAndTheirReports) {
   expect_in_files({"out/s/report.html"}, {said});
 }
 
+// Voxels a quarter as long: 75 kg become 1.2 kg, of a scan that holds the whole body.
+TEST_F(Warnings, ABodyTooLightForAPersonIsNotWholeWithoutAWord) {
+  Scan scan = scan_of_body();
+  scan.grey.grid.axes /= 4, scan.labels.grid.axes /= 4;
+  scan.grey.grid.origin /= 4, scan.labels.grid.origin /= 4;
+  ASSERT_TRUE(write_volume(path("small.nrrd"), scan.grey));
+  ASSERT_TRUE(write_labels(path("small_labels.nrrd"), scan.labels));
+  const std::string doubt = "the body has 1.1";
+  ASSERT_NEAR(body().whole.mass / 64, 1.15, 0.05);
+  expect_warned("inertia --volume " + path("small.nrrd") + " --labels " + path("small_labels.nrrd") + " -o " +
+                    path("t.json"),
+                {doubt});
+  const InertiaTable table = read_table(folder / "t.json").value();
+  EXPECT_EQ(table.whole.completeness, Completeness::whole);
+  ASSERT_EQ(table.whole.notes.size(), 1u);
+  EXPECT_EQ(table.whole.notes[0].find(doubt), 0u) << table.whole.notes[0];
+  const std::string out = path("out");
+  expect_warned("run " + path("small.nrrd") + " --labels " + path("small_labels.nrrd") +
+                    " --flight-time 0.1 --subject s -o " + out,
+                {"segmentation: the body has 1.1", "inertia: " + doubt});
+  expect_in_files({"out/s/segmentation/segmentation.json", "out/s/inertia/table.json"}, {doubt});
+}
+
 TEST_F(Warnings, OfVolumesReachEconomy) {
   expect_warned("economy " + path("scan.nrrd") + " -o " + path("e"), {said});
 }
@@ -118,7 +150,8 @@ TEST(WarningsOfScenes, WhatIsNotModelledIsInTheAnswerOfEveryVerb) {
       "<robot name='arm'><link name='base'/><link name='upper'><inertial><origin xyz='0 0 -1'/><mass "
       "value='1'/><inertia "
       "ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='shoulder' "
-      "type='continuous'><parent link='base'/><child link='upper'/><axis xyz='0 1 0'/><limit effort='9' "
+      "type='revolute'><parent link='base'/><child link='upper'/><axis xyz='0 1 0'/><limit lower='-3' "
+      "upper='3' effort='9' "
       "velocity='9'/></joint></robot>");
   const std::string out = " -o " + (folder / "out").string();
   for (const std::string& verb : {"info " + file, "evaluate " + file, "equilibrium " + file, "modes " + file,
