@@ -5,6 +5,7 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -54,7 +56,7 @@ void write_all(int file, std::string_view text) {
                            const std::function<Result<void>()>& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(failed);  // it ended before this was set
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGPROF})
     std::signal(signal, SIG_DFL);
   const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
   dup2(nowhere, STDOUT_FILENO), dup2(nowhere, STDERR_FILENO);
@@ -63,6 +65,13 @@ void write_all(int file, std::string_view text) {
   if (may_limit_mappings) {
     const rlimit mappings{mapped_bytes() + limits.bytes, RLIM_INFINITY};
     setrlimit(RLIMIT_AS, &mappings);
+  }
+  if (limits.processor_seconds > 0) {  // ends with SIGPROF; a load of the machine does not count
+    const double whole = std::floor(limits.processor_seconds);
+    const itimerval time{
+        {0, 0},
+        {static_cast<time_t>(whole), static_cast<suseconds_t>(1e6 * (limits.processor_seconds - whole)) + 1}};
+    setitimer(ITIMER_PROF, &time, nullptr);
   }
   int code = failed;
   try {
@@ -139,6 +148,8 @@ Result<void> in_child(const std::string& where, const std::string& doing, const 
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!ended) return failure(where, doing + " took more than " + number(limits.seconds) + " s");
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGPROF)
+    return failure(where, doing + " took more than " + number(limits.processor_seconds) + " s");
   if (WIFSIGNALED(status)) return failure(where, doing + " crashed (" + signal_words(WTERMSIG(status)) + ")");
   if (WEXITSTATUS(status) == done) return {};
   if (WEXITSTATUS(status) == out_of_memory)

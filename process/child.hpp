@@ -13,6 +13,7 @@ namespace borelli {
 
 struct ChildLimits {
   double seconds = 30;                           ///< wall-clock time
+  double processor_seconds = 0;                  ///< of the child; 0: as many as it takes
   std::uint64_t bytes = std::uint64_t{1} << 30;  ///< memory beyond what this process has mapped
 };
 

@@ -67,6 +67,21 @@ TEST(Child, IsEndedWhenItsTimeIsOver) {
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
 }
 
+TEST(Child, IsEndedWhenItHasUsedItsShareOfTheProcessor) {
+  ChildLimits limits{.seconds = 20, .processor_seconds = 0.2};
+  EXPECT_EQ(words(in_child("a file", "unpacking it", limits,
+                           []() -> Result<void> {
+                             for (volatile int n = 0;;) n = n + 1;
+                           })),
+            "a file: unpacking it took more than 0.2 s");
+  EXPECT_EQ(words(in_child("a file", "unpacking it", limits,
+                           []() -> Result<void> {
+                             std::this_thread::sleep_for(std::chrono::milliseconds(400));
+                             return {};
+                           })),
+            "done");
+}
+
 TEST(Child, IsRefusedMoreMemoryThanAllowed) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "a sanitizer's shadow memory leaves no room for a limit";
