@@ -44,22 +44,13 @@ json segmentation_account(const Segmentation& segmentation, const std::string& i
 }
 
 Result<void> write_label_files(const fs::path& path, const LabelMap& labels) {
-  std::error_code error;
-  const fs::path folder = path.parent_path(), beside = folder / (".partial-" + path.filename().string());
-  fs::remove_all(beside, error);
-  fs::create_directories(beside, error);
-  if (error) return failure(beside.string(), "cannot be made: " + error.message());
-  auto written = write_labels((beside / path.filename()).string(), labels);
-  const fs::path names = fs::path(names_file(path.string())).filename(),
-                 colours = fs::path(colour_file(path.string())).filename();
-  if (written) written = write_bytes(beside / colours, colour_table(labels));
-  for (const fs::path& name : {names, colours, path.filename()}) {
-    if (!written) break;
-    fs::rename(beside / name, folder / name, error);
-    if (error) written = failure((folder / name).string(), "cannot be written: " + error.message());
-  }
-  fs::remove_all(beside, error);
-  return written;
+  const std::string names = fs::path(names_file(path.string())).filename(),
+                    colours = fs::path(colour_file(path.string())).filename(), map = path.filename();
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  return write_whole_set(folder, {names, colours, map}, [&](const fs::path& beside) -> Result<void> {
+    if (auto written = write_labels((beside / map).string(), labels); !written) return written;
+    return write_bytes(beside / colours, colour_table(labels));
+  });
 }
 
 Result<void> write_segmentation(const fs::path& folder, const Segmentation& segmentation, const json& account,

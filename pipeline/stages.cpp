@@ -1,7 +1,6 @@
 #include "pipeline/stages.hpp"
 
 #include <fmt/core.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +13,7 @@
 #include <thread>
 
 #include "error/json_text.hpp"
+#include "pipeline/stages/digest.hpp"
 #include "pipeline/whole_file.hpp"
 #include "threads/slabs.hpp"
 
@@ -22,37 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
-
-class Digest {
- public:
-  Digest() : context_(EVP_MD_CTX_new(), EVP_MD_CTX_free) {
-    EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr);
-  }
-  void add(std::string_view bytes) { EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size()); }
-  std::string hex() {
-    std::array<unsigned char, EVP_MAX_MD_SIZE> raw;
-    unsigned size = 0;
-    EVP_DigestFinal_ex(context_.get(), raw.data(), &size);
-    std::string text;
-    for (unsigned i = 0; i < size; ++i) text += fmt::format("{:02x}", raw[i]);
-    return text;
-  }
-
- private:
-  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
-};
-
-Result<void> add_file(Digest& digest, const fs::path& path) {
-  if (auto fine = check_input_file(path); !fine) return fine;
-  std::ifstream file(path, std::ios::binary);
-  std::vector<char> buffer(1 << 20);
-  while (file) {
-    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    digest.add({buffer.data(), static_cast<std::size_t>(file.gcount())});
-  }
-  if (!file.eof()) return failure(path.string(), "cannot be read");
-  return {};
-}
 
 // the kernel's high-water mark of resident memory; writing 5 to clear_refs starts it anew (proc(5))
 void restart_peak_memory() { std::ofstream("/proc/self/clear_refs") << "5"; }
@@ -64,16 +33,7 @@ double peak_memory_mib() {
   return 0;
 }
 
-// what a run that was killed left behind under hidden names
-void sweep_partial_files(const fs::path& folder) {
-  std::error_code ignored;
-  std::vector<fs::path> stale;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, ignored))
-    if (entry.path().filename().string().starts_with(".partial-")) stale.push_back(entry.path());
-  for (const auto& path : stale) fs::remove_all(path, ignored);
-}
-
-// Files and their sizes as run.json records them: a missing, emptied or cut file is no result.
+// Files and their sizes as run.json records them.
 Result<json> outputs_of(const Stage& stage, const json& answer, const fs::path& folder) {
   std::vector<std::string> files = stage.outputs;
   if (answer.contains("files")) files = answer["files"].get<std::vector<std::string>>();
@@ -87,13 +47,13 @@ Result<json> outputs_of(const Stage& stage, const json& answer, const fs::path& 
   return outputs;
 }
 
-// SHA-256 of each editable file that the stage left.
-Result<json> digests_of_editable(const Stage& stage, const fs::path& folder) {
+// SHA-256 of each file that the stage left.
+Result<json> digests_of_outputs(const json& outputs, const fs::path& folder) {
   json digests = json::object();
-  for (const EditableOutput& output : stage.editable) {
-    const auto digest = digest_of(folder / output.file);
+  for (const auto& [file, bytes] : outputs.items()) {
+    const auto digest = digest_of(folder / file);
     if (!digest) return tl::unexpected(digest.error());
-    digests[output.file] = *digest;
+    digests[file] = *digest;
   }
   return digests;
 }
@@ -121,7 +81,7 @@ struct ChangeByHand {
 // What was done by the entry's run, against what lies in the folder.
 struct Standing {
   bool same_key = false;   // done with these settings and inputs
-  bool all_there = false;  // every file is, those that nobody edits with the sizes recorded
+  bool all_there = false;  // every file is, those that nobody edits with the bytes that the stage left
   std::vector<ChangeByHand> by_hand;
 
   bool done() const { return same_key && all_there && by_hand.empty(); }
@@ -137,13 +97,17 @@ Standing standing_of(const Stage& stage, const json& past, const std::string& ke
     const auto editable = std::ranges::find(stage.editable, file, &EditableOutput::file);
     std::error_code problem;
     const auto size = fs::file_size(folder / file, problem);
-    if (problem || (editable == stage.editable.end() && size != bytes)) standing.all_there = false;
-    if (problem || editable == stage.editable.end()) continue;
-    const auto digest = digest_of(folder / file);
-    if (!digest || !digests.contains(file))
+    const bool may_differ = editable != stage.editable.end();
+    if (problem || !digests.contains(file) || (!may_differ && size != bytes)) {
       standing.all_there = false;
-    else if (*digest != digests[file])
+      continue;
+    }
+    const auto digest = digest_of(folder / file);
+    if (digest && *digest == digests[file]) continue;
+    if (digest && may_differ)
       standing.by_hand.push_back({*editable, *digest});
+    else
+      standing.all_there = false;
   }
   return standing;
 }
@@ -324,7 +288,7 @@ class StagesAtWork {
         so_far);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     const auto outputs = answer ? outputs_of(stage, *answer, folder_) : answer;
-    const auto digests = outputs ? digests_of_editable(stage, folder_) : outputs;
+    const auto digests = outputs ? digests_of_outputs(*outputs, folder_) : outputs;
     lock.lock();
 
     turn.at_work = false;
@@ -336,7 +300,7 @@ class StagesAtWork {
                   {"settings", stage.settings},
                   {"key", turn.key}};
     answer->erase("files");
-    if (!digests->empty()) entry["digests"] = *digests;
+    entry["digests"] = *digests;
     entry.update(*answer);
     turn.entry = std::move(entry);
     if (auto written = write_whole(folder_ / "run.json", json_text(record_with_those_to_come(), 2) + "\n");
@@ -397,31 +361,6 @@ class StagesAtWork {
 
 }  // namespace
 
-std::string digest_of_bytes(std::string_view bytes) {
-  Digest digest;
-  digest.add(bytes);
-  return digest.hex();
-}
-
-Result<std::string> digest_of(const fs::path& path) {
-  Digest digest;
-  std::error_code problem;
-  if (!fs::exists(path, problem)) return bad_use(path.string(), "no such file or folder");
-  if (!fs::is_directory(path, problem)) {
-    if (auto added = add_file(digest, path); !added) return tl::unexpected(added.error());
-    return digest.hex();
-  }
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(path, problem))
-    if (entry.is_regular_file(problem)) files.push_back(entry.path());
-  std::ranges::sort(files);
-  for (const auto& file : files) {
-    digest.add(file.lexically_relative(path).string());
-    if (auto added = add_file(digest, file); !added) return tl::unexpected(added.error());
-  }
-  return digest.hex();
-}
-
 json run_record_kinds() {
   const json texts = json::array({""});
   return {{"program", ""},
@@ -459,7 +398,7 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
                      parsed.error().what + ": this is no run's record; remove it or use --force");
     before = std::move(*parsed);
   }
-  sweep_partial_files(folder);
+  sweep_partial_files_below(folder);
   return StagesAtWork(folder, head, before, stages, threads, observer).run();
 }
 

@@ -1,12 +1,12 @@
 // Runs a list of stages that leave files, skips those that are done already, and keeps the account in
 // run.json.
 //
-// A stage is done when run.json records it under the same key and its files are there with the sizes
-// recorded. The key is a digest of the stage's name, its settings, and the keys of the stages before it that
-// it needs, so that a change reruns exactly what depends on it.
+// A stage is done when run.json records it under the same key and its files are there with the bytes that it
+// left, as their digests tell. The key is a digest of the stage's name, its settings, and the keys of the
+// stages before it that it needs, so that a change reruns exactly what depends on it.
 //
-// Files that a user may edit are known by their digests. One that is no longer as the stage left it was
-// changed by hand: it stays as the stage's result, with a warning, and what depends on it is done again.
+// A file that a user may edit and that is no longer as the stage left it was changed by hand: it stays as the
+// stage's result, with a warning, and what depends on it is done again.
 #pragma once
 
 #include <filesystem>
@@ -57,13 +57,6 @@ struct StageObserver {
   /// At once, though stages beside it may still be at work; not of one that is to end since another failed.
   std::function<void(const Stage&, const Error&)> fails = [](const Stage&, const Error&) {};
 };
-
-/// SHA-256 of a file's bytes, or of all files of a folder (names and bytes, in the order of their names), in
-/// hex.
-Result<std::string> digest_of(const std::filesystem::path& path);
-
-/// SHA-256 of bytes, in hex.
-std::string digest_of_bytes(std::string_view bytes);
 
 /// The kinds of what is read again of a run.json (error/json_text.hpp).
 nlohmann::json run_record_kinds();

@@ -2,12 +2,15 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <climits>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <string>
@@ -66,9 +69,80 @@ fs::path folder_of(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
+constexpr std::string_view partial_prefix = ".partial-";
+
 // what a file of that name is called until it is whole
 std::string partial_name(const std::string& name) {
-  return ".partial-" + std::to_string(getpid()) + "-" + name;
+  return std::string(partial_prefix) + std::to_string(getpid()) + "-" + name;
+}
+
+// Held while something is written in a folder. It says that a writer lives also to a program that cannot see
+// the writer's process (another container, another machine with the same disk).
+class WriterInFolder {
+ public:
+  explicit WriterInFolder(const fs::path& folder)
+      : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (file_ >= 0) flock(file_, LOCK_SH | LOCK_NB);
+  }
+  ~WriterInFolder() {
+    if (file_ >= 0) close(file_);
+  }
+  WriterInFolder(const WriterInFolder&) = delete;
+  WriterInFolder& operator=(const WriterInFolder&) = delete;
+
+ private:
+  int file_;
+};
+
+// The process in ".partial-PROCESS-NAME", and NAME; 0 where `name` is no such thing.
+pid_t writer_of(std::string_view name, std::string_view& target) {
+  if (!name.starts_with(partial_prefix)) return 0;
+  name.remove_prefix(partial_prefix.size());
+  pid_t process = 0;
+  const auto [end, problem] = std::from_chars(name.data(), name.data() + name.size(), process);
+  if (problem != std::errc() || process <= 0 || end == name.data() + name.size() || *end != '-') return 0;
+  target = name.substr(static_cast<std::size_t>(end + 1 - name.data()));
+  return process;
+}
+
+// Removes partial files right in `folder` whose writers are no more: those of one target, or all ("").
+void sweep_folder(const fs::path& folder, std::string_view of_target) {
+  std::error_code problem, ignored;
+  std::vector<std::pair<fs::path, pid_t>> found;
+  for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
+    const std::string name = entry->path().filename().string();
+    std::string_view target;
+    const pid_t writer = writer_of(name, target);
+    if (writer == 0 || (!of_target.empty() && target != of_target) || entry->is_symlink(problem)) continue;
+    if (writer == getpid() || (kill(writer, 0) != 0 && errno == ESRCH))
+      found.emplace_back(entry->path(), writer);
+  }
+  if (found.empty()) return;
+  const int file = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return;
+  const bool nobody_writes = flock(file, LOCK_EX | LOCK_NB) == 0;
+  const bool no_locks_here = !nobody_writes && errno != EWOULDBLOCK;
+  for (const auto& [partial, writer] : found)
+    if (nobody_writes || (no_locks_here && writer != getpid())) fs::remove_all(partial, ignored);
+  close(file);
+}
+
+// What was written lies on the disk when this returns.
+Result<void> sync(const fs::path& path, bool folder = false) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | (folder ? O_DIRECTORY : 0));
+  if (file < 0 && (folder || errno == EACCES)) return {};  // may be written to, not read
+  if (file < 0) return failure(path.string(), std::string("cannot be read again: ") + std::strerror(errno));
+  const int answer = fsync(file), reason = errno;
+  close(file);
+  if (answer == 0 || reason == EINVAL || reason == ENOTSUP) return {};  // some disks cannot
+  return failure(path.string(), std::string("cannot be brought to the disk: ") + std::strerror(reason));
+}
+
+// An error that tells of the file that was asked for, not of the one beside it.
+tl::unexpected<Error> named(Error error, const fs::path& beside, const fs::path& path) {
+  for (std::string* text : {&error.where, &error.what}) replace_all(*text, beside.string(), path.string());
+  return tl::unexpected(std::move(error));
 }
 
 // what stands against a file of that name in `folder`, "" where nothing does
@@ -147,6 +221,8 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
   const fs::path folder = folder_of(path);
   fs::create_directories(folder, problem);
   if (problem) return failure(folder.string(), "cannot make this folder: " + problem.message());
+  sweep_partial_files(path);
+  const WriterInFolder writer(folder);
 
   // hidden, so that a person does not take it for a result; the extension stays, since writers choose by it
   const fs::path beside = folder / partial_name(path.filename().string());
@@ -156,15 +232,46 @@ Result<void> write_whole(const fs::path& path, const std::function<Result<void>(
     for (;;) pause();  // until the program ends
   }
   auto done = write(beside);
+  if (done) done = sync(beside);
   if (done) {
     fs::rename(beside, path, problem);
     if (problem) done = failure(path.string(), "cannot put the file in place: " + problem.message());
   }
-  if (done) return done;
+  if (done) return sync(folder, true);
   fs::remove(beside, problem);
-  Error error = done.error();  // tells of the file that was asked for, not of the one beside it
-  for (std::string* text : {&error.where, &error.what}) replace_all(*text, beside.string(), path.string());
-  return tl::unexpected(std::move(error));
+  return named(done.error(), beside, path);
+}
+
+Result<void> write_whole_set(const fs::path& folder, const std::vector<std::string>& names,
+                             const std::function<Result<void>(const fs::path&)>& write) {
+  const fs::path beside = folder / partial_name(names.front());
+  sweep_partial_files(folder / names.front());
+  std::error_code problem, ignored;
+  fs::remove_all(beside, ignored);
+  fs::create_directories(beside, problem);
+  if (problem) return failure(folder.string(), "cannot be written to: " + problem.message());
+  const WriterInFolder writer(folder);
+  auto done = write(beside);
+  for (const std::string& name : names)
+    if (done) done = sync(beside / name);
+  for (const std::string& name : names) {
+    if (!done) break;
+    fs::rename(beside / name, folder / name, problem);
+    if (problem) done = failure((folder / name).string(), "cannot be written: " + problem.message());
+  }
+  fs::remove_all(beside, ignored);
+  if (done) return sync(folder, true);
+  return named(done.error(), beside, folder);
+}
+
+void sweep_partial_files(const fs::path& path) { sweep_folder(folder_of(path), path.filename().string()); }
+
+void sweep_partial_files_below(const fs::path& folder) {
+  sweep_folder(folder, "");
+  std::error_code problem;
+  for (fs::recursive_directory_iterator entry(folder, problem), end; !problem && entry != end;
+       entry.increment(problem))
+    if (entry->is_directory(problem)) sweep_folder(entry->path(), "");
 }
 
 Result<void> write_whole(const fs::path& path, std::string_view bytes) {

@@ -10,7 +10,7 @@
 #include "dynamics/model_file.hpp"
 #include "dynamics/scene_file.hpp"
 #include "error/json_text.hpp"
-#include "pipeline/stages.hpp"
+#include "pipeline/stages/digest.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/names.hpp"

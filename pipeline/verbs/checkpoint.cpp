@@ -62,6 +62,7 @@ void CheckpointFile::run_is_over() {
 Result<void> CheckpointFile::watch(const std::string& scene, Observer& observer) {
   header_ =
       fmt::format("borelli checkpoint, program {}, scene {:016x}\n", BORELLI_VERSION, checksum_of(scene));
+  sweep_partial_files(path_);
   if (std::error_code problem; std::filesystem::exists(path_, problem)) {
     const auto bytes = read_input_file(path_, any_size);
     if (!bytes) return tl::unexpected(bytes.error());

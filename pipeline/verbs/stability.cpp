@@ -13,7 +13,7 @@
 #include "pipeline/long_runs.hpp"
 #include "pipeline/picture.hpp"
 #include "pipeline/stability_page.hpp"
-#include "pipeline/stages.hpp"
+#include "pipeline/stages/digest.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/names.hpp"

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "pipeline/glb.hpp"
-#include "pipeline/stages.hpp"
+#include "pipeline/stages/digest.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/landmarks_file.hpp"
@@ -96,7 +96,7 @@ TEST_F(ReportVerb, DoesWithoutAScanThatIsGone) {
   fs::remove(runs / "scan.nii.gz");
   run("--subject 'Another name'");
   ASSERT_EQ(exit_code, 0) << said;
-  EXPECT_NE(said.find("scan.nii.gz is no longer there"), std::string::npos);
+  EXPECT_NE(said.find("scan.nii.gz) is not found from here"), std::string::npos);
   EXPECT_EQ(data()["source"]["quantity"], "labels");
   EXPECT_EQ(data()["subject"], "Another name");
 }

@@ -92,6 +92,65 @@ TEST_F(WholeFile, PartialFilesOfNowAreRemovedAtTheEnd) {
   EXPECT_TRUE(fs::exists(folder / ".partial-0-another"));
 }
 
+TEST_F(WholeFile, WhatAKilledWriterLeftIsSweptAndWhatALivingOneFillsIsNot) {
+  fs::create_directories(folder);
+  const auto count_partial = [&] {
+    int count = 0;
+    for (const auto& entry : fs::directory_iterator(folder))
+      count += entry.path().filename().string().starts_with(".partial-");
+    return count;
+  };
+  const auto wait_for = [&](int partial) {
+    for (int i = 0; i < 5000 && count_partial() != partial; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ASSERT_EQ(count_partial(), partial);
+  };
+  const auto writer_of = [&](bool of_a_set) {
+    const pid_t writer = fork();
+    if (writer != 0) return writer;
+    const auto fill = [&](const fs::path& beside) -> Result<void> {
+      std::ofstream(of_a_set ? beside / "a.txt" : beside) << "half";
+      for (;;) pause();
+    };
+    static_cast<void>(of_a_set ? write_whole_set(folder, {"a.txt", "b.txt"}, fill)
+                               : write_whole(folder / "a.txt", fill));
+    _exit(0);
+  };
+  for (const bool of_a_set : {false, true}) {
+    const pid_t writer = writer_of(of_a_set);
+    wait_for(1);
+    ASSERT_TRUE(write_whole(folder / "a.txt", "whole"));
+    sweep_partial_files_below(folder.parent_path());
+    EXPECT_EQ(count_partial(), 1);
+    kill(writer, SIGKILL);
+    waitpid(writer, nullptr, 0);
+    ASSERT_TRUE(write_whole(folder / "b.txt", "another file"));
+    EXPECT_EQ(count_partial(), 1);
+    if (of_a_set)
+      sweep_partial_files_below(folder.parent_path());
+    else
+      ASSERT_TRUE(write_whole(folder / "a.txt", "whole"));
+    EXPECT_EQ(count_partial(), 0);
+    EXPECT_EQ(read_whole(folder / "a.txt").value(), "whole");
+  }
+}
+
+TEST_F(WholeFile, FilesOfASetComeTogetherOrNotAtAll) {
+  const auto fill = [](bool well) {
+    return [well](const fs::path& beside) -> Result<void> {
+      if (auto done = write_bytes(beside / "a.txt", "a"); !done) return done;
+      return well ? write_bytes(beside / "b.txt", "b") : failure(beside.string() + "/b.txt", "is too much");
+    };
+  };
+  const auto failed = write_whole_set(folder, {"a.txt", "b.txt"}, fill(false));
+  ASSERT_FALSE(failed);
+  EXPECT_EQ(failed.error().where, folder / "b.txt");
+  EXPECT_EQ(files(), 0u);
+  ASSERT_TRUE(write_whole_set(folder, {"a.txt", "b.txt"}, fill(true)));
+  EXPECT_EQ(read_whole(folder / "b.txt").value(), "b");
+  EXPECT_EQ(files(), 2u);
+}
+
 TEST_F(WholeFile, ASignalLeavesNoPartialFileOfAnyThread) {
   fs::create_directories(folder);
   for (int trial = 0; trial < 20; ++trial) {
