@@ -2,12 +2,16 @@
 
 #include <hdf5.h>
 
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <memory>
 #include <system_error>
 #include <utility>
 
+#include "pipeline/stages/digest.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/child.hpp"
 #include "process/memory.hpp"
 
 namespace borelli {
@@ -62,6 +66,49 @@ Handle without_times() {
   const hid_t list = H5Pcreate(H5P_DATASET_CREATE);
   H5Pset_obj_track_times(list, false);
   return {list, H5Pclose};
+}
+
+// Whether HDF5's signature stands where it may: at 0, 512 or a power of two times that.
+bool has_signature(const std::filesystem::path& path) {
+  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
+  std::ifstream file(path, std::ios::binary);
+  std::string found(signature.size(), '\0');
+  for (std::streamoff at = 0; file; at = at == 0 ? 512 : 2 * at)
+    if (file.seekg(at).read(found.data(), static_cast<std::streamsize>(found.size())) && found == signature)
+      return true;
+  return false;
+}
+
+constexpr std::string_view before_digest = "\nborelli sha256 ";
+constexpr std::size_t seal_size = before_digest.size() + 64 + 1;
+
+// What a file of ours ends in.
+std::string seal(const std::string& digest) { return std::string(before_digest) + digest + '\n'; }
+
+// Whether the file bears a digest of its bytes. Error: a wrong one.
+Result<bool> bears_digest(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file.tellg(), rest = size - static_cast<std::streamoff>(seal_size);
+  if (!file || rest < 0) return false;
+  std::string end(seal_size, '\0');
+  file.seekg(rest).read(end.data(), static_cast<std::streamsize>(end.size()));
+  if (!file || !end.starts_with(before_digest) || end.back() != '\n') return false;
+  const auto digest = digest_of_start(path, static_cast<std::uint64_t>(rest));
+  if (!digest) return tl::unexpected(digest.error());
+  if (end == seal(*digest)) return true;
+  return failure(path.string(), "is damaged: its bytes are not those that were written (SHA-256)");
+}
+
+// What reading a file without a digest may take.
+ChildLimits limits_for(const std::filesystem::path& path) {
+  std::error_code problem;
+  const double size = static_cast<double>(std::filesystem::file_size(path, problem));
+  ChildLimits limits;
+  limits.processor_seconds = 0.5 + size / 20e6;
+  limits.seconds = 5 + size / 5e6;
+  limits.bytes = std::min<std::uint64_t>(
+      memory_limit(), (std::uint64_t{256} << 20) + static_cast<std::uint64_t>(1000 * size));
+  return limits;
 }
 
 std::string without_nul(const std::string& text) { return text.substr(0, text.find('\0')); }
@@ -161,6 +208,7 @@ Result<void> Hdf5Writer::close() {
     const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
     check(size > 0, "HDF5 cannot tell the file's size");
     if (problem_.empty()) {
+      image.reserve(static_cast<std::size_t>(size) + seal_size);
       image.resize(static_cast<std::size_t>(size));
       check(H5Fget_file_image(file_, image.data(), image.size()) == size,
             "HDF5 cannot give the file's bytes");
@@ -169,14 +217,33 @@ Result<void> Hdf5Writer::close() {
     file_ = -1;
   }
   if (!problem_.empty()) return failure(path_, problem_);
+  image += seal(digest_of_bytes(image));
   return write_bytes(path_, image);
+}
+
+Result<void> Hdf5Reader::read(const std::filesystem::path& path,
+                              const std::function<Result<void>(const Hdf5Reader&)>& take) {
+  const auto attempt = [&]() -> Result<void> {
+    const auto file = open(path);
+    if (!file) return tl::unexpected(file.error());
+    return take(*file);
+  };
+  std::error_code problem;
+  if (std::filesystem::is_regular_file(path, problem) && has_signature(path)) {
+    const auto known = bears_digest(path);
+    if (!known) return tl::unexpected(known.error());
+    if (!*known)
+      if (auto fine = in_child(path.string(), "is damaged: reading it as HDF5", limits_for(path), attempt);
+          !fine)
+        return fine;
+  }
+  return attempt();
 }
 
 Result<Hdf5Reader> Hdf5Reader::open(const std::filesystem::path& path) {
   if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
+  if (!has_signature(path)) return bad_use(path.string(), "is not an HDF5 file");
   const Quiet quiet;
-  const htri_t known = H5Fis_hdf5(path.c_str());
-  if (known == 0) return bad_use(path.string(), "is not an HDF5 file");
   const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (file < 0)
     return failure(path.string(), "is an HDF5 file, but damaged or cut short: it cannot be opened");

@@ -1,10 +1,16 @@
 // HDF5 files as far as this program needs them: named arrays of numbers with units, lists of texts,
 // attributes. Thin ownership around HDF5's C interface; damaged files end in a sentence, not in HDF5's own
-// error stack.
+// error stack, nor in a crash or a hang of HDF5 1.10.
+//
+// A file of ours ends in the digest of all its bytes before, which HDF5 takes no notice of, and cuts off
+// where another program changes the file:
+//
+//   "\nborelli sha256 " 64 hexadecimal digits "\n"
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -49,6 +55,14 @@ class Hdf5Writer {
 /// array.
 class Hdf5Reader {
  public:
+  /// Opens the file for `take`. One whose digest is wrong is refused before HDF5 sees it. One without a
+  /// digest is taken twice: first in a child process, with limits of time and memory, and then, if that went
+  /// well, in this one, from the same state and so with the same end. What `take` leaves is that of the
+  /// second time.
+  static Result<void> read(const std::filesystem::path& path,
+                           const std::function<Result<void>(const Hdf5Reader&)>& take);
+
+  /// For a file that is known to be whole.
   static Result<Hdf5Reader> open(const std::filesystem::path& path);
   ~Hdf5Reader();
   Hdf5Reader(Hdf5Reader&& other) noexcept;

@@ -519,25 +519,13 @@ Result<void> write_csv(const Trajectory& t, const std::filesystem::path& path) {
   return write_bytes(path, file);
 }
 
-}  // namespace
-
-Result<void> write_trajectory(const Trajectory& trajectory, const std::string& scene,
-                              const std::filesystem::path& path) {
-  const std::string ending = path.extension().string();
-  if (ending == ".h5" || ending == ".hdf5") return write_hdf5(trajectory, scene, path);
-  if (ending == ".csv") return write_csv(trajectory, path);
-  return bad_use(path.string(), "ends in '" + ending + "', expected .h5, .hdf5 or .csv");
-}
-
-Result<StoredTrajectory> read_trajectory(const std::filesystem::path& path) {
-  auto file = Hdf5Reader::open(path);
-  if (!file) return tl::unexpected(file.error());
-  const auto found = file->text_attribute("/", "format");
+Result<StoredTrajectory> read_hdf5(const Hdf5Reader& file, const std::filesystem::path& path) {
+  const auto found = file.text_attribute("/", "format");
   if (!found || *found != format)
     return bad_use(path.string(),
                    "is an HDF5 file, but not a trajectory: it has no attribute format = \"borelli "
                    "trajectory\"");
-  Fill fill(*file, path);
+  Fill fill(file, path);
   if (const double version = fill.attribute("/", "version"); version != 1)
     fill.complain(fmt::format("is a trajectory of version {}, expected 1", version));
 
@@ -578,9 +566,35 @@ Result<StoredTrajectory> read_trajectory(const std::filesystem::path& path) {
   return out;
 }
 
+}  // namespace
+
+Result<void> write_trajectory(const Trajectory& trajectory, const std::string& scene,
+                              const std::filesystem::path& path) {
+  const std::string ending = path.extension().string();
+  if (ending == ".h5" || ending == ".hdf5") return write_hdf5(trajectory, scene, path);
+  if (ending == ".csv") return write_csv(trajectory, path);
+  return bad_use(path.string(), "ends in '" + ending + "', expected .h5, .hdf5 or .csv");
+}
+
+Result<StoredTrajectory> read_trajectory(const std::filesystem::path& path) {
+  StoredTrajectory stored;
+  const auto done = Hdf5Reader::read(path, [&](const Hdf5Reader& file) -> Result<void> {
+    auto read = read_hdf5(file, path);
+    if (!read) return tl::unexpected(read.error());
+    stored = std::move(*read);
+    return {};
+  });
+  if (!done) return tl::unexpected(done.error());
+  return stored;
+}
+
 bool is_trajectory(const std::filesystem::path& path) {
-  const auto file = Hdf5Reader::open(path);
-  return file && file->text_attribute("/", "format").value_or("") == format;
+  bool is = false;
+  static_cast<void>(Hdf5Reader::read(path, [&](const Hdf5Reader& file) -> Result<void> {
+    is = file.text_attribute("/", "format").value_or("") == format;
+    return {};
+  }));
+  return is;
 }
 
 }  // namespace borelli

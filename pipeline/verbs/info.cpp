@@ -49,7 +49,7 @@ void add_info(CLI::App& program, Command& command) {
       if (!std::filesystem::is_regular_file(*path, problem) && !std::filesystem::is_directory(*path, problem))
         return bad_use(*path, "is not a regular file");  // (a pipe would wait for who writes to it)
       const auto is = [&](std::string_view ending) { return path->ends_with(ending); };
-      const bool trajectory = is_trajectory(*path) || is(".h5") || is(".hdf5");
+      const bool trajectory = is(".h5") || is(".hdf5") || is_trajectory(*path);
       if (trajectory && (!quantity->empty() || options->floating))
         return bad_use(quantity->empty() ? "--floating" : "--quantity",
                        "has no effect on a trajectory, and " + *path + " is one");

@@ -118,15 +118,54 @@ TEST_F(Hdf5File, ReadsCompressedSinglesOfAnotherProgram) {
   EXPECT_EQ(file->numbers("/i")->values, (std::vector<double>{1, 2, 3}));
 }
 
+TEST_F(Hdf5File, EndsInItsDigestUntilAnotherProgramChangesIt) {
+  write_sample();
+  std::stringstream whole;
+  whole << std::ifstream(path_, std::ios::binary).rdbuf();
+  const std::string bytes = whole.str(), seal = bytes.substr(bytes.size() - 81);
+  EXPECT_TRUE(seal.starts_with("\nborelli sha256 ") && seal.ends_with("\n")) << seal;
+  const std::string sum = "head -c " + std::to_string(bytes.size() - 81) + " " + path_.string() +
+                          " | sha256sum | grep -q " + seal.substr(16, 64);
+  EXPECT_EQ(std::system(sum.c_str()), 0);
+  const auto reads = [&] {
+    return Hdf5Reader::read(path_, [](const Hdf5Reader& file) -> Result<void> {
+      const auto numbers = file.numbers("/a/b/numbers");
+      if (!numbers) return tl::unexpected(numbers.error());
+      return numbers->values[0] == 0.1 || numbers->values[0] == 7 ? Result<void>() : failure("", "changed");
+    });
+  };
+  EXPECT_TRUE(reads());
+  std::string other = bytes;
+  for (const std::size_t at : {std::size_t{9}, bytes.size() / 2, bytes.size() - 30}) {
+    other[at] ^= 1;
+    std::ofstream(path_, std::ios::binary) << other;
+    const auto answer = reads();
+    ASSERT_FALSE(answer) << at;
+    EXPECT_NE(answer.error().what.find("is damaged: its bytes are not those that were written"),
+              std::string::npos);
+    other[at] ^= 1;
+  }
+  if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) return;
+  std::ofstream(path_, std::ios::binary) << bytes;
+  const fs::path script = folder_ / "change.py";
+  std::ofstream(script) << "import h5py, sys\nh5py.File(sys.argv[1], 'r+')['a/b/numbers'][0, 0] = 7\n";
+  ASSERT_EQ(std::system(("/usr/bin/python3 " + script.string() + " " + path_.string()).c_str()), 0);
+  EXPECT_TRUE(reads());
+}
+
 TEST_F(Hdf5File, CutAndForeignFilesAreRefused) {
   write_sample();
   std::stringstream whole;
   whole << std::ifstream(path_, std::ios::binary).rdbuf();
   const std::string bytes = whole.str();
   const fs::path cut = folder_ / "cut.h5";
-  for (std::size_t length = 0; length < bytes.size(); length += 1 + length / 7) {
+  for (std::size_t length = 0; length + 81 < bytes.size(); length += 1 + length / 7) {
     std::ofstream(cut, std::ios::binary) << bytes.substr(0, length);
-    EXPECT_FALSE(Hdf5Reader::open(cut)) << length << " of " << bytes.size() << " bytes";
+    const auto answer = Hdf5Reader::read(cut, [](const Hdf5Reader& file) -> Result<void> {
+      const auto names = file.texts("/names");
+      return names ? Result<void>() : tl::unexpected(names.error());
+    });
+    EXPECT_FALSE(answer) << length << " of " << bytes.size() << " bytes";
   }
   std::ofstream(cut) << "time,q\n0,1\n";
   EXPECT_EQ(Hdf5Reader::open(cut).error().kind, Error::Kind::use);

@@ -4,8 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -13,6 +15,7 @@
 #include <sstream>
 
 #include "pipeline/hdf5_file.hpp"
+#include "tests/paths.hpp"
 
 namespace borelli {
 namespace {
@@ -287,6 +290,65 @@ TEST_F(TrajectoryFile, TruncatedFilesEndInASentence) {
     ASSERT_FALSE(answer) << length;
     EXPECT_NE(answer.error().message().find("cut.h5"), std::string::npos);
   }
+}
+
+// HDF5 1.10 crashes and hangs on some of these within its own process.
+TEST_F(TrajectoryFile, DamagedFilesEndInASentenceWithoutACrashOrAHang) {
+  ASSERT_TRUE(write_trajectory(made_up(5), "", path_));
+  std::ifstream file(path_, std::ios::binary);
+  const std::string sealed{std::istreambuf_iterator<char>(file), {}};
+  const std::string plain = sealed.substr(0, sealed.size() - 81);  // as of a program that leaves no digest
+  std::mt19937 random(1);
+  const auto mutate = [&](std::string bytes) {
+    for (int n = 1 + static_cast<int>(random() % 8); n > 0; --n) {
+      const std::size_t at = random() % bytes.size();
+      switch (random() % 4) {
+        case 0:
+          bytes[at] = static_cast<char>(bytes[at] ^ (1 << random() % 8));
+          break;
+        case 1:
+          bytes[at] = static_cast<char>(random());
+          break;
+        case 2:
+          bytes[at] = random() % 2 ? '\xff' : '\0';
+          break;
+        default:  // part of it elsewhere
+          const std::size_t count = std::min<std::size_t>(random() % 64, bytes.size() - at);
+          bytes.replace(at, count, bytes.substr(random() % (bytes.size() - count), count));
+      }
+    }
+    return bytes;
+  };
+  const fs::path damaged = folder_ / "damaged.h5";
+  const auto read = [&](const std::string& bytes) {
+    std::ofstream(damaged, std::ios::binary) << bytes;
+    const auto from = std::chrono::steady_clock::now();
+    auto answer = read_trajectory(damaged);
+    EXPECT_LT(std::chrono::steady_clock::now() - from, std::chrono::seconds(8));
+    EXPECT_TRUE(answer || answer.error().message().find("damaged.h5") != std::string::npos);
+    return answer;
+  };
+  for (int n = 0; n < 2000; ++n) {
+    std::string bytes = mutate(sealed);
+    if (bytes == sealed) continue;
+    bytes.replace(bytes.size() - 81, 81, sealed.substr(sealed.size() - 81));
+    EXPECT_TRUE(bytes == sealed || !read(bytes)) << n;
+  }
+  int refused = 0;
+  for (int n = 0; n < 1000; ++n) refused += !read(mutate(plain));
+  EXPECT_GT(refused, 100);
+  EXPECT_LT(refused, 1000);  // a number that is another is nobody's fault
+}
+
+TEST_F(TrajectoryFile, AFileThatHangsHdf5IsRefusedAtOnce) {
+  const fs::path hang = fs::path(test::shared_folder()) / "cases/hang.h5";
+  if (!fs::exists(hang)) GTEST_SKIP() << "needs the shared folder's cases";
+  const auto from = std::clock();
+  const auto answer = read_trajectory(hang);
+  ASSERT_FALSE(answer);
+  EXPECT_NE(answer.error().what.find("is damaged: reading it as HDF5 "), std::string::npos)
+      << answer.error().message();
+  EXPECT_LT(static_cast<double>(std::clock() - from) / CLOCKS_PER_SEC, 1);
 }
 
 TEST_F(TrajectoryFile, OddFilesEndInASentenceThatNamesTheArray) {
