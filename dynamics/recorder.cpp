@@ -176,9 +176,14 @@ void Recorder::record_step(double t, double h) {
   out_.step_sizes.push_back(h);
 }
 
-Trajectory Recorder::finish(Certificate certificate) {
+const Trajectory& Recorder::so_far(Certificate certificate) {
   make_room(row_);
   out_.certificate = std::move(certificate);
+  return out_;
+}
+
+Trajectory Recorder::finish(Certificate certificate) {
+  so_far(std::move(certificate));
   return std::move(out_);
 }
 

@@ -26,6 +26,8 @@ class Recorder {
   /// these.
   void record_impulses(const Eigen::VectorXd& impulses, double h);
   Trajectory finish(Certificate certificate);
+  /// The rows so far; they stay as they are until the next one.
+  const Trajectory& so_far(Certificate certificate);
 
   template <class Keeper>
   void keep(Keeper& k) {

@@ -177,7 +177,7 @@ class Run {
     judge_steps();
     Certificate certificate = certifier.finish(work_, evaluations());
     certificate.method = settings_.method;
-    certificate.equations = settings_.equations == Equations::lagrange ? "lagrange" : "recursive";
+    certificate.equations = equations_name();
     return recorder_.finish(std::move(certificate));
   }
 
@@ -475,12 +475,28 @@ class Run {
     const bool stop = observer_.progress && !observer_.progress(state_.t);
     if (observer_.keep && (stop || (observer_.keep_due && observer_.keep_due())))
       if (auto done = put_away(); !done) return done;
+    if (observer_.rows && observer_.rows_due && observer_.rows_due()) show_rows();
     if (!stop) return {};
     stopped_ = true;
     certifier_->stop(
         fmt::format("stopped on request at t = {:.6g} s of {:.6g} s", state_.t, settings_.end_time),
         state_.t);
     return recorded_ ? Result<void>() : record(state_, workspace_, work_);
+  }
+
+  const char* equations_name() const {
+    return settings_.equations == Equations::lagrange ? "lagrange" : "recursive";
+  }
+
+  void show_rows() {
+    Certificate certificate;
+    certificate.reason =
+        fmt::format("the run was broken off: it had come to t = {:.6g} s of {:.6g} s when this was written",
+                    state_.t, settings_.end_time);
+    certificate.reason_time = state_.t;
+    certificate.method = settings_.method;
+    certificate.equations = equations_name();
+    observer_.rows(recorder_.so_far(std::move(certificate)));
   }
 
   // ---- to be taken up again ----

@@ -39,6 +39,10 @@ struct Observer {
   /// its trajectory and certificate are, bit for bit, those of one that was never broken off. Empty: from the
   /// start.
   std::string checkpoint;
+  /// Where it is set: is given the trajectory so far, whose certificate trusts nothing, whenever rows_due
+  /// says so.
+  std::function<void(const Trajectory& so_far)> rows = {};
+  std::function<bool()> rows_due = {};
   /// Of a run by a named method: where it takes more evaluations, or turns out stiff
   /// (Certificate::stiff_from), the trajectory so far is returned, too. Of one to an accuracy `evaluations`
   /// are of all its runs together; it fails where it takes more.

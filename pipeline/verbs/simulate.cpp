@@ -13,6 +13,7 @@
 #include "error/json_text.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/file_order.hpp"
+#include "pipeline/motion/unfinished_rows.hpp"
 #include "pipeline/scene_meshes.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/verbs/checkpoint.hpp"
@@ -111,7 +112,7 @@ nlohmann::json answer_of(const SimulateOptions& o, const ModelFile& model, const
 }
 
 Result<Trajectory> run(const SimulateOptions& o, const Command& command, const ModelFile& model,
-                       std::optional<CheckpointFile>& checkpoint) {
+                       std::optional<CheckpointFile>& checkpoint, std::optional<UnfinishedRows>& unfinished) {
   const Scene& scene = model.scene;
   const auto system = compile(scene);
   if (!system) return in_file(o.scene, system.error());
@@ -127,13 +128,17 @@ Result<Trajectory> run(const SimulateOptions& o, const Command& command, const M
     bar.update(t / settings.end_time);
     return true;
   };
-  if (!o.checkpoint.empty()) {
+  const bool writes_rows = !o.output.empty() && !shows_motion(o.output);
+  if (!o.checkpoint.empty() || writes_rows) {
     Scene settled = scene;
     settled.simulation = settings;
     const auto text = write_scene(settled);
     if (!text) return tl::unexpected(text.error());
-    checkpoint.emplace(o.checkpoint, o.checkpoint_every.value_or(60));
-    if (auto fine = checkpoint->watch(*text, observer); !fine) return tl::unexpected(fine.error());
+    if (!o.checkpoint.empty()) {
+      checkpoint.emplace(o.checkpoint, o.checkpoint_every.value_or(60));
+      if (auto fine = checkpoint->watch(*text, observer); !fine) return tl::unexpected(fine.error());
+    }
+    if (writes_rows) unfinished.emplace(o.output, *text).watch(observer);
   }
   auto trajectory = simulate(*system, system->initial, settings, observer);
   if (checkpoint) checkpoint->run_is_over();
@@ -170,7 +175,8 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   const Scene& scene = model->scene;
   if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
   std::optional<CheckpointFile> checkpoint;
-  const auto trajectory = run(o, command, *model, checkpoint);
+  std::optional<UnfinishedRows> unfinished;
+  const auto trajectory = run(o, command, *model, checkpoint, unfinished);
   if (!trajectory) return tl::unexpected(trajectory.error());
 
   const Certificate& certificate = trajectory->certificate;

@@ -2,6 +2,8 @@
 // sentence, an exit code and no file.
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
@@ -179,7 +181,7 @@ TEST(Simulate, AFullStandardOutputIsAnError) {
   }
 }
 
-TEST(Simulate, SignalsEndTheProgramAndLeaveNothing) {
+TEST(Simulate, SignalsEndTheProgramAndLeaveNoMoreThanTheRowsSoFar) {
   const TestFolder folder;
   // 10^8 steps would take minutes; timeout(1) sends the signal after one second and answers as a
   // shell does: 128 and the signal's number
@@ -190,8 +192,68 @@ TEST(Simulate, SignalsEndTheProgramAndLeaveNothing) {
     const ProgramRun run =
         run_program(arguments, "timeout --foreground --preserve-status -s " + std::to_string(signal) + " 1");
     EXPECT_EQ(run.code, 128 + signal) << run.err;
+    EXPECT_EQ(folder.count(), int(std::filesystem::exists(folder / "a.partial.h5")));
+  }
+}
+
+TEST(Simulate, AKilledRunLeavesTheRowsThatItHadWritten) {
+  const TestFolder folder;
+  for (const char* ending : {".h5", ".csv"}) {
+    const auto file = [&](const char* name) { return (folder / name).string() + ending; };
+    const std::string command = "simulate " + samples +
+                                "pendulum_7.toml --method rk4 --step 1e-3 --output-interval 0.1 -o " +
+                                file("a") + " --end ";
+    // killed while it writes or between, whichever it is at
+    EXPECT_NE(run_program(command + "1e5", "timeout --foreground -s KILL 3").code, 0);
+    EXPECT_FALSE(std::filesystem::exists(file("a")));
+    ASSERT_TRUE(std::filesystem::exists(file("a.partial")));
+    double last = 0;
+    if (std::string(ending) == ".h5") {
+      const auto rows = read_trajectory(file("a.partial"));
+      ASSERT_TRUE(rows) << rows.error().message();
+      const Trajectory& t = rows->trajectory;
+      ASSERT_GT(t.times.size(), 10u);
+      last = t.times.back();
+      EXPECT_FALSE(t.certificate.trusted);
+      EXPECT_NE(t.certificate.reason.find("broken off"), std::string::npos) << t.certificate.reason;
+      const ProgramRun info = run_program("info " + file("a.partial"));
+      EXPECT_EQ(info.code, 0) << info.err;
+      // as far as it came it is the motion of a run that comes to its end
+      const std::string end = std::to_string(last + 0.5);
+      ASSERT_EQ(run_program(command + end).code, 0);
+      const auto whole = read_trajectory(file("a"));
+      ASSERT_TRUE(whole);
+      EXPECT_TRUE(t.q == whole->trajectory.q.topRows(t.q.rows()));
+    } else {
+      ASSERT_EQ(run_program(command + "1").code, 0);
+    }
+    EXPECT_FALSE(std::filesystem::exists(file("a.partial")));
+    std::filesystem::remove(file("a"));
     EXPECT_EQ(folder.count(), 0);
   }
+}
+
+TEST(Simulate, AKilledCheckpointsPartialFileIsSweptByTheRunThatGoesOn) {
+  const TestFolder folder;
+  const std::string kept = folder / "run.checkpoint";
+  const std::string command =
+      "simulate " + samples + "pendulum_7.toml --method rk4 --end 20 --step 1e-4 --output-interval 0.1";
+  EXPECT_EQ(
+      run_program(command + " --checkpoint " + kept, "timeout --foreground --preserve-status -s INT 0.5")
+          .code,
+      1);
+  const pid_t killed = fork();
+  if (killed == 0) _exit(0);
+  waitpid(killed, nullptr, 0);
+  const auto partial = [&](pid_t writer, const std::string& name) {
+    return folder.write(".partial-" + std::to_string(writer) + "-" + name, "half");
+  };
+  const auto mine = partial(killed, "run.checkpoint"), another = partial(killed, "other.checkpoint"),
+             living = partial(getppid(), "run.checkpoint");
+  EXPECT_EQ(run_program(command + " --checkpoint " + kept).code, 0);
+  EXPECT_FALSE(std::filesystem::exists(mine));
+  EXPECT_TRUE(std::filesystem::exists(another));
+  EXPECT_TRUE(std::filesystem::exists(living));
 }
 
 TEST(Simulate, StoppedWithACheckpointTheSameCommandGoesOnExactly) {
