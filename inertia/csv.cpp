@@ -5,6 +5,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "error/plain_cell.hpp"
+
 namespace borelli {
 namespace {
 
@@ -66,6 +68,7 @@ Result<CsvTable> parse_csv(std::string_view text, const std::string& where) {
       continue;
     }
     if (!read_record(text, position, fields)) return failure(where, "a quote is opened and not closed");
+    for (std::string& field : fields) field = text_of_cell(field);
     if (table.columns.empty()) {
       table.columns = fields;
     } else if (fields.size() != table.columns.size()) {
@@ -80,8 +83,9 @@ Result<CsvTable> parse_csv(std::string_view text, const std::string& where) {
   return table;
 }
 
-std::string csv_field(std::string_view field) {
-  if (field.find_first_of(",\"\n\r#") == field.npos) return std::string(field);
+std::string csv_field(std::string_view text) {
+  const std::string field = plain_cell(text);
+  if (field.find_first_of(",\"\n\r#") == field.npos) return field;
   std::string quoted = "\"";
   for (const char c : field) quoted += c == '"' ? "\"\"" : std::string(1, c);
   return quoted + "\"";

@@ -25,7 +25,8 @@ struct CsvTable {
 /// quote.
 Result<CsvTable> parse_csv(std::string_view text, const std::string& where);
 
-/// A field as it stands in the text: quoted where it holds commas, quotes or line ends.
+/// A text as it stands in the table: quoted where it holds commas, quotes or line ends, and no formula to a
+/// spreadsheet (plain_cell.hpp), which parse_csv takes back.
 std::string csv_field(std::string_view field);
 
 }  // namespace borelli

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "error/json_text.hpp"
+#include "error/plain_cell.hpp"
 #include "inertia/csv.hpp"
 #include "inertia/entries.hpp"
 #include "inertia/published_summary.hpp"
@@ -107,7 +108,7 @@ Fields csv_row(const InertiaTable& table, const InertiaRow& row) {
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text + "\n";
+  return plain_comment(text) + "\n";
 }
 
 // ---- JSON

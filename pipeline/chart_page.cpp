@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "error/plain_cell.hpp"
+
 namespace borelli {
 namespace {
 
@@ -46,7 +48,7 @@ std::string html_text(std::string_view text) {
 
 std::string csv_text(std::string_view text) {
   std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
+  for (const char c : plain_cell(text)) out += c == '"' ? "\"\"" : std::string(1, c);
   return out + '"';
 }
 
@@ -54,9 +56,9 @@ std::string chart_page(std::string_view title, std::string_view heading,
                        const std::vector<std::string>& sentences, const std::vector<PageButtons>& buttons,
                        std::string_view body) {
   std::string out = fmt::format(
-      "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><meta name='viewport' "
+      "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'>{}<meta name='viewport' "
       "content='width=device-width'><title>{}</title><style>{}</style></head><body>\n<h1>{}</h1>\n",
-      html_text(title), style, html_text(heading));
+      page_policy, html_text(title), style, html_text(heading));
   for (const std::string& sentence : sentences) out += "<p>" + html_text(sentence) + "</p>\n";
   for (const PageButtons& row : buttons) {
     out += "<nav>";

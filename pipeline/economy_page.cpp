@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "error/plain_cell.hpp"
 #include "pipeline/chart_page.hpp"
 
 namespace borelli {
@@ -64,8 +65,8 @@ std::string economy_csv(const Economy& economy) {
                        m.coordinates, m.bodies, m.rows, m.evaluations, m.seconds);
   out += fmt::format("# the search: {} runs, {} evaluations\n", economy.runs, economy.evaluations);
   for (const EconomyRefusal& r : economy.refusals)
-    out += fmt::format("# stays: {}: {}\n", r.change,
-                       std::isnan(r.error) ? r.reason : fmt::format("off by {:.6g}", r.error));
+    out += plain_comment(fmt::format("# stays: {}: {}\n", r.change,
+                                     std::isnan(r.error) ? r.reason : fmt::format("off by {:.6g}", r.error)));
   return out;
 }
 

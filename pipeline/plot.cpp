@@ -10,6 +10,8 @@
 #include <string_view>
 #include <utility>
 
+#include "error/plain_cell.hpp"
+#include "inertia/csv.hpp"
 #include "pipeline/plot_scale.hpp"
 
 namespace borelli {
@@ -373,14 +375,6 @@ bool share_x(const std::vector<Curve>& curves) {
   return std::all_of(curves.begin(), curves.end(), [&](const Curve& c) { return c.x == curves.front().x; });
 }
 
-// A name that may hold a comma or a quotation mark, as RFC 4180 asks.
-std::string csv_quoted(std::string_view name) {
-  if (name.find_first_of(",\"\n") == std::string_view::npos) return std::string(name);
-  std::string out = "\"";
-  for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + '"';
-}
-
 }  // namespace
 
 std::string svg(const Plot& plot) {
@@ -442,18 +436,18 @@ std::string svg(const Plot& plot) {
 }
 
 std::string csv(const Plot& plot) {
-  std::string out = "# " + plot.title + '\n';
-  for (const std::string& note : plot.notes) out += "# " + note + '\n';
+  std::string out = plain_comment("# " + plot.title) + '\n';
+  for (const std::string& note : plot.notes) out += plain_comment("# " + note) + '\n';
   if (plot.curves.empty()) return out;
   if (!share_x(plot.curves)) {
-    out += fmt::format("curve,{},{}\n", csv_quoted(plot.x.label), csv_quoted(plot.y.label));
+    out += fmt::format("curve,{},{}\n", csv_field(plot.x.label), csv_field(plot.y.label));
     for (const Curve& c : plot.curves)
       for (std::size_t i = 0; i < c.x.size(); ++i)
-        out += fmt::format("{},{:.17g},{:.17g}\n", csv_quoted(c.name), c.x[i], c.y[i]);
+        out += fmt::format("{},{:.17g},{:.17g}\n", csv_field(c.name), c.x[i], c.y[i]);
     return out;
   }
-  out += csv_quoted(plot.x.label);
-  for (const Curve& c : plot.curves) out += ',' + csv_quoted(c.name);
+  out += csv_field(plot.x.label);
+  for (const Curve& c : plot.curves) out += ',' + csv_field(c.name);
   out += '\n';
   for (std::size_t i = 0; i < plot.curves.front().x.size(); ++i) {
     out += fmt::format("{:.17g}", plot.curves.front().x[i]);

@@ -10,6 +10,7 @@
 #include <future>
 
 #include "pipeline/certificate_report.hpp"
+#include "pipeline/chart_page.hpp"
 #include "pipeline/cut_lines.hpp"
 #include "pipeline/deface.hpp"
 #include "pipeline/fit_pictures.hpp"
@@ -59,27 +60,6 @@ Result<std::string> deflated(std::string_view bytes) {
 
 std::string_view view_of(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
-std::string html_text(std::string_view text) {
-  std::string escaped;
-  for (const char c : text) switch (c) {
-      case '&':
-        escaped += "&amp;";
-        break;
-      case '<':
-        escaped += "&lt;";
-        break;
-      case '>':
-        escaped += "&gt;";
-        break;
-      case '"':
-        escaped += "&quot;";
-        break;
-      default:
-        escaped += c;
-    }
-  return escaped;
 }
 
 /// JSON that cannot end the script element it stands in; bytes that are not UTF-8 become U+FFFD.
@@ -260,19 +240,17 @@ Result<std::string> block(const char* name, std::string_view bytes) {
   return fmt::format("<script type=\"text/plain\" id=\"block-{}\">{}</script>\n", name, base64(*packed));
 }
 
-/// The page up to its data. The policy forbids it to load anything from anywhere.
+/// The page up to its data.
 std::string head_of(const std::string& subject) {
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src "
-      "'unsafe-inline'; "
-      "style-src 'unsafe-inline'; img-src data: blob:\">\n"
+      "{}\n"
       "<meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"borelli\">\n"
       "<link rel=\"icon\" href=\"data:,\">\n<title>{} – borelli</title>\n<style>{}</style>\n</head>\n<body>\n"
       "<main id=\"page\"><noscript>This report draws itself with JavaScript, which is switched off here. The "
       "same numbers stand in the files beside it.</noscript></main>\n",
-      html_text(subject), data::viewer_style);
+      page_policy, html_text(subject), data::viewer_style);
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "error/plain_cell.hpp"
+#include "inertia/csv.hpp"
 #include "pipeline/certificate_report.hpp"
 #include "pipeline/hdf5_file.hpp"
 #include "pipeline/whole_file.hpp"
@@ -431,13 +433,6 @@ void read_certificate(Fill& fill, Certificate& c) {
 
 // ---- CSV ----
 
-std::string quoted(const std::string& name) {
-  if (name.find_first_of(",\"\n") == std::string::npos) return name;
-  std::string out = "\"";
-  for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + '"';
-}
-
 std::vector<std::string> csv_header(const Trajectory& t) {
   std::vector<std::string> out{"time [s]"};
   const auto columns = [&](const char* what, bool positions, const char* of_angle, const char* of_length) {
@@ -485,11 +480,11 @@ Result<void> write_csv(const Trajectory& t, const std::filesystem::path& path) {
   std::string file, text = text_of(t.certificate);
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = text.find('\n', begin);
-    file += "# " + text.substr(begin, end - begin) + '\n';
+    file += plain_comment("# " + text.substr(begin, end - begin)) + '\n';
     begin = end + 1;
   }
   const auto header = csv_header(t);
-  for (std::size_t i = 0; i < header.size(); ++i) file += (i ? "," : "") + quoted(header[i]);
+  for (std::size_t i = 0; i < header.size(); ++i) file += (i ? "," : "") + csv_field(header[i]);
   file += '\n';
 
   const std::vector<double> turns = orientations(t);

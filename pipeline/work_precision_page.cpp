@@ -7,6 +7,7 @@
 #include <limits>
 #include <set>
 
+#include "error/plain_cell.hpp"
 #include "pipeline/chart_page.hpp"
 #include "pipeline/picture.hpp"
 #include "pipeline/whole_file.hpp"
@@ -295,7 +296,7 @@ std::string why_no_drawing(const WorkPrecision& chart) {
 }
 
 std::string work_precision_csv(const WorkPrecision& chart) {
-  std::string out = "# " + chart.reference.words +
+  std::string out = plain_comment("# " + chart.reference.words) +
                     "\nmethod,equations,constraints,setting,finished,trusted,seconds,evaluations,position,"
                     "orientation_rad,energy,constraint,impacts_s,momentum,reason\n";
   for (const WorkPrecisionPoint& p : chart.points) {

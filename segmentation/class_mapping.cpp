@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "error/json_text.hpp"
+#include "error/plain_cell.hpp"
 #include "process/input_file.hpp"
 #include "segmentation/header_text.hpp"
 
@@ -102,7 +103,7 @@ std::vector<std::string> cells_of(const std::string& line) {
       cells.emplace_back();
     else
       cells.back() += c;
-  for (auto& cell : cells) cell = trimmed(cell);
+  for (auto& cell : cells) cell = text_of_cell(trimmed(cell));
   return cells;
 }
 

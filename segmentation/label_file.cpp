@@ -12,6 +12,7 @@
 #include <sstream>
 #include <unordered_map>
 
+#include "error/plain_cell.hpp"
 #include "process/input_file.hpp"
 #include "process/memory.hpp"
 #include "segmentation/class_map.hpp"
@@ -62,7 +63,7 @@ Result<Names> read_names(const std::string& path) {
     if (std::ssize(cells) <= std::max(number_column, name_column))
       return failure(where, "has no tab between a label and its name: '" + line + "'");
     const std::string &digits = cells[static_cast<std::size_t>(number_column)],
-                      &name = cells[static_cast<std::size_t>(name_column)];
+                      name = text_of_cell(cells[static_cast<std::size_t>(name_column)]);
     if (digits.empty() || digits.size() > 9 || digits.find_first_not_of("0123456789") != std::string::npos)
       return failure(where, "a label is a whole number from 0; found '" + digits + "'");
     const std::int64_t value = std::stoll(digits);

@@ -1,5 +1,6 @@
 #include "segmentation/write.hpp"
 
+#include "error/plain_cell.hpp"
 #include "segmentation/image_file.hpp"
 #include "segmentation/quantity.hpp"
 #include "segmentation/read.hpp"
@@ -36,7 +37,8 @@ Result<void> write_labels(const std::string& path, const LabelMap& labels) {
   if (!table) return tl::unexpected(table.error());
   std::string text = "label\tname\n";
   for (std::size_t label = 0; label < labels.names.size(); ++label)
-    if (!labels.names[label].empty()) text += std::to_string(label) + "\t" + labels.names[label] + "\n";
+    if (!labels.names[label].empty())
+      text += std::to_string(label) + "\t" + plain_cell(labels.names[label]) + "\n";
   if (const auto written = table->write(std::string_view(text)); !written) return written;
   return table->close();
 }

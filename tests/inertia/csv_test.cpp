@@ -24,11 +24,27 @@ TEST(Csv, ReadsCommentsHeaderAndQuotedFields) {
 }
 
 TEST(Csv, FieldsComeBackAsTheyWere) {
-  for (const std::string field : {"plain", "a,b", "say \"x\"", "two\nlines", "# no comment", ""}) {
+  for (const std::string field : {"plain", "a,b", "say \"x\"", "two\nlines", "# no comment", "", "=1+1",
+                                  "@SUM(A1)", "-2", "'=1+1", "''+x", "'s", "\tx", "\rx"}) {
     const auto table = parse_csv("first,second\n" + csv_field(field) + ",x\n", "text");
     ASSERT_TRUE(table) << table.error().message();
     EXPECT_EQ(table->field(0, "first"), field);
   }
+}
+
+// What spreadsheets take for a formula: a cell that begins so (OWASP, CSV injection).
+TEST(Csv, NoTextIsAFormulaToASpreadsheet) {
+  for (const std::string formula :
+       {"=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "=HYPERLINK(\"x\",\"y\")"}) {
+    const std::string field = csv_field(formula);
+    const std::string cell = field.starts_with('"') ? field.substr(1) : field;
+    EXPECT_TRUE(cell.starts_with('\'')) << field;
+  }
+  EXPECT_EQ(csv_field("knee's -1"), "knee's -1");
+  const auto numbers = parse_csv("name,x\n'-a,-1.5\n", "text");
+  ASSERT_TRUE(numbers);
+  EXPECT_EQ(numbers->field(0, "name"), "-a");
+  EXPECT_EQ(numbers->number(0, "x"), -1.5);
 }
 
 TEST(Csv, RefusesDamagedTables) {

@@ -126,6 +126,16 @@ TEST(Plot, CsvGivesBackEveryDigit) {
   }
 }
 
+TEST(Plot, CsvHoldsNoFormula) {
+  Plot plot;
+  plot.title = "a, \"=1+1\",=2";
+  plot.x.label = "t";
+  plot.y.label = "x";
+  plot.curves = {{"=cmd", {0, 1}, {-1, 2}}};
+  const std::string text = csv(plot);
+  EXPECT_EQ(text, "# a, \"=1+1\",'=2\nt,'=cmd\n0,-1\n1,2\n");
+}
+
 TEST(Plot, CsvOfCurvesWithUnlikeTimesIsLong) {
   const Plot plot{"t", {"x"}, {"y"}, {{"a", {0, 1}, {2, 3}}, {"b", {0}, {4}}}, {}};
   EXPECT_EQ(csv(plot), "# t\ncurve,x,y\na,0,2\na,1,3\nb,0,4\n");

@@ -1,6 +1,9 @@
 // Label maps in and out: numbers, names, parts.
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
+
 #include "grids.hpp"
 #include "scratch_folder.hpp"
 #include "segmentation/parts.hpp"
@@ -41,6 +44,21 @@ TEST(LabelFile, RoundTripWithNamesBeside) {
     EXPECT_LT((back->grid.axes - map.grid.axes).cwiseAbs().maxCoeff(), 1e-6);  // float32 in NIfTI
   }
   EXPECT_TRUE(std::filesystem::exists(folder / "a.tsv"));
+}
+
+TEST(LabelFile, ANameIsNoFormulaToASpreadsheetAndComesBack) {
+  ScratchFolder folder;
+  LabelMap map;
+  map.grid.size = {3, 1, 1};
+  map.voxels = {1, 2, 3};
+  map.names = {"outside", "=1+1", "@liver", "'-spleen"};
+  ASSERT_TRUE(write_labels(folder / "a.nrrd", map));
+  std::ifstream table(folder / "a.tsv");
+  const std::string text{std::istreambuf_iterator<char>(table), {}};
+  EXPECT_EQ(text, "label\tname\n0\toutside\n1\t'=1+1\n2\t'@liver\n3\t''-spleen\n");
+  const auto back = read_numbered_labels(folder / "a.nrrd");
+  ASSERT_TRUE(back) << back.error().message();
+  EXPECT_EQ(back->map.names, map.names);
 }
 
 // As 3D Slicer saves a segmentation: three segments of which two overlap, in two layers, cropped to what they
