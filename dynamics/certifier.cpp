@@ -127,8 +127,8 @@ std::string Certifier::group_words(int group) const {
 }
 
 /// J: what a group's energy may be off by is measured against: what was turned over, and of what lies on
-/// contacts that act by impulses its weight over its own size. (At rest nothing is turned over, while each step
-/// stops a fall; overlaps are trusted by the same size.)
+/// contacts that act by impulses its weight over its own size. (At rest nothing is turned over, while each
+/// step stops a fall; overlaps are trusted by the same size.)
 double Certifier::yardstick(int group) const {
   const Group& of = groups_[group];
   return std::max(of.energy.turnover(), of.mass * parameters_.gravity.norm() * of.touching);

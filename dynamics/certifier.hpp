@@ -117,8 +117,8 @@ class Certifier {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(certificate_, step_squares_, started_, energy_, groups_, residual_rows_, last_time_,
-      momenta_, singular_, step_watch_, order_);
+    k(certificate_, step_squares_, started_, energy_, groups_, residual_rows_, last_time_, momenta_,
+      singular_, step_watch_, order_);
   }
 
   /// The verdict, with the counts.
