@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "pipeline/stages/digest.hpp"
 #include "process/input_file.hpp"
 #include "segmentation/class_mapping.hpp"
 #include "segmentation/dicom_segmentation.hpp"

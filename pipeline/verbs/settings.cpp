@@ -116,7 +116,7 @@ CLI::Option* option_of(CLI::App& app, const std::string& key) {
 SettingsError::SettingsError(unsigned line, const std::string& what)
     : CLI::ParseError("SettingsError", fmt::format(":{}: {}", line, what), CLI::ExitCodes::InvalidError) {}
 
-SettingsError::SettingsError(const Error& error)
+SettingsError::SettingsError(const borelli::Error& error)
     : CLI::ParseError("SettingsError", error.message(), CLI::ExitCodes::InvalidError) {}
 
 std::vector<CLI::ConfigItem> TomlSettings::from_config(std::istream& input) const {

@@ -12,7 +12,7 @@ namespace borelli {
 /// What is wrong in a settings file, ":LINE: what", to stand behind the file's name.
 struct SettingsError : CLI::ParseError {
   SettingsError(unsigned line, const std::string& what);
-  explicit SettingsError(const Error& error);
+  explicit SettingsError(const borelli::Error& error);
 };
 
 /// Reads settings for CLI11 with toml++. Every key and value is checked against the program's verbs and their

@@ -1,7 +1,6 @@
 // The verdict: what makes a run untrusted, said with the reason, the time and the name.
 #include "dynamics/certifier.hpp"
 
-#include <map>
 #include <tuple>
 
 #include "dynamics/model_file.hpp"
@@ -229,8 +228,9 @@ TEST(Certificate, AnAccuracyTellsUntilWhenTheStateIsKnown) {
   SimulationSettings fine = settings("gbs", c.known_until, 0.01, 1e-13);
   const Trajectory until = run(system, fine);
   for (std::size_t i = 0; i < path.times.size(); ++i)
-    if (std::abs(path.times[i] - c.known_until) < 1e-9)
+    if (std::abs(path.times[i] - c.known_until) < 1e-9) {
       EXPECT_LT((path.q.row(Eigen::Index(i)).transpose() - last(until.q)).cwiseAbs().maxCoeff(), 1e-3);
+    }
   how.end_time = 2;
   const Certificate early = run(system, how).certificate;
   EXPECT_TRUE(early.trusted) << early.reason;

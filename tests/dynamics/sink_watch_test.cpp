@@ -48,7 +48,9 @@ TEST(SinkWatch, MoreStepsThanARunMayTakeAreForetold) {
     for (; steps < 1000000 && worst == Verdict::fine; ++steps)
       worst = watch.after(steps * step, step, true, 10, 1e9);
     EXPECT_EQ(worst, verdict) << step;
-    if (verdict == Verdict::stalled) EXPECT_NEAR(steps, 200000, 200);
+    if (verdict == Verdict::stalled) {
+      EXPECT_NEAR(steps, 200000, 200);
+    }
   }
 }
 
