@@ -1,0 +1,55 @@
+#!/usr/bin/env bash
+# kill_trials.sh N [PROGRAM]: kills `borelli run` N times with signal 9, at moments spread evenly over all its stages,
+# lets the same command go on, and compares every output, byte for byte, with that of a run that was never disturbed;
+# but for times and memory in run.json and in the report, which shows them.
+set -euo pipefail
+count=${1:?how many trials}
+program=$(realpath "${2:-build/release/borelli}")
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+
+"$program" phantom -o scan.nii.gz --spacing 10 >phantom.log 2>&1
+words=(run scan.nii.gz --quantity hu --work-grid 6 --flight-time 0.5 --mesh-tolerance 5)
+
+# an account or a report without times and memory, nor the digest and sizes of the two that hold them
+plain() {
+  tr -d '\n ' <"$1" | sed -E 's/"(seconds|peak_memory_mib|share)":[-+.e0-9]+/"\1"/g; s/"slowest":\[[^]]*\]//
+                              s/"report.html":("[0-9a-f]*"|[0-9]+)//g; s/"bytes":[0-9]+,"path":"run.json"//'
+}
+
+"$program" "${words[@]}" --out whole >whole.log 2>&1
+mapfile -t stages < <(sed -nE 's/^ *"stage": "(.*)",?$/\1/p' whole/scan/run.json | awk '!seen[$0]++')
+declare -A seconds
+while read -r stage took; do seconds[$stage]=$took; done < <(
+  tr -d '\n ' <whole/scan/run.json | grep -oE '"seconds":[.e0-9-]+,"settings":|"stage":"[a-z]+"' |
+    sed -E 's/"seconds":([.e0-9-]+),.*/\1/; s/"stage":"(.*)"/\1/' | awk '/^[a-z]+$/ { if (t) print $1, t; t = "" } /^[0-9]/ { t = $1 }')
+
+recovered=0 ended=0
+declare -A kills
+for ((n = 0; n < count; ++n)); do
+  stage=${stages[n % ${#stages[@]}]}
+  rounds=$(((count + ${#stages[@]} - 1) / ${#stages[@]}))
+  pause=$(awk -v n=$((n / ${#stages[@]})) -v rounds=$rounds -v s="${seconds[$stage]:-0}" 'BEGIN { print s * (n + 0.5) / rounds }')
+  rm -rf out
+  "$program" "${words[@]}" --out out >killed.log 2>&1 &
+  run=$!
+  until grep -q "^$stage " killed.log 2>/dev/null || ! kill -0 $run 2>/dev/null; do sleep 0.005; done
+  sleep "$pause"
+  if kill -KILL $run 2>/dev/null; then kills[$stage]=$((${kills[$stage]:-0} + 1)); else ended=$((ended + 1)); fi
+  wait $run 2>/dev/null || true
+
+  if ! "$program" "${words[@]}" --out out >resumed.log 2>&1; then
+    echo "trial $n, killed in $stage after $pause s: the run that went on failed:" && cat resumed.log && continue
+  fi
+  if differs=$(diff -rq --exclude run.json --exclude report.html whole out 2>&1) &&
+    cmp -s <(plain whole/scan/run.json) <(plain out/scan/run.json) &&
+    cmp -s <(plain whole/scan/report.html) <(plain out/scan/report.html); then
+    recovered=$((recovered + 1))
+  else
+    echo "trial $n, killed in $stage after $pause s: ${differs:-run.json or report.html} differ"
+  fi
+done
+for stage in "${stages[@]}"; do printf '%-14s %6.2f s  killed %d times\n' "$stage" "${seconds[$stage]:-0}" "${kills[$stage]:-0}"; done
+echo "$recovered of $count recovered byte for byte; $ended had come to their end before they were killed"
+[ "$recovered" = "$count" ]
