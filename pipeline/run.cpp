@@ -18,12 +18,14 @@ namespace {
 using nlohmann::json;
 
 json settings_of(const RunSettings& s) {
+  const InputNames names = input_names(s);
   return {{"subject", s.subject},
-          {"volume", s.volume},
-          {"labels", s.labels},
-          {"label_names", s.label_names},
-          {"label_mapping", s.label_mapping},
-          {"landmarks", s.landmarks},
+          {"volume", names.name_of(s.volume)},
+          {"labels", names.name_of(s.labels)},
+          {"label_names", names.name_of(s.label_names)},
+          {"label_mapping", names.name_of(s.label_mapping)},
+          {"landmarks", names.name_of(s.landmarks)},
+          {"keep_paths", s.keep_paths},
           {"quantity", s.quantity ? json(quantity_name(*s.quantity)) : json()},
           {"sex", s.sex},
           {"pose", s.pose},
@@ -61,11 +63,17 @@ json pick(const json& all, std::initializer_list<const char*> names) {
 std::vector<Stage> stages_of(RunData& data) {
   const RunSettings& settings = data.settings;
   const json all = settings_of(settings);
-  const auto mute = [&data](auto work) {
-    return [work, &data](const StageProgress&, const json&) { return work(data); };
+  const auto named = [&data](Result<json> answer) {
+    if (answer) *answer = data.names.without_folders(std::move(*answer));
+    return answer;
   };
-  const auto shown = [&data](auto work) {
-    return [work, &data](const StageProgress& progress, const json&) { return work(data, progress); };
+  const auto mute = [&data, named](auto work) {
+    return [work, &data, named](const StageProgress&, const json&) { return named(work(data)); };
+  };
+  const auto shown = [&data, named](auto work) {
+    return [work, &data, named](const StageProgress& progress, const json&) {
+      return named(work(data, progress));
+    };
   };
   std::vector<std::string> labelled{"segmentation/labels.nii.gz", "segmentation/labels.tsv",
                                     "segmentation/labels.ctbl", "segmentation/landmarks.json",
@@ -76,7 +84,8 @@ std::vector<Stage> stages_of(RunData& data) {
   stages.push_back(
       {"segmentation",
        {},
-       pick(all, {"quantity", "work_grid_mm", "table_tolerance", "label_mapping", "convention", "segments"}),
+       pick(all, {"quantity", "work_grid_mm", "table_tolerance", "label_mapping", "convention", "segments",
+                  "keep_paths"}),
        std::move(labelled),
        shown(settings.labels.empty() || !settings.label_mapping.empty() ? segment_scan : use_given_labels),
        {{"segmentation/landmarks.json"}}});
@@ -152,7 +161,7 @@ Result<json> run(const RunSettings& settings, bool force, const StageObserver& o
   if (!settings.settings_text.empty())
     if (auto written = write_whole(settings.folder / "settings.toml", settings.settings_text); !written)
       return tl::unexpected(written.error());
-  const auto digests = digests_of(*inputs);
+  const auto digests = digests_of(*inputs, input_names(settings));
   if (!digests) return tl::unexpected(digests.error());
   json head{
       {"program", "borelli " BORELLI_VERSION}, {"inputs", *digests}, {"settings", settings_of(settings)}};

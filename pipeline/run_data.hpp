@@ -15,6 +15,8 @@
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/report.hpp"
 #include "pipeline/run.hpp"
+#include "pipeline/run_inputs.hpp"
+#include "pipeline/stages/input_names.hpp"
 #include "segmentation/class_map.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/segment.hpp"
@@ -26,7 +28,7 @@ namespace borelli {
 /// those alone that need it.
 class RunData {
  public:
-  explicit RunData(const RunSettings& of_run) : settings(of_run) {}
+  explicit RunData(const RunSettings& of_run) : settings(of_run), names(input_names(of_run)) {}
 
   Result<const ScannedVolume*> scan(const Progress& progress = {});
   /// The classes of somebody else's label map; nothing where none is given.
@@ -62,6 +64,7 @@ class RunData {
   std::filesystem::path file(const std::string& name) const { return settings.folder / name; }
 
   const RunSettings& settings;
+  const InputNames names;
 
  private:
   template <class T, class Make>

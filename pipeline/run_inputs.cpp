@@ -53,13 +53,17 @@ Result<std::vector<RunInput>> inputs_of(const RunSettings& settings) {
   return inputs;
 }
 
-Result<nlohmann::json> digests_of(const std::vector<RunInput>& inputs) {
+InputNames input_names(const RunSettings& s) {
+  return {s.keep_paths, {s.volume, s.labels, s.label_names, s.label_mapping, s.landmarks}};
+}
+
+Result<nlohmann::json> digests_of(const std::vector<RunInput>& inputs, const InputNames& names) {
   auto digests = nlohmann::json::object();
   for (const RunInput& input : inputs)
     for (const std::string& file : input.files) {
       const auto digest = digest_of(file);
       if (!digest) return tl::unexpected(digest.error());
-      digests[input.role].push_back({{"file", fs::path(file).filename().string()}, {"sha256", *digest}});
+      digests[input.role].push_back({{"file", names.name_of(file)}, {"sha256", *digest}});
     }
   return digests;
 }

@@ -7,6 +7,7 @@
 
 #include "error/error.hpp"
 #include "pipeline/run.hpp"
+#include "pipeline/stages/input_names.hpp"
 
 namespace borelli {
 
@@ -15,11 +16,14 @@ struct RunInput {
   std::vector<std::string> files;  ///< the one that was named, and the one that its header names, if any
 };
 
+/// How what it reads is named in what it writes.
+InputNames input_names(const RunSettings& settings);
+
 /// Of volumes the headers are read, which say where the voxels are (.mhd, .nhdr). Errors: a file that is
 /// missing; those of read_image_header.
 Result<std::vector<RunInput>> inputs_of(const RunSettings& settings);
 
 /// {"volume": [{"file": name, "sha256": hex}, ...], ...}, of a folder as digest_of. Errors: not readable.
-Result<nlohmann::json> digests_of(const std::vector<RunInput>& inputs);
+Result<nlohmann::json> digests_of(const std::vector<RunInput>& inputs, const InputNames& names);
 
 }  // namespace borelli

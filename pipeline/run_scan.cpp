@@ -25,7 +25,8 @@ Result<json> hand_on(RunData& data, Segmentation& found, const ScannedVolume& sc
   auto asked = choose_segments(data.settings.segments, found.labels.names);
   if (!asked) return tl::unexpected(asked.error());
   found.asked = std::move(*asked);
-  json account = segmentation_account(found, data.settings.volume, scan.reading);
+  json account = data.names.without_folders(
+      segmentation_account(found, data.names.name_of(data.settings.volume), scan.reading));
   account["convention"] = data.settings.convention;
   if (pick) account["tolerance"] = to_json(*pick);
   if (auto written = write_segmentation(data.file("segmentation"), found, account, data.settings.landmarks);
@@ -174,7 +175,9 @@ Result<json> integrate_parts(RunData& data) {
   if (options.frames == "isb" && table->source.frames != "isb") warnings.emplace_back(no_isb_frames);
   const Warnings& before = (*segmentation)->warnings;
   table->warnings.insert(table->warnings.begin(), before.begin(), before.end());
-  table->source.volume = data.settings.volume;
+  for (std::string& warning : table->warnings)
+    warning = data.names.without_folders(std::move(warning));
+  table->source.volume = data.names.name_of(data.settings.volume);
   table->source.quantity = (*scan)->reading;
   for (const char* name : {"inertia/table.csv", "inertia/table.json"})
     if (auto written =

@@ -10,6 +10,7 @@
 #include "dynamics/scene_file.hpp"
 #include "pipeline/economy_page.hpp"
 #include "pipeline/picture.hpp"
+#include "pipeline/stages/input_names.hpp"
 #include "pipeline/table_tolerance.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
@@ -105,7 +106,7 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
   command.warn(economy->warnings);
   if (auto done = write_plots(volume_economy_plots(*economy), folder); !done)
     return tl::unexpected(done.error());
-  const std::string title = std::filesystem::path(o.input).filename().string();
+  const std::string title = InputNames(false, {}).name_of(o.input);
   for (const auto& [name, text] : {std::pair("economy.csv", volume_economy_csv(*economy)),
                                    std::pair("economy.html", volume_economy_page(*economy, title))})
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());

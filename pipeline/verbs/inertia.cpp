@@ -12,6 +12,7 @@
 #include "pipeline/measure.hpp"
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/stages/input_names.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
@@ -27,6 +28,7 @@ struct InertiaSettings {
   MeasureOptions measure;
   std::vector<std::string> compared;
   std::vector<std::string> outputs;
+  bool keep_paths = false;
 };
 
 // the map of all parts that a map of some segments was taken from (segmentation_files.hpp); empty where there
@@ -135,11 +137,13 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, cons
   if (mr) mr->density = densities_by_parts(*mr, *labels, options);
   auto table = measure(weighed, std::move(*labels), landmarks, options, completeness);
   if (!table) return tl::unexpected(table.error());
-  table->source.volume = settings.volume;
+  const InputNames input_names(settings.keep_paths, {settings.volume, settings.labels, settings.names});
+  table->source.volume = input_names.name_of(settings.volume);
   table->source.quantity = scan->reading;
   command.warn(table->warnings);
   if (options.frames == "isb" && table->source.frames != "isb") command.warn(std::string(no_isb_frames));
   table->warnings = command.warnings();
+  for (std::string& warning : table->warnings) warning = input_names.without_folders(std::move(warning));
   return table;
 }
 
@@ -339,6 +343,7 @@ void add_inertia(CLI::App& program, Command& command) {
   verb->add_option("--pose", settings->measure.pose,
                    "How the person lay or stood, e.g. supine (default: as DICOM says)");
   verb->add_option("-o,--output", settings->outputs, "Table to write, .csv or .json; may be given twice");
+  verb->add_flag("--keep-paths", settings->keep_paths, keep_paths_help);
   verb->callback([&command, settings, verb] {
     const bool blur_chosen = verb->count("--blur-reach") > 0;
     command.work = [settings, blur_chosen](const Command& c) -> Result<nlohmann::json> {

@@ -99,7 +99,7 @@ Result<std::pair<fs::path, std::string>> split(const std::string& path) {
 
 InertiaTable exact_table(const Phantom& phantom, const PhantomAsked& asked) {
   InertiaSource source;
-  source.volume = asked.output;
+  source.volume = fs::path(asked.output).filename();
   source.quantity = "the phantom's solids, integrated exactly (no voxels)";
   source.density_curve = asked.body.density_curve;
   source.density_source = density_curve(asked.body.density_curve).value().source;

@@ -80,7 +80,7 @@ Result<void> check_scan(const json& run, const std::string& path) {
   settings.volume = path;
   const auto files = inputs_of(settings);
   if (!files) return tl::unexpected(files.error());
-  const auto now = digests_of(*files);
+  const auto now = digests_of(*files, input_names(settings));
   if (!now) return tl::unexpected(now.error());
   const auto digests = [](const json& list) {
     std::vector<std::string> out;
@@ -100,7 +100,7 @@ Result<void> find_scan(const ReportAsked& asked, const Command& command, Found& 
   if (path.empty()) return {};
   if (std::error_code problem; asked.volume.empty() && !fs::exists(path, problem)) {
     command.warn(fmt::format(
-        "the scan {} is no longer there: the report shows the parts alone (--volume names it)", path));
+        "the scan ({}) is not found from here: the report shows the parts alone (--volume names it)", path));
     return {};
   }
   auto scan =

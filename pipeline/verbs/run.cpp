@@ -1,6 +1,8 @@
 // borelli run: the whole way from a volume to a moving body and its report.
 #include "pipeline/run.hpp"
 #include "pipeline/measure.hpp"
+#include "pipeline/stages/digest.hpp"
+#include "pipeline/stages/input_names.hpp"
 #include "pipeline/table_tolerance.hpp"
 
 #include <fmt/core.h>
@@ -28,15 +30,46 @@ struct RunAsked {
   bool work_grid_chosen = false, integrator_tolerance_chosen = false;
 };
 
-// the subject's name where none is given: the file's without its endings, or the folder's
-std::string name_of_input(const std::string& path) {
+// The subject's name where none is given: the file's without its endings. A folder's name, which often is the
+// patient's, enters no output: the first bytes of its first file's digest stand for it.
+Result<std::string> name_of_input(const std::string& path, bool keep_paths) {
+  std::error_code problem;
   fs::path name = fs::path(path).filename();
   if (name.empty()) name = fs::path(path).parent_path().filename();
+  if (!keep_paths && fs::is_directory(path, problem)) {
+    fs::path first;
+    for (fs::recursive_directory_iterator entry(path, problem), end; !problem && entry != end;
+         entry.increment(problem))
+      if (entry->is_regular_file(problem) && (first.empty() || entry->path() < first)) first = entry->path();
+    if (first.empty()) return "scan";
+    const auto digest = digest_of(first);
+    if (!digest) return tl::unexpected(digest.error());
+    return "scan-" + digest->substr(0, 8);
+  }
   std::string text = name.string();
   for (const char* ending : {".gz", ".nii", ".hdr", ".img", ".nrrd", ".nhdr", ".mha", ".mhd"})
     if (text.ends_with(ending) && text.size() > std::string(ending).size())
       text.resize(text.size() - std::string(ending).size());
   return text.empty() || text == "." || text == ".." ? "subject" : text;
+}
+
+// Settings for settings.toml, which is shared with the results: without paths, and with the words that run it
+// again.
+std::string settings_without_paths(CLI::App& verb, const RunSettings& s) {
+  std::error_code problem;
+  const bool own_mapping = fs::exists(s.label_mapping, problem);
+  std::string words = "borelli run VOLUME --settings settings.toml --out FOLDER";
+  for (const char* option : {"volume", "--out"}) verb.get_option(option)->configurable(false);
+  for (const auto& [option, given] : {std::pair{"--labels", s.labels},
+                                      {"--label-names", s.label_names},
+                                      {"--label-mapping", own_mapping ? s.label_mapping : ""},
+                                      {"--landmarks", s.landmarks}}) {
+    if (given.empty()) continue;
+    verb.get_option(option)->configurable(false);
+    words += fmt::format(" {} {}", option, fs::path(given).filename().string());
+  }
+  return "# The paths of what was read are left out (--keep-paths keeps them). Runs again by\n#   " + words +
+         "\n" + settings_text(verb);
 }
 
 // whether what is to be written there would be among the files of a scan's folder
@@ -109,7 +142,11 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   if (asked.integrator_tolerance_chosen && !method_is_adaptive(settings.method))
     return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
                                                  ", whose steps are all of one length: give --step");
-  if (settings.subject.empty()) settings.subject = name_of_input(settings.volume);
+  if (settings.subject.empty()) {
+    auto name = name_of_input(settings.volume, settings.keep_paths);
+    if (!name) return tl::unexpected(name.error());
+    settings.subject = std::move(*name);
+  }
   if (settings.subject.find('/') != std::string::npos || settings.subject.starts_with('.'))
     return bad_use("--subject " + settings.subject, "names a folder; it may not hold '/' nor begin with '.'");
   settings.folder = fs::path(asked.out) / settings.subject;
@@ -167,7 +204,8 @@ void add_run(CLI::App& program, Command& command) {
   RunSettings& s = asked->run;
   verb->add_option("volume", s.volume, "A DICOM folder or a volume file (.nii.gz, .nrrd, .mha)")->required();
   verb->add_option("-o,--out", asked->out, "Folder; the results go to <out>/<subject>")->required();
-  verb->add_option("--subject", s.subject, "Name of the subject (default: the volume's)");
+  verb->add_option("--subject", s.subject,
+                   "Name of the subject (default: the file's; of a folder one from its content)");
   verb->add_option("--quantity", asked->quantity, "What the voxels hold: hu, density_kgm3, density_gcm3, mr");
   verb->add_option("--labels", s.labels, "A label map on the volume's grid, to use instead of segmenting");
   verb->add_option("--label-names", s.label_names, "Its names (TSV; default: beside it)");
@@ -236,6 +274,7 @@ void add_run(CLI::App& program, Command& command) {
       ->capture_default_str();
   verb->add_flag("--deface", s.deface,
                  "Take the face out of meshes, picture and report (not out of the labels)");
+  verb->add_flag("--keep-paths", s.keep_paths, keep_paths_help);
   verb->add_flag("--allow-untrusted", s.untrusted_is_fine,
                  "Go on with a motion that its certificate does not trust");
   verb->callback([&command, asked, verb] {
@@ -250,7 +289,8 @@ void add_run(CLI::App& program, Command& command) {
         !asked->table_tolerance.empty() || (!asked->tolerance.empty() && !asked->work_grid_chosen);
     if ((!asked->run.labels.empty() && asked->run.label_mapping.empty()) || picked)
       verb->get_option("--work-grid")->configurable(false);
-    asked->run.settings_text = settings_text(*verb);
+    asked->run.settings_text =
+        asked->run.keep_paths ? settings_text(*verb) : settings_without_paths(*verb, asked->run);
     command.work = [asked](const Command& chosen) { return work(*asked, chosen); };
   });
 }

@@ -8,6 +8,7 @@
 #include "pipeline/belonging.hpp"
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/stages/input_names.hpp"
 #include "pipeline/table_tolerance.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
@@ -23,7 +24,7 @@ struct SegmentAsked {
   std::string volume, folder, quantity, landmarks, labels, names, mapping, segments, tolerance,
       convention = "deleva1996";
   double step = 3;
-  bool step_chosen = false;
+  bool step_chosen = false, keep_paths = false;
 };
 
 void print(const Segmentation& found, const std::string& reading, const std::string& folder) {
@@ -127,7 +128,10 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   command.warn(found->warnings);
   if (pick && !pick->met) command.warn(in_words(*pick));
   found->warnings = command.warnings();
-  auto account = segmentation_account(*found, asked.volume, scanned->reading);
+  const InputNames input_names(asked.keep_paths,
+                               {asked.volume, asked.labels, asked.names, asked.mapping, asked.landmarks});
+  auto account = input_names.without_folders(
+      segmentation_account(*found, input_names.name_of(asked.volume), scanned->reading));
   if (pick) account["tolerance"] = to_json(*pick);
   if (const auto written = write_segmentation(asked.folder, *found, account, asked.landmarks); !written)
     return tl::unexpected(written.error());
@@ -164,6 +168,7 @@ void add_segment(CLI::App& program, Command& command) {
   verb->add_option("--tolerance,--table-tolerance", asked->tolerance,
                    "Pick the coarsest grid that gives every entry of the inertia table within this, e.g. 1%");
   verb->add_option("--segments", asked->segments, segments_help);
+  verb->add_flag("--keep-paths", asked->keep_paths, keep_paths_help);
   verb->callback([&command, asked, verb] {
     asked->step_chosen = verb->count("--step") > 0;
     command.work = [asked](const Command& chosen) { return run(*asked, chosen); };

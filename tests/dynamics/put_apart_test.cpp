@@ -155,8 +155,7 @@ TEST(PutApart, WhatNoCoordinateMovesEndsByName) {
     SphereOverPlane kind;
     kind.sphere.solid = "ball";
     kind.radius = radius;
-    kind.plane.solid = "world";
-    kind.normal = Vector3d::UnitZ();
+    kind.plane.on.solid = "world";
     scene.constraints = {{"floor", kind}};
     const System system = compiled(scene);
     State state = system.initial;

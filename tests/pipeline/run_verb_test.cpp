@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <map>
@@ -255,6 +257,84 @@ class ProgramAtWork {
   pid_t id_;
 };
 
+TEST_F(RunVerb, AnOutputWithAnotherByteIsMadeAgain) {
+  const std::string run = path("scan.mhd") + words();
+  EXPECT_EQ(stages_done(run), all);
+  for (const auto& [name, stage] : {std::pair{"body.glb", "glb"},
+                                    {"motion/trajectory.csv", "motion"},
+                                    {"report.html", "report"},
+                                    {"segmentation/labels.ctbl", "segmentation"}}) {
+    const std::string whole = read_whole(result(name)).value();
+    std::string other = whole;
+    other[other.size() / 2] ^= 1;
+    ASSERT_TRUE(write_whole(result(name), other));
+    EXPECT_EQ(stages_done(run), Names{stage}) << name;
+    if (std::string(name) != "report.html") {  // (which tells how long each stage took)
+      EXPECT_EQ(read_whole(result(name)).value(), whole) << name;
+    }
+  }
+}
+
+// The files' texts and what is packed in the report.
+std::string text_of_output(const fs::path& file) {
+  std::string text = read_whole(file).value();
+  const auto inflate_all = [](std::string_view packed, int form) {
+    z_stream stream{};
+    inflateInit2(&stream, form);
+    stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
+    stream.avail_in = static_cast<uInt>(packed.size());
+    std::string out;
+    std::array<char, 65536> block;
+    for (int done = Z_OK; done == Z_OK;) {
+      stream.next_out = reinterpret_cast<Bytef*>(block.data());
+      stream.avail_out = block.size();
+      done = inflate(&stream, Z_NO_FLUSH);
+      out.append(block.data(), block.size() - stream.avail_out);
+    }
+    inflateEnd(&stream);
+    return out;
+  };
+  if (text.starts_with("\x1f\x8b")) return inflate_all(text, 31);
+  return text;
+}
+
+TEST_F(RunVerb, TheInputsFolderEntersNoOutput) {
+  const std::string patient = "DOE_JANE_19500101";
+  fs::create_directories(folder / patient);
+  for (const char* name : {"scan.mhd", "scan.raw", "labels.nrrd", "labels.tsv", "joints.json"})
+    fs::rename(folder / name, folder / patient / name);
+  const std::string own = path(patient + "/scan.mhd"), out = path("out");
+  const auto named_in = [&](const std::string& below) {
+    std::set<std::string> found;
+    for (const auto& entry : fs::recursive_directory_iterator(folder / below))
+      if (entry.is_regular_file() && text_of_output(entry.path()).find(patient) != std::string::npos)
+        found.insert(entry.path().lexically_relative(folder / below).string());
+    return found;
+  };
+  const std::string words = " --quantity hu --labels " + path(patient + "/labels.nrrd") + " --landmarks " +
+                            path(patient + "/joints.json") +
+                            " --flight-time 0.1 --mesh-tolerance 3 --subject s -o ";
+  EXPECT_EQ(stages_done(own + words + out), all);
+  EXPECT_EQ(named_in("out"), Names{});
+  EXPECT_EQ(stages_done(own + words + path("kept") + " --keep-paths"), all);
+  EXPECT_TRUE(named_in("kept").contains("s/run.json"));
+  EXPECT_TRUE(named_in("kept").contains("s/settings.toml"));
+
+  const std::string parts = "segment " + own + " --quantity hu -o " + path("parts");
+  ASSERT_EQ(run_program(parts).code, 0);
+  EXPECT_EQ(named_in("parts"), Names{});
+  ASSERT_EQ(run_program(parts + " --keep-paths").code, 0);
+  EXPECT_EQ(named_in("parts"), Names{"segmentation.json"});
+  fs::create_directories(folder / "tables");
+  const std::string table = "inertia --volume " + own + " --quantity hu --labels " +
+                            path(patient + "/labels.nrrd") + " -o " + path("tables/t.json") + " -o " +
+                            path("tables/t.csv");
+  ASSERT_EQ(run_program(table).code, 0);
+  EXPECT_EQ(named_in("tables"), Names{});
+  ASSERT_EQ(run_program(table + " --keep-paths").code, 0);
+  EXPECT_EQ(named_in("tables"), (Names{"t.csv", "t.json"}));
+}
+
 TEST_F(RunVerb, TwoAtOnceInOneFolderAreRefusedAndAKilledOneBlocksNone) {
   // The first run is halted when what it writes when it has the folder tells that it has it.
   const std::string shared = "run " + path("scan.mhd") + " --quantity hu --subject s -o " + path("out");
@@ -277,7 +357,7 @@ TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
   // names that look like numbers, a number that decimals do not hold, quotes
   const std::string run =
       path("scan.mhd") + words("007") +
-      " --pose \"on \\\"one's\\\" side\" --sex female --allow-untrusted"
+      " --keep-paths --pose \"on \\\"one's\\\" side\" --sex female --allow-untrusted"
       " --integrator-tolerance 3.0000000000000004e-7 --somersault-rate -123.456 --tuck +.25"
       " --density-curve mcsquare --method rk4_adaptive --muscle-frequency 1"
       " --damping-ratio 0.7 --label-names " +
@@ -294,6 +374,26 @@ TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
   EXPECT_EQ(stages_done("--settings " + file), Names{});
   EXPECT_EQ(json::parse(read_whole(path("out/007/run.json")).value())["settings"], record["settings"]);
   EXPECT_EQ(read_whole(file).value(), text);
+  // without the paths it is the same run, wherever its inputs lie by then
+  EXPECT_EQ(stages_done("--settings " + file + " --keep-paths=false"), all);
+  const std::string shared = read_whole(file).value();
+  EXPECT_EQ(shared.find(folder.path().string()), std::string::npos) << shared;
+  EXPECT_NE(shared.find("run VOLUME --settings settings.toml --out FOLDER --labels labels.nrrd"),
+            std::string::npos)
+      << shared;
+  fs::create_directories(folder / "moved");
+  for (const char* name : {"scan.mhd", "scan.raw", "labels.nrrd", "labels.tsv", "joints.json"})
+    fs::rename(folder / name, folder / "moved" / name);
+  EXPECT_EQ(stages_done(path("moved/scan.mhd") + " --settings " + file + " -o " + path("out") + " --labels " +
+                        path("moved/labels.nrrd") + " --label-names " + path("moved/labels.tsv") +
+                        " --landmarks " + path("moved/joints.json")),
+            Names{});
+  EXPECT_EQ(read_whole(file).value(), shared);
+  for (const char* name : {"scan.mhd", "scan.raw", "labels.nrrd", "labels.tsv", "joints.json"})
+    fs::rename(folder / "moved" / name, folder / name);
+  EXPECT_EQ(stages_done("--settings " + file + ' ' + path("scan.mhd") + words("007") + " --label-names " +
+                        path("labels.tsv") + " --keep-paths"),
+            all);
   // the command line goes before the file
   EXPECT_EQ(stages_done("--settings " + file + " --tuck 0.5"),
             (Names{"skeleton", "motion", "glb", "report"}));
@@ -334,7 +434,10 @@ TEST_F(RunVerb, MovesTheSmallestModelWithinATolerance) {
   EXPECT_LE(error, 0.01);
   EXPECT_LE(error, said["error"].get<double>() + 2e-4);  // (at the rows of output, and to a hundredth)
 
-  EXPECT_EQ(stages_done("--settings " + result("settings.toml").string()), Names{});
+  EXPECT_EQ(
+      stages_done("--settings " + result("settings.toml").string() + ' ' + path("scan.mhd") + " --labels " +
+                  path("labels.nrrd") + " --landmarks " + path("joints.json") + " -o " + path("out")),
+      Names{});
   EXPECT_EQ(stages_done(run), (Names{"motion", "glb", "report"}));
   EXPECT_FALSE(fs::exists(result("model/smallest.toml")));
   expect_refused("run " + run + " --keep centre", 2, "--keep: says what is to stay within --tolerance");
@@ -342,7 +445,7 @@ TEST_F(RunVerb, MovesTheSmallestModelWithinATolerance) {
 }
 
 TEST_F(RunVerb, AStepIsForMethodsOfFixedOnes) {
-  EXPECT_EQ(stages_done(path("scan.mhd") + words() + " --method rk4 --step 1e-3"), all);
+  EXPECT_EQ(stages_done(path("scan.mhd") + words() + " --keep-paths --method rk4 --step 1e-3"), all);
   const auto record = json::parse(read_whole(path("out/s/run.json")).value());
   EXPECT_EQ(record["settings"]["step"], 1e-3);
   const auto& certificate = record["stages"][3]["certificate"];

@@ -91,7 +91,7 @@ TEST(BrokenText, FindingsTellWhatIsOfAnotherKind) {
 
 TEST(BrokenText, PathsThatTheSystemRefusesAreNamed) {
   const std::string far = "/" + repeated("long", 2000);
-  for (const std::string& verb :
+  for (const std::string verb :
        {"info ", "report ", "simulate ", "economy ", "skeleton --landmarks x --table "}) {
     const ProgramRun run = run_program(verb + far);
     EXPECT_NE(run.code, 0) << verb;
