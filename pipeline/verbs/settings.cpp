@@ -156,7 +156,7 @@ std::string settings_text(const CLI::App& verb) {
     const std::string name = names.empty() ? option->get_name() : names.front();
     const Kind kind = kind_of(*option);
     if (kind == Kind::flag) {
-      if (option->count() > 0) text += name + " = true\n";
+      if (option->count() > 0 && option->results().back() != "false") text += name + " = true\n";
       continue;
     }
     std::vector<std::string> words = option->results();
