@@ -175,8 +175,7 @@ Result<json> integrate_parts(RunData& data) {
   if (options.frames == "isb" && table->source.frames != "isb") warnings.emplace_back(no_isb_frames);
   const Warnings& before = (*segmentation)->warnings;
   table->warnings.insert(table->warnings.begin(), before.begin(), before.end());
-  for (std::string& warning : table->warnings)
-    warning = data.names.without_folders(std::move(warning));
+  for (std::string& warning : table->warnings) warning = data.names.without_folders(std::move(warning));
   table->source.volume = data.names.name_of(data.settings.volume);
   table->source.quantity = (*scan)->reading;
   for (const char* name : {"inertia/table.csv", "inertia/table.json"})

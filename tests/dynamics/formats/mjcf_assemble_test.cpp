@@ -12,10 +12,10 @@
 
 #include "dynamics/formats/convex_hull.hpp"
 #include "dynamics/model_file.hpp"
-#include "test_folder.hpp"
+#include "tests/dynamics/test_folder.hpp"
 
 #ifdef BORELLI_MUJOCO
-#include "mujoco_model.hpp"
+#include "tests/dynamics/mujoco_model.hpp"
 
 namespace borelli::test::mjcf_assemble_test {
 namespace {
