@@ -191,8 +191,11 @@ TEST(Urdf, LimitsShapesAndWhatIsNotModelled) {
 }
 
 bool lists(const ModelFile& model, const std::string& part) {
-  return std::any_of(model.not_modelled.begin(), model.not_modelled.end(),
-                     [&](const std::string& line) { return line.find(part) != std::string::npos; });
+  const auto among = [&](const std::vector<std::string>& lines) {
+    return std::any_of(lines.begin(), lines.end(),
+                       [&](const std::string& line) { return line.find(part) != std::string::npos; });
+  };
+  return among(model.not_modelled.motion) || among(model.not_modelled.other);
 }
 
 Rows mass_matrix(const ModelFile& model) {
