@@ -17,6 +17,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <mutex>
 #include <new>
 #include <utility>
 
@@ -128,6 +129,10 @@ std::string number(double value) {
 
 Result<void> in_child(const std::string& where, const std::string& doing, const ChildLimits& limits,
                       const std::function<Result<void>()>& work) {
+  // A child that another thread forks meanwhile would hold this one's end of the pipe open, and its end would
+  // be waited for too.
+  static std::mutex one_at_a_time;
+  std::unique_lock lock(one_at_a_time);
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0)
     return failure(where, doing + " needs a pipe, and none can be had: " + std::strerror(errno));
@@ -140,6 +145,7 @@ Result<void> in_child(const std::string& where, const std::string& doing, const 
   }
   if (child == 0) be_child(ends[1], parent, limits, work);
   close(ends[1]);
+  lock.unlock();
   std::string text;
   const bool ended = read_until_end(ends[0], limits.seconds, text);
   close(ends[0]);
