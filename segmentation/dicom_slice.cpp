@@ -369,7 +369,9 @@ Result<void> read_in_child(std::span<const DicomSlice> slices, std::span<T> to) 
   const auto shared = reinterpret_cast<T*>(pixels->bytes().data());
   const auto current = reinterpret_cast<volatile std::uint32_t*>(at->bytes().data());
   // codecs unpack ten times as fast and more
-  const ChildLimits limits{.seconds = 5 + double(to.size()) / 1e6,
+  const double seconds = 4 + double(to.size()) / 1e6;
+  const ChildLimits limits{.seconds = 10 * seconds,  // on a machine with other work
+                           .processor_seconds = seconds,
                            .bytes = (std::uint64_t{256} << 20) + 32 * area};
   const auto done = in_child("", "unpacking its pixels (" + slices.front().packing + ")", limits, [&] {
     DicomBytes file;

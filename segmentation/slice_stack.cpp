@@ -228,14 +228,16 @@ void sort_along(std::vector<DicomSlice>& slices) {
   std::ranges::stable_sort(slices, {}, [&](const DicomSlice& s) { return normal.dot(*s.position); });
 }
 
-bool evenly_spaced(const std::vector<DicomSlice>& slices) {
-  if (slices.size() < 2) return true;
+std::optional<std::int64_t> missing_slices(const std::vector<DicomSlice>& slices) {
+  if (slices.size() < 2) return 0;
   auto sorted = slices;
   sort_along(sorted);
   const auto along = places_along(sorted);
   if (std::ranges::adjacent_find(along, [](double a, double b) { return b - a < same_place; }) != along.end())
-    return false;
-  return evenness(along, text_along(sorted)).even;
+    return std::nullopt;
+  const Evenness e = evenness(along, text_along(sorted));
+  if (!e.even || e.index.back() > 1e9) return std::nullopt;
+  return static_cast<std::int64_t>(e.index.back()) + 1 - std::ssize(slices);
 }
 
 bool in_one_line(const std::vector<DicomSlice>& slices) {
@@ -255,12 +257,15 @@ Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice
   stack.slices = std::move(slices);
   const auto along = places_along(stack.slices);
   for (std::size_t n = 1; n < along.size(); ++n) {
-    if (along[n] - along[n - 1] < same_place) {
-      return failure(
-          where, fmt::format(
-                     "has two different slices at one position ({} and {}); give it a folder with one volume",
-                     stack.slices[n - 1].path, stack.slices[n].path));
-    }
+    if (along[n] - along[n - 1] >= same_place) continue;
+    const DicomSlice &one = stack.slices[n - 1], &other = stack.slices[n];
+    const std::string what =
+        fmt::format("has two different slices at one position ({} and {})", one.path, other.path);
+    if (one.location && other.location && std::abs(*one.location - *other.location) > same_place)
+      return failure(where, what + fmt::format(", though their SliceLocation is {} and {}: the positions in "
+                                               "their headers are damaged",
+                                               place(*one.location), place(*other.location)));
+    return failure(where, what + "; give it a folder with one volume");
   }
   if (const auto [aside, allowed] = aside_of_line(stack.slices, along); aside > allowed)
     return failure(where,

@@ -7,6 +7,8 @@
 // rounded.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,8 +34,9 @@ Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice
 /// By their places along the normal of the first one.
 void sort_along(std::vector<DicomSlice>& slices);
 
-/// Whether slices of one orientation lie evenly, but for missing ones, and no two at one place.
-bool evenly_spaced(const std::vector<DicomSlice>& slices);
+/// How many slices are missing between slices of one orientation that otherwise lie evenly; nothing where
+/// they do not, or two are at one place.
+std::optional<std::int64_t> missing_slices(const std::vector<DicomSlice>& slices);
 
 /// Whether slices of one orientation, of which there are two places at least, lie behind each other.
 bool in_one_line(const std::vector<DicomSlice>& slices);

@@ -178,7 +178,7 @@ constexpr std::array<PartingAttribute, 4> parting_attributes{{{&DicomSlice::acqu
                                                               {&DicomSlice::image_type, "image type"}}};
 
 std::vector<DicomVolume> part_series(DicomSlices once) {
-  if (evenly_spaced(once)) return {{std::move(once), "", {}}};
+  if (missing_slices(once) == 0) return {{std::move(once), "", {}}};
   const bool doubles = has_double_places(once);
   for (const auto& [value, name] : parting_attributes) {
     std::map<std::string, DicomSlices> by_value;
@@ -223,7 +223,7 @@ Result<void> join_single_slices(std::vector<DicomSlices>& groups, std::vector<Di
     for (const auto& s : slices) series.push_back(s.series_uid);
     const auto copies = drop_copies(slices);
     if (!copies) return tl::unexpected(copies.error());
-    if (slices.size() < 3 || !evenly_spaced(slices) || !in_one_line(slices)) continue;
+    if (slices.size() < 3 || !missing_slices(slices) || !in_one_line(slices)) continue;
     std::erase_if(groups, [&](const DicomSlices& g) {
       return g.size() == 1 && std::ranges::find(series, g.front().series_uid) != series.end() &&
              look_alike(g.front(), slices.front());

@@ -345,14 +345,5 @@ TEST(DicomFrames, SegmentationLongerThanABodyIsRefusedByItsHeader) {
       << read.error().message();
 }
 
-// Ten thousand frames, in a time that is linear in their number.
-TEST(DicomFrames, ManyFramesAreRead) {
-  const ScratchFolder folder;
-  write(folder / "a.dcm", {.frames = 9999, .described = 9999, .step = {0, 0, 0.05}});
-  const auto read = read_volume(folder / "a.dcm");
-  ASSERT_TRUE(read) << read.error().message();
-  EXPECT_EQ(read->volume.grid.size[2], 9999);
-}
-
 }  // namespace
 }  // namespace borelli

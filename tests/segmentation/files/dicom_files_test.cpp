@@ -22,6 +22,7 @@ void write_slices(const std::string& folder, int first, int last) {
     slice.position.z() = 2 * k;
     slice.instance = "1.2.3.1." + std::to_string(k + 1);
     slice.pixels.assign(6, static_cast<std::uint16_t>(1000 + k));
+    slice.pixels[0] = 24;  // air
     write_slice(folder + "/" + std::to_string(k) + ".dcm", slice);
   }
 }

@@ -17,12 +17,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Slice k of its series, all of whose pixels are `value`.
+// Slice k of its series, all of whose pixels are `value` but the first, which is air.
 TestSlice flat(int k, double z, int value, TestSlice slice = {}) {
   slice.columns = 3, slice.rows = 2;
   slice.position.z() = z;
   slice.instance = slice.series + "." + std::to_string(k + 1);
   slice.pixels.assign(6, static_cast<std::uint16_t>(value));
+  slice.pixels[0] = 0;
   return slice;
 }
 
@@ -109,6 +110,20 @@ TEST(DicomVolumes, SlicesWithASeriesEachAreOneSeries) {
   }
 }
 
+// Positions that somebody overwrote: nothing tells for sure how far apart the slices are.
+TEST(DicomVolumes, SlicesOfOnePositionAndOtherLocationsAreRefused) {
+  const ScratchFolder folder;
+  for (int k = 0; k < 4; ++k) {
+    TestSlice slice = flat(k, 0, 1000 + k);
+    slice.location = std::to_string(3 * k);
+    write_slice(folder / name_of(k), slice);
+  }
+  const auto read = read_volume(folder.path());
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message().find("though their SliceLocation is"), std::string::npos)
+      << read.error().message();
+}
+
 // Two tables' stops of one body: acquisition 1 from 0 to 30 mm, acquisition 2 from 24 to 57 mm; in the second
 // round its slices lie between the first one's.
 TEST(DicomVolumes, AcquisitionsThatOverlapALittleAreJoined) {
@@ -131,9 +146,9 @@ TEST(DicomVolumes, AcquisitionsThatOverlapALittleAreJoined) {
     for (std::int64_t k = 0; k < grid.size[2]; ++k) {  // the larger one where both are
       const double z = grid.point(0, 0, k).z();
       if (z < 21) {
-        EXPECT_EQ(read->volume.at(0, 0, k), -24) << z;
+        EXPECT_EQ(read->volume.at(1, 1, k), -24) << z;
       } else if (z > 24 + shift) {
-        EXPECT_EQ(read->volume.at(0, 0, k), 176) << z;
+        EXPECT_EQ(read->volume.at(1, 1, k), 176) << z;
       }
     }
   }
@@ -163,7 +178,7 @@ void write_rounded(const ScratchFolder& folder, double tilt_deg, int decimals, b
   const double tilt = tilt_deg * std::numbers::pi / 180;
   for (int k = 0; k < 450; ++k) {
     if (but > 0 && k % but == but - 1) continue;
-    TestSlice slice = flat(k, -100.3 + 1.25 * k, 1000 + k);
+    TestSlice slice = flat(k, (cut ? 100.3 : -100.3) + 1.25 * k, 1000 + k);
     slice.along_column = {0, std::cos(tilt), std::sin(tilt)};
     const auto text = [&](double value) {
       const double unit = std::pow(10, decimals);
@@ -185,7 +200,7 @@ TEST(DicomVolumes, PositionsRoundedInTheHeaderAreEven) {
     // rounding to 0.1 mm has a standard deviation of 0.03 mm; a line through 450 of them is good to 1e-5 mm a
     // step
     EXPECT_NEAR(read->volume.grid.axes(2, 2), 1.25, 5e-5);
-    EXPECT_NEAR(read->volume.grid.origin.z(), -100.3, 0.06);
+    EXPECT_NEAR(read->volume.grid.origin.z(), cut ? 100.3 : -100.3, 0.06);
     EXPECT_FALSE(says(*read, "uneven") || says(*read, "missing")) << all_said(*read);
     for (int k = 0; k < 450; ++k) EXPECT_EQ(values(*read)[std::size_t(k)], k - 24);
   }
