@@ -325,7 +325,7 @@ Result<ImageHeader> read_nifti_header(const std::string& path) {
   const double least = n->pair ? 0 : n->version == 1 ? 352 : 544;
   if (!(n->vox_offset <= 1e9)) return failure(path, "has a damaged header: vox_offset is absurd");
   header.stream_offset = static_cast<std::uint64_t>(std::max(least, n->vox_offset));
-  header.data_file = path;
+  header.header_file = header.data_file = path;
   const auto packing_of = [](const std::string& file) -> Result<ByteSource::Packing> {
     return is_gzip(file).map(
         [](bool gzip) { return gzip ? ByteSource::Packing::deflated : ByteSource::Packing::plain; });

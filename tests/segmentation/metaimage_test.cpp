@@ -95,7 +95,7 @@ TEST(MetaImage, RefusesDamageInOneSentence) {
       {"ElementSpacing = 2 2.5 3", "ElementSpacing = 2 0 3", "do not span a voxel"},
       {"0 1 0 -1 0 0 0 0 1", "0 1 0 0 1 0 0 0 1", "do not span a voxel"},
       {"0 1 0 -1 0 0 0 0 1", "1 0 0", "TransformMatrix has 3 numbers of 9"},
-      {"LOCAL", "LIST", "for 1 slices"},
+      {"LOCAL", "LIST\na.raw\nb.raw", "for 1 slices"},
       {"LOCAL", "slice%03d.raw 1 9 1", "more files than its 1 slices"},
       {"LOCAL", "slice%n.raw 1 1 1", "expected a pattern like 'slice%03d.raw 1 1 1'"},
       {"LOCAL", "slice%d%d.raw 1 1 1", "expected a pattern"},
