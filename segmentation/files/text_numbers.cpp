@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <cctype>
 #include <charconv>
 #include <cstring>
 
@@ -51,9 +52,13 @@ Result<std::size_t> TextNumbers::read(std::span<std::byte> target) {
                                                                            word->data() + word->size();
       T value{};
       const auto [rest, trouble] = std::from_chars(first, last, value);
-      if (trouble != std::errc() || rest != last)
-        return failure(path_, fmt::format("holds '{}' among its voxels, expected numbers of type {}",
-                                          word->substr(0, 40), scalar_name(scalar_)));
+      if (trouble != std::errc() || rest != last) {
+        std::string shown(word->substr(0, 40));
+        for (char& c : shown)
+          if (!std::isprint(static_cast<unsigned char>(c))) c = '?';
+        return failure(path_, fmt::format("holds '{}' among its voxels, expected numbers of type {}", shown,
+                                          scalar_name(scalar_)));
+      }
       std::memcpy(target.data() + filled, &value, sizeof value);
     }
     return filled;
