@@ -2,8 +2,6 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include <chrono>
-
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli::input_files_test {
@@ -85,21 +83,20 @@ TEST(MaxMemory, IsAnAmountOnTheCommandLineOrInTheSettings) {
 TEST(MaxMemory, WhatNeedsMoreIsRefusedAtOnce) {
   const TestFolder folder;
   const std::string out = (folder / "out").string();
-  const auto start = std::chrono::steady_clock::now();
-  ProgramRun said = run_program("phantom --spacing 0.2 --max-memory 8G -o " + out + ".nii.gz");
+  ProgramRun said = run_program("phantom --spacing 0.2 --max-memory 8G -o " + out + ".nii.gz", "timeout 30");
   EXPECT_EQ(said.code, 1);
   EXPECT_NE(said.err.find("voxels needs"), std::string::npos) << said.err;
   EXPECT_NE(said.err.find("--max-memory"), std::string::npos) << said.err;
-  said = run_program("phantom --spacing 2 --max-memory 100M -o " + out + ".nii.gz");
+  said = run_program("phantom --spacing 2 --max-memory 100M -o " + out + ".nii.gz", "timeout 30");
   EXPECT_EQ(said.code, 1);
   EXPECT_NE(said.err.find("100 MB may be used (--max-memory)"), std::string::npos) << said.err;
 
   ASSERT_EQ(run_program("phantom --spacing 8 -o " + out + ".nii.gz").code, 0);
-  said = run_program("segment " + out + ".nii.gz --quantity hu --step 1 --max-memory 1G -o " + out);
+  said = run_program("segment " + out + ".nii.gz --quantity hu --step 1 --max-memory 1G -o " + out,
+                     "timeout 30");
   EXPECT_EQ(said.code, 1);
   EXPECT_NE(said.err.find("a work grid of "), std::string::npos) << said.err;
   EXPECT_NE(said.err.find("1 GB may be used (--max-memory)"), std::string::npos) << said.err;
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
 }
 
 }  // namespace
