@@ -11,7 +11,7 @@ std::vector<TestCase> seeds() {
       {"tabs",
        {{"a.tsv",
          "# by hand\nlabel\tname\tpart\ttissue\n1\tspleen\ttrunk\tsoft\n75\tfemur_left\tthigh_left\tbone\n"
-         "3\tskin\tbody\t\n4\ttable\toutside\tair\n5\tleg\tthigh_left shank_left\tfat\n"}}},
+         "3\tskin\tbody\t\n4\ttable\toutside\tair\n5\tleg\tthigh_left,shank_left\tfat\n"}}},
       {"names", {{"a.tsv", "name\tpart\nhead\thead\nRight Arm\tarm_right\n"}}},
       {"json",
        {{"a.json",

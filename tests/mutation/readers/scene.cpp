@@ -5,10 +5,13 @@ namespace borelli::mutation {
 namespace of_scene {
 
 std::vector<TestCase> seeds() {
-  return sample_cases({"pendulum.toml", "heavy_top.toml", "roundabout.toml", "turntable.toml",
-                       "rolling_disc.toml", "block_on_slope.toml", "bouncing_ball.toml", "cradle.toml",
-                       "four_bar_2.toml", "painleve_rod.toml", "shock.toml", "kapitza.toml",
-                       "chaplygin_sleigh.toml", "andrews.toml", "bars_3.toml"});
+  std::vector<TestCase> out = sample_cases(
+      {"pendulum.toml", "heavy_top.toml", "roundabout.toml", "turntable.toml", "rolling_disc.toml",
+       "block_on_slope.toml", "bouncing_ball.toml", "cradle.toml", "four_bar_2.toml", "painleve_rod.toml",
+       "shock.toml", "kapitza.toml", "chaplygin_sleigh.toml", "andrews.toml", "bars_3.toml"});
+  // (which no contact force moves on)
+  for (TestCase& test : out) test.may_be_refused = test.name == "painleve_rod";
+  return out;
 }
 
 }  // namespace of_scene
