@@ -57,7 +57,9 @@ class Builder : public nlohmann::json_sax<Json> {
     if (text_.find_first_not_of(" \t\r\n") == std::string_view::npos)
       return refuse("is empty, expected JSON");
     if (position == text_.size()) return refuse("is not JSON: ends too early, was it cut off?");
-    return refuse(fmt::format("is not JSON: found '{}'", shown(token)));
+    // (what the parser read last begins where the value before it did)
+    const std::string last = token.substr(token.find_last_of(" \t\r\n") + 1);
+    return refuse(fmt::format("is not JSON: found '{}'", shown(last)));
   }
 
   Json root;

@@ -27,7 +27,7 @@ TEST(JsonText, FaultsAreToldWithTheirPlace) {
            {"", "f.json:1: is empty, expected JSON"},
            {"{\"a\":\n [1, 2", "f.json:2: is not JSON: ends too early, was it cut off?"},
            {"{\"a\":\n\n }", "f.json:3: is not JSON: found '}'"},
-           {"[1] 2", "f.json:1: is not JSON: found '1] 2'"},
+           {"[1] 2", "f.json:1: is not JSON: found '2'"},
            {"\xff", "f.json:1: is not JSON: found '<ff>'"},
            {"[NaN]", "f.json:1: is not JSON: found '[N'"},
            {"{\"q\":\n [1e999]}", "f.json:2: the number 1e999 is too large"},
