@@ -92,7 +92,11 @@ Result<bool> bears_digest(const std::filesystem::path& path) {
   if (!file || rest < 0) return false;
   std::string end(seal_size, '\0');
   file.seekg(rest).read(end.data(), static_cast<std::streamsize>(end.size()));
-  if (!file || !end.starts_with(before_digest) || end.back() != '\n') return false;
+  if (!file) return false;
+  if (const auto at = end.find(before_digest); at != 0 || end.back() != '\n') {
+    if (at == std::string::npos) return false;
+    return failure(path.string(), "is damaged or cut short: its digest does not end it");
+  }
   const auto digest = digest_of_start(path, static_cast<std::uint64_t>(rest));
   if (!digest) return tl::unexpected(digest.error());
   if (end == seal(*digest)) return true;

@@ -94,7 +94,7 @@ TEST(ModelVerbs, SimulateAndInfoSayWhatIsNotModelled) {
   for (const char* verb : {"info ", "simulate "}) {
     const ProgramRun run = run_program(verb + file);
     EXPECT_EQ(run.code, 0) << run.err;
-    EXPECT_NE(run.out.find(line), std::string::npos) << run.out;
+    EXPECT_NE(run.err.find(line), std::string::npos) << run.err;
     EXPECT_EQ(said(run_program(verb + file + " --json"))["not_modelled"]["changes_motion"].size(), 1u);
   }
   // a trajectory keeps the scene as TOML, whatever it was read from
@@ -127,7 +127,8 @@ TEST(ModelVerbs, WhatFallsInMjcfLandsOnItsPlaneOrIsNotTrusted) {
   const std::string tin = model("<geom name='tin' type='cylinder' size='.1 .1'/>");
   const ProgramRun run = run_program("simulate " + tin);
   EXPECT_EQ(run.code, 1);
-  EXPECT_NE(run.out.find("not modelled: contacts of 1 pairs of geoms"), std::string::npos) << run.out;
+  EXPECT_NE(run.err.find("not modelled, changes the motion: contacts of 1 pairs of geoms"), std::string::npos)
+      << run.err;
   EXPECT_NE(run.out.find("UNTRUSTED: a geom of the world and geom 'tin' overlap at t = "), std::string::npos)
       << run.out;
   EXPECT_FALSE(said(run_program("simulate --json --allow-untrusted " + tin))["certificate"]["trusted"]);

@@ -488,8 +488,10 @@ TEST_F(RunVerb, SettingsThatAreWrongAreNamedWithTheirLine) {
 
 TEST_F(RunVerb, RefusesBeforeAnythingIsMade) {
   fs::create_directories(folder / "slices");  // whose files would be more of them at each run
-  for (const char* out : {".", "slices", "slices/new"})
-    expect_refused("run " + path("slices") + " -o " + path(out), 2, "of whose files the scan is made");
+  for (const char* out :
+       {".", "slices", "slices/new"})  // (by its own name the folder's results would be in it)
+    expect_refused("run --keep-paths " + path("slices") + " -o " + path(out), 2,
+                   "of whose files the scan is made");
   fs::remove(folder / "slices");
   expect_refused("run " + path("none.mhd") + words(), 2, "none.mhd: no such file");
   expect_refused("run " + path("scan.mhd") + words("s", "none.json"), 2, "none.json: no such file");

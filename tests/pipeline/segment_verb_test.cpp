@@ -169,7 +169,7 @@ TEST(SegmentVerb, BadUseAndFailureAreTold) {
 TEST(SegmentationFiles, DamagedAccountsAreRefused) {
   const TestFolder folder;
   const std::string path = (folder / "segmentation.json").string();
-  for (const auto& [text, expected] : {std::pair{"{", "account"},
+  for (const auto& [text, expected] : {std::pair{"{", "ends too early"},
                                        {"{}", "account"},
                                        {R"({"parts": {"tail": {}}})", "tail"},
                                        {R"({"parts": {"head": {"coverage": "half"}}})", "half"}}) {

@@ -375,7 +375,8 @@ TEST(Dicom, CopiesAreTakenOnceAndPhasesParted) {
   EXPECT_EQ(parted->volume.grid.size[2], 5);
   EXPECT_TRUE(says(parted->warnings,
                    "of 2 volumes of one series the largest CT was taken, CT 'body', "
-                   "acquisition 1 (5 slices of 6 x 5)"));
+                   "acquisition 1 (5 slices of 6 x 5)"))
+      << fmt::format("{}", fmt::join(parted->warnings, "\n"));
 }
 
 TEST(Dicom, FlippedBytesNeverCrash) {
