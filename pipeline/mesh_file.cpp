@@ -13,6 +13,7 @@
 #include <vtkXMLPolyDataWriter.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <bit>
 #include <cctype>
 #include <cerrno>
@@ -22,6 +23,7 @@
 #include <system_error>
 
 #include "pipeline/whole_file.hpp"
+#include "process/child.hpp"
 
 namespace borelli {
 
@@ -91,8 +93,9 @@ Result<void> write_vtp(const std::string& path, const Mesh& mesh) {
   return {};
 }
 
-Result<Mesh> read_vtp(const std::string& path) {
-  if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
+namespace {
+
+Result<Mesh> parsed_vtp(const std::string& path) {
   const int warnings = vtkObject::GetGlobalWarningDisplay();
   vtkObject::GlobalWarningDisplayOff();
   vtkNew<vtkXMLPolyDataReader> reader;
@@ -114,10 +117,26 @@ Result<Mesh> read_vtp(const std::string& path) {
     const vtkIdType* ids = nullptr;
     cells->GetCurrentCell(count, ids);
     if (count != 3) return failure(path, "holds a face of other than three corners");
+    if (std::any_of(ids, ids + 3, [&](vtkIdType id) { return id < 0 || id >= std::ssize(mesh.points); }))
+      return failure(path, "holds a face with a corner that is no point of it");
     mesh.triangles.push_back({static_cast<std::uint32_t>(ids[0]), static_cast<std::uint32_t>(ids[1]),
                               static_cast<std::uint32_t>(ids[2])});
   }
   return mesh;
+}
+
+}  // namespace
+
+// Damaged files crash VTK: a child process tries first, and what went well there goes the same way here.
+Result<Mesh> read_vtp(const std::string& path) {
+  if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
+  const auto attempt = [&]() -> Result<void> {
+    if (const auto mesh = parsed_vtp(path); !mesh) return tl::unexpected(mesh.error());
+    return {};
+  };
+  if (auto fine = in_child(path, "is damaged: reading it", {}, attempt); !fine)
+    return tl::unexpected(fine.error());
+  return parsed_vtp(path);
 }
 
 namespace {

@@ -103,7 +103,7 @@ Standing standing_of(const Stage& stage, const json& past, const std::string& ke
       continue;
     }
     const auto digest = digest_of(folder / file);
-    if (digest && *digest == digests[file]) continue;
+    if (digest && json(*digest) == digests[file]) continue;
     if (digest && may_differ)
       standing.by_hand.push_back({*editable, *digest});
     else

@@ -10,15 +10,10 @@ namespace borelli::mutation {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-// An error of the engine with the scene's file before it, as the verbs say it.
 tl::unexpected<Error> in_file(const std::string& file, Error error) {
   if (!error.where.starts_with(file)) error.where = error.where.empty() ? file : file + ", " + error.where;
   return tl::unexpected(std::move(error));
 }
-
-}  // namespace
 
 Result<void> try_model(const fs::path& path) {
   const std::string file = path.string();

@@ -38,12 +38,9 @@ Result<void> go_on(const Run& run, const fs::path& file) {
   if (auto fine = kept.watch(run.text, observer); !fine) return fine;
   const auto motion = simulate(run.system, run.system.initial, run.system.settings, observer);
   kept.run_is_over();
-  if (!motion) {
-    // as the verb says it
-    Error error = motion.error();
-    if (error.where == "checkpoint") error.where = file.string();
-    return tl::unexpected(error.where.empty() ? Error{file.string(), error.what, error.kind} : error);
-  }
+  if (!motion && motion.error().where == "checkpoint")  // as the verb says it
+    return tl::unexpected(Error{file.string(), motion.error().what, motion.error().kind});
+  if (!motion) return in_file(file.string(), motion.error());
   return {};
 }
 
