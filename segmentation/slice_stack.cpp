@@ -196,13 +196,7 @@ Result<void> lay_grid(const std::string& where, const std::vector<double>& along
 
   stack.grid.size[2] = static_cast<std::int64_t>(count) + 1;
   stack.grid.origin = *stack.slices.front().position;
-  // the line through all places, unless it is that from the first to the last but for the arithmetic: where
-  // positions are rounded the errors of two ends would add
-  const double between_ends = total / count;
-  const double spacing =
-      e.even && std::abs(e.step - between_ends) > 1e-9 * between_ends ? e.step : between_ends;
-  stack.grid.axes.col(2) =
-      (*stack.slices.back().position - stack.grid.origin) / count * (spacing / between_ends);
+  stack.grid.axes.col(2) = (*stack.slices.back().position - stack.grid.origin) / count;
   std::vector<double> places = e.index;
   if (!e.even)
     for (std::size_t n = 0; n < along.size(); ++n) places[n] = along[n] / step;

@@ -368,6 +368,7 @@ TEST(Dicom, CopiesAreTakenOnceAndPhasesParted) {
       if (phase == 2 && k == 4) continue;
       TestSlice slice = numbered({}, k, {0, 0, 3});
       slice.instance += "." + std::to_string(phase), slice.acquisition = std::to_string(phase);
+      slice.pixels[0] += phase;  // (equal pixels would be copies)
       write_slice(phases / fmt::format("{}{}", phase, k), slice);
     }
   const auto parted = read_volume(phases.path());
