@@ -201,10 +201,10 @@ class Assembler {
     std::vector<std::pair<XmlElement*, XmlElement>> references = take_references(e, names, model);
     const std::size_t size = count_elements(e) + references.size(),
                       digits = fmt::format("{:g}", count).size();
+    grow(e, size * static_cast<std::size_t>(count));
     Elements out;
     Vector3d p = Vector3d::Zero();
     for (int i = 0; i < static_cast<int>(count); ++i) {
-      grow(e, size);
       const Pose X{compiler.from_euler(i * euler), p};
       p += X.R * offset;
       const Renaming to{"", separator + fmt::format("{:0{}}", i, digits)};
