@@ -25,7 +25,7 @@ std::string reason() { return std::generic_category().message(errno); }
 const char* words(int inflate_status) {
   switch (inflate_status) {
     case ISAL_INVALID_WRAPPER:
-      return "neither gzip's header nor zlib's";
+      return "it begins with no header of a compressed stream";
     case ISAL_UNSUPPORTED_METHOD:
       return "compressed by no method that is known";
     case ISAL_INCORRECT_CHECKSUM:
