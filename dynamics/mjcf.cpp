@@ -18,9 +18,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// rows of contacts times coordinates, in each of about ten matrices
-constexpr double most_contact_numbers = 2e6;
-
 // What <option> says, of what is modelled.
 struct Options {
   Vector3d gravity{0, 0, -9.81};
@@ -77,6 +74,8 @@ class MjcfReader {
     scale_to_total_mass();
     if (options_.joints.springs || options_.joints.dampers) compensate_gravity();
     if (options_.equality) model_.scene.constraints = read_mjcf_equality(root_, poses_, joints_.named());
+    if (std::string line = geoms_.overweight(); !line.empty())
+      model_.not_modelled.other.push_back(std::move(line));
     if (meshes_not_seen_ > 0)
       model_.not_modelled.other.push_back(fmt::format(
           "the looks of {} geoms that are meshes (they weigh, but are not seen)", meshes_not_seen_));
@@ -154,19 +153,12 @@ class MjcfReader {
     return out;
   }
 
-  // Rows of contacts are dense: where everything may touch everything they would not fit into memory.
-  void leave_out_pairs(MjcfContacts::Found& found) {
-    double freedoms = 0;
+  double freedoms() const {
+    double out = 0;
     for (const Solid& solid : model_.scene.solids)
       for (const Switch& one : solid.switches)
-        if (!one.coordinate.empty()) freedoms += std::holds_alternative<Ball>(one.kind) ? 3 : 1;
-    if (3. * double(found.contacts.size()) * freedoms <= most_contact_numbers) return;
-    std::erase_if(found.contacts, [](const Constraint& c) { return radii_of(c.kind) > 0; });
-    model_.not_modelled.motion.push_back(
-        fmt::format("contacts of {} pairs of spheres and capsules, more than there is room for beside {:.0f} "
-                    "coordinates: they pass through each other",
-                    found.rounded.size(), freedoms));
-    model_.without_contact = std::move(found.rounded);
+        if (!one.coordinate.empty()) out += std::holds_alternative<Ball>(one.kind) ? 3 : 1;
+    return out;
   }
 
   // Many contacts that open and close are what `moreau` is for; its step is the model's own, or MuJoCo's. In
@@ -174,8 +166,7 @@ class MjcfReader {
   void add_contacts() {
     UniqueNames names;
     for (const Constraint& c : model_.scene.constraints) names.take(c.name);
-    MjcfContacts::Found found = contacts_.find(std::move(names));
-    leave_out_pairs(found);
+    MjcfContacts::Found found = contacts_.find(std::move(names), freedoms());
     if (!found.contacts.empty()) {
       model_.scene.simulation.method = "moreau";
       model_.scene.simulation.put_apart = true;
@@ -185,11 +176,16 @@ class MjcfReader {
     if (found.twisting > 0)
       model_.not_modelled.motion.push_back(fmt::format(
           "friction against turning and rolling (condim 4 and 6) of {} pairs of geoms", found.twisting));
-    if (!found.without.empty())
+    if (found.crowded > 0)
+      model_.not_modelled.motion.push_back(fmt::format(
+          "contacts of {} pairs of spheres and capsules, more than there is room for beside {:.0f} "
+          "coordinates: they pass through each other",
+          found.crowded, freedoms()));
+    if (found.without.size() > found.crowded)
       model_.not_modelled.motion.push_back(fmt::format(
           "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "
           "contacts are those of spheres and capsules, and of boxes over planes",
-          found.without.size(), found.without[0].a.name, found.without[0].b.name));
+          found.without.size() - found.crowded, found.first.first, found.first.second));
     for (TouchablePair& pair : found.without) model_.without_contact.push_back(std::move(pair));
   }
 

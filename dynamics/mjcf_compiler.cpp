@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <cctype>
 #include <numbers>
 
@@ -30,8 +31,8 @@ void read_section(const XmlElement& e, MjcfCompiler& c) {
     c.inertia_from_geom = from == "false" ? From::never : from == "true" ? From::always : From::where_missing;
   }
   if (const auto groups = e.numbers("inertiagrouprange", 2, 2); !groups.empty()) {
-    c.lowest_group = static_cast<int>(groups[0]);
-    c.highest_group = static_cast<int>(groups[1]);
+    c.lowest_group = static_cast<int>(std::clamp(groups[0], -1e9, 1e9));
+    c.highest_group = static_cast<int>(std::clamp(groups[1], -1e9, 1e9));
   }
   c.balance_inertia = e.boolean("balanceinertia", c.balance_inertia);
   c.fit_box = e.boolean("fitaabb", c.fit_box);

@@ -4,11 +4,17 @@
 
 #include <algorithm>
 
+#include "dynamics/formats/mjcf_edit.hpp"
+#include "process/memory.hpp"
+
 namespace borelli {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+// rows of contacts times coordinates, in each of about ten matrices
+constexpr double most_contact_numbers = 2e6;
 
 int dimensions_of(const XmlElement& element) {
   const double condim = element.number("condim", 3);
@@ -54,7 +60,7 @@ ConstraintKind between_rounded(const Touchable& over, const Touchable& under, co
 
 }  // namespace
 
-MjcfContacts::MjcfContacts(const XmlElement& root) {
+MjcfContacts::MjcfContacts(const XmlElement& root) : root_(root) {
   bool pairs = true;
   for (const XmlElement& option : root.children) {
     if (option.name != "option") continue;
@@ -93,7 +99,7 @@ void MjcfContacts::add(const XmlElement& element, const MjcfGeom& geom, const Bo
   s.geom = geom;
   s.type = mask_of(element, "contype");
   s.affinity = mask_of(element, "conaffinity");
-  s.priority = int(element.number("priority", 0));
+  s.priority = whole_number(element, "priority", 0);
   s.dimensions = dimensions_of(element);
   s.friction = friction_of(element, 3);
   if (geom.plane && !s.still())
@@ -113,10 +119,10 @@ const MjcfContacts::Rubbing* MjcfContacts::pair_of(const Surface& a, const Surfa
 
 bool MjcfContacts::may_touch(const Surface& a, const Surface& b) const {
   if (a.body.weld == b.body.weld) return false;
-  if (pair_of(a, b)) return true;
+  if (!paired_.empty() && pair_of(a, b)) return true;
   if (!any_) return false;
   if (!(a.type & b.affinity) && !(b.type & a.affinity)) return false;
-  if (excluded_.contains({a.body.name, b.body.name})) return false;
+  if (!excluded_.empty() && excluded_.contains({a.body.name, b.body.name})) return false;
   return parents_ || a.still() || b.still() ||
          (a.body.weld_parent != b.body.weld && b.body.weld_parent != a.body.weld);
 }
@@ -152,7 +158,38 @@ std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const 
   return corners;
 }
 
-MjcfContacts::Found MjcfContacts::find(UniqueNames names) const {
+// What may touch anything, where memory has room for all pairs of it that may touch each other.
+// `crowded`: whether their contacts are too many for dense rows.
+std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms, bool& crowded) const {
+  constexpr std::size_t most_surfaces = 20000;  // each is held against each
+  constexpr double pair_size = 1500;            // bytes
+  constexpr const char* way_round = "<flag contact=\"disable\"/> in <option> leaves contacts out";
+  std::vector<const Surface*> out;
+  for (const Surface& s : surfaces_)
+    if (s.type || s.affinity || !paired_.empty()) out.push_back(&s);
+  if (out.size() > most_surfaces)
+    root_.refuse(fmt::format("has {} geoms that may touch others, expected up to {}; {}", out.size(),
+                             most_surfaces, way_round));
+  std::size_t pairs = 0, contacts = 0;
+  const auto has_contact = [](const MjcfGeom& a, const MjcfGeom& b) {
+    const bool over_plane = a.plane ? b.shape.has_value() : b.plane && a.shape;
+    return over_plane || (is_rounded(a) && is_rounded(b));
+  };
+  for (std::size_t i = 0; i < out.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!may_touch(*out[i], *out[j])) continue;
+      ++pairs;
+      contacts += has_contact(out[i]->geom, out[j]->geom);
+    }
+  crowded = 3. * double(contacts) * freedoms > most_contact_numbers;
+  auto room = admit_memory(root_.where(), fmt::format("a model of {} pairs of geoms that may touch", pairs),
+                           pair_size * double(pairs));
+  if (room) return out;
+  room.error().what += fmt::format("; {}", way_round);
+  throw XmlRefusal{room.error()};
+}
+
+MjcfContacts::Found MjcfContacts::find(UniqueNames names, double freedoms) const {
   for (const XmlElement* pair : pairs_)
     for (const char* key : {"geom1", "geom2"})
       if (std::none_of(surfaces_.begin(), surfaces_.end(),
@@ -162,10 +199,12 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names) const {
   const auto label = [](const Surface& s, const std::string& standard) {
     return s.name.empty() ? standard : s.name;
   };
-  for (std::size_t i = 0; i < surfaces_.size(); ++i)
+  bool crowded = false;
+  const std::vector<const Surface*> surfaces = touching(freedoms, crowded);
+  for (std::size_t i = 0; i < surfaces.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
-      const bool swapped = surfaces_[i].geom.plane.has_value();
-      const Surface &under = surfaces_[swapped ? i : j], &over = surfaces_[swapped ? j : i];
+      const bool swapped = surfaces[i]->geom.plane.has_value();
+      const Surface &under = *surfaces[swapped ? i : j], &over = *surfaces[swapped ? j : i];
       if (!may_touch(under, over)) continue;
       const Rubbing rubs = between(under, over);
       const ContactSurface surface{.friction = rubs.dimensions == 1 ? 0 : rubs.friction};
@@ -174,13 +213,19 @@ MjcfContacts::Found MjcfContacts::find(UniqueNames names) const {
       std::vector<ConstraintKind> kinds;
       if (below.plane)
         kinds = over_plane(over, *below.plane, surface);
-      else if (is_rounded(under.geom) && is_rounded(over.geom))
-        kinds = {between_rounded(above, below, surface)}, out.rounded.push_back({below, above});
+      else if (is_rounded(under.geom) && is_rounded(over.geom)) {
+        if (crowded)
+          ++out.crowded;
+        else
+          kinds = {between_rounded(above, below, surface)};
+      }
       const std::string standard = below.plane ? "plane" : under.body.solid;
       for (ConstraintKind& kind : kinds)
         out.contacts.push_back(
             {names.make(fmt::format("{} over {}", label(over, over.body.solid), label(under, standard))),
              std::move(kind)});
+      const bool left_out = crowded && !below.plane && is_rounded(under.geom) && is_rounded(over.geom);
+      if (kinds.empty() && !left_out && out.first.first.empty()) out.first = {below.name, above.name};
       if (kinds.empty())
         out.without.push_back({below, above});
       else

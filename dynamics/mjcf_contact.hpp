@@ -37,12 +37,15 @@ class MjcfContacts {
   struct Found {
     std::vector<Constraint> contacts;
     std::vector<TouchablePair> without;  ///< what may touch, with no constraint for it
-    std::vector<TouchablePair> rounded;  ///< those of the contacts that are between spheres and capsules
-    int twisting = 0;                    ///< pairs in contact with friction against turning (condim 4 or 6)
+    std::size_t crowded = 0;  ///< how many of these are spheres and capsules, more than there is room for
+    std::pair<std::string, std::string> first;  ///< the first pair of `without` that no contact is made for
+    int twisting = 0;  ///< pairs in contact with friction against turning (condim 4 or 6)
   };
   /// All of them; names of constraints differ from those in `names`. Refuses a <pair> of geoms that are not
-  /// there.
-  Found find(UniqueNames names) const;
+  /// there, and more pairs than memory has room for.
+  /// Contacts of spheres and capsules with each other are left out where all contacts times `freedoms` are
+  /// more than there is room for.
+  Found find(UniqueNames names, double freedoms) const;
 
  private:
   struct Surface {
@@ -61,12 +64,14 @@ class MjcfContacts {
   };
   using Names = std::pair<std::string, std::string>;
 
+  std::vector<const Surface*> touching(double freedoms, bool& crowded) const;
   const Rubbing* pair_of(const Surface& a, const Surface& b) const;
   bool may_touch(const Surface& a, const Surface& b) const;
   Rubbing between(const Surface& a, const Surface& b) const;
   static std::vector<ConstraintKind> over_plane(const Surface& over, const Plane& plane,
                                                 const ContactSurface& rubs);
 
+  const XmlElement& root_;
   std::vector<Surface> surfaces_;
   std::set<Names> excluded_;         // bodies, in either order
   std::map<Names, Rubbing> paired_;  // geoms, in either order

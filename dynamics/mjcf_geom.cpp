@@ -2,9 +2,13 @@
 
 #include <fmt/core.h>
 
+#include <array>
+#include <map>
+#include <set>
 #include <utility>
 
 #include "dynamics/formats/convex_hull.hpp"
+#include "dynamics/formats/mjcf_edit.hpp"
 #include "dynamics/triangle_file.hpp"
 
 namespace borelli {
@@ -87,15 +91,36 @@ double signed_volume(const ClosedMesh& mesh) {
 
 // A mesh's maxhullvert.
 int hull_vertices(const XmlElement& asset) {
-  const double most = asset.number("maxhullvert", -1);
-  if (most != -1 && !(most > 3 && most < 1e9))
-    asset.refuse("maxhullvert", fmt::format("maxhullvert is {:g}, expected more than 3", most));
-  return static_cast<int>(most);
+  const int most = whole_number(asset, "maxhullvert", -1);
+  if (most != -1 && most < 4)
+    asset.refuse("maxhullvert", fmt::format("maxhullvert is {}, expected more than 3", most));
+  return most;
 }
 
-}  // namespace
+// Whether no two triangles run the same way along an edge.
+bool turned_alike(const ClosedMesh& mesh) {
+  std::map<std::array<double, 3>, int> points;
+  std::set<std::pair<int, int>> runs;
+  const auto number = [&](int v) {
+    const Vector3d& p = mesh.vertices[static_cast<std::size_t>(v)];
+    return points.try_emplace({p.x(), p.y(), p.z()}, static_cast<int>(points.size())).first->second;
+  };
+  for (const auto& t : mesh.triangles) {
+    const int a = number(t[0]), b = number(t[1]), c = number(t[2]);
+    if (a == b || b == c || c == a) continue;
+    for (const auto& run : {std::pair(a, b), std::pair(b, c), std::pair(c, a)})
+      if (!runs.insert(run).second) return false;
+  }
+  return true;
+}
 
-Inertial legacy_mesh_inertial(const ClosedMesh& mesh) {
+// What the triangles weigh that span pyramids with a centre, as legacy_mesh_inertial() tells; `signed_too`:
+// those turned away from the centre count as negative.
+Inertial pyramids_inertial(const ClosedMesh& mesh, bool signed_too) {
+  const auto volume_of = [&](const Facet& f, const Vector3d& tip) {
+    const double volume = (f.centre() - tip).dot(f.normal_area()) / 3;
+    return signed_too ? volume : std::abs(volume);
+  };
   const std::vector<Facet> facets = facets_of(mesh);
   double area = 0;
   Vector3d middle = Vector3d::Zero();  // of the surface
@@ -108,7 +133,7 @@ Inertial legacy_mesh_inertial(const ClosedMesh& mesh) {
   if (!(area > 0)) return out;
   middle /= area;
   for (const Facet& f : facets) {
-    const double volume = std::abs((f.centre() - middle).dot(f.normal_area())) / 3;
+    const double volume = volume_of(f, middle);
     out.mass += volume;
     out.centre += volume * (0.75 * f.centre() + 0.25 * middle);
   }
@@ -117,7 +142,7 @@ Inertial legacy_mesh_inertial(const ClosedMesh& mesh) {
   Matrix3d second = Matrix3d::Zero();  // integral of x x^T from the gravity centre
   for (const Facet& f : facets) {
     const Vector3d a = f.a - out.centre, b = f.b - out.centre, c = f.c - out.centre, sum = a + b + c;
-    const double volume = std::abs((f.centre() - out.centre).dot(f.normal_area())) / 3;
+    const double volume = volume_of(f, out.centre);
     out.mass += volume;
     second +=
         volume / 20 * (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
@@ -125,6 +150,10 @@ Inertial legacy_mesh_inertial(const ClosedMesh& mesh) {
   out.tensor = second.trace() * Matrix3d::Identity() - second;
   return out;
 }
+
+}  // namespace
+
+Inertial legacy_mesh_inertial(const ClosedMesh& mesh) { return pyramids_inertial(mesh, false); }
 
 Inertial shell_mesh_inertial(const ClosedMesh& mesh) {
   Inertial out;
@@ -158,11 +187,17 @@ MjcfGeoms::MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std
   }
 }
 
+std::string MjcfGeoms::overweight() const {
+  if (overweight_.count == 0) return "";
+  return fmt::format("{} meshes weigh by MuJoCo's legacy rule, more than they enclose, most of all {}",
+                     overweight_.count, overweight_.worst);
+}
+
 MjcfGeom MjcfGeoms::read(const XmlElement& geom, bool weighs) {
   geom.read = true;
   for (const char* key : {"name", "class"}) geom.find(key);
   MjcfGeom out;
-  out.group = static_cast<int>(geom.number("group", 0));
+  out.group = whole_number(geom, "group", 0);
   const Sized s = sized(geom, compilers_);
   if (s.type == "plane") {
     out.plane = s.X;
@@ -277,17 +312,26 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
   Inertial own;
   if (rule == "legacy") {
     own = legacy_mesh_inertial(triangles);
-    if (const double inside = signed_volume(triangles); own.mass > 1.01 * inside)
-      notes_.push_back(
-          fmt::format("mesh '{}' weighs by MuJoCo's legacy rule as {:.4g} m^3 where its surface encloses "
-                      "{:.4g} m^3; with "
-                      "inertia=\"exact\" it would weigh what it encloses: at {}",
-                      asset.text("name", std::filesystem::path(asset.text("file")).stem().string()), own.mass,
-                      inside, asset.where()));
+    const double inside = signed_volume(triangles), excess = own.mass / inside;
+    if (excess > 1.01 && (++overweight_.count, excess > overweight_.excess)) {
+      overweight_.excess = excess;
+      overweight_.worst = fmt::format(
+          "mesh '{}' with {:.4g} m^3 for {:.4g} m^3; with inertia=\"exact\" they weigh what they enclose: at "
+          "{}",
+          asset.text("name", std::filesystem::path(asset.text("file")).stem().string()), own.mass, inside,
+          asset.where());
+    }
   } else if (rule == "exact") {
     const auto exact = enclosed(triangles);
-    if (!exact) asset.refuse(exact.error().message());
-    own = *exact;
+    if (exact) {
+      own = *exact;
+    } else {
+      if (!turned_alike(triangles)) asset.refuse(exact.error().message());
+      own = pyramids_inertial(triangles, true);
+      notes_.push_back(
+          fmt::format("{} {}; it weighs what its triangles span with its middle, as in MuJoCo: at {}",
+                      asset.describe(), exact.error().what, asset.where()));
+    }
   } else if (rule == "convex") {
     const auto hull = convex_hull(triangles.vertices, hull_vertices(asset));
     if (!hull) asset.refuse(hull.error().what);

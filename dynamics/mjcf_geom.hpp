@@ -28,6 +28,9 @@ class MjcfGeoms {
   /// their files.
   MjcfGeom read(const XmlElement& geom, bool weighs);
 
+  /// Which of the meshes read weigh more by the legacy rule than they enclose, in a line; empty: none does.
+  std::string overweight() const;
+
  private:
   struct Mesh {
     const XmlElement* asset = nullptr;
@@ -43,6 +46,11 @@ class MjcfGeoms {
 
   const MjcfCompilers& compilers_;
   std::vector<std::string>& notes_;
+  struct {
+    int count = 0;
+    double excess = 0;  // the largest share
+    std::string worst;
+  } overweight_;
   std::map<std::string, Mesh> meshes_;
 };
 

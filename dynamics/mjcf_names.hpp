@@ -7,8 +7,7 @@
 namespace borelli {
 
 /// Refuses unknown elements and unknown attributes in those parts of a model (includes put in place) that
-/// mjcf.hpp reads, and elements that would add bodies in ways that it does not follow. MuJoCo's XML reference
-/// up to 3.3.
+/// mjcf.hpp reads, and soft bodies. MuJoCo's XML reference up to 3.12.
 void check_mjcf_names(const XmlElement& root);
 
 }  // namespace borelli

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace borelli {
 
@@ -40,6 +41,13 @@ XmlElement made_from(const XmlElement& origin, std::string name) {
   out.line = origin.line;
   out.part = origin.part;
   return out;
+}
+
+int whole_number(const XmlElement& element, std::string_view key, int standard) {
+  const double x = element.number(key, standard);
+  if (x != std::floor(x) || !(std::abs(x) < 2147483648.0))
+    element.refuse(key, fmt::format("{} is {:g}, expected a whole number of 32 bits", key, x));
+  return static_cast<int>(x);
 }
 
 std::size_t count_elements(const XmlElement& element) {

@@ -24,6 +24,9 @@ void set_pose(XmlElement& element, const Pose& X);
 /// A new element that stands where another one stands.
 XmlElement made_from(const XmlElement& origin, std::string name);
 
+/// A whole number of 32 bits; refuses others.
+int whole_number(const XmlElement& element, std::string_view key, int standard);
+
 /// How many elements there are, the element itself included.
 std::size_t count_elements(const XmlElement& element);
 

@@ -228,6 +228,14 @@ TEST(MjcfMeshes, TheRuleOfInertiaIsTheFilesOwn) {
       "11 10 5 0 11 0 6 11'";
   EXPECT_NEAR(body_of_mesh(outline + " inertia='exact'").mass, 7, 1e-12);
   EXPECT_NEAR(body_of_mesh(outline + " inertia='convex'").mass, 11.5, 1e-12);
+  // a mesh with a hole: the pyramids of its triangles with the middle of its surface, as in MuJoCo
+  const std::string open_box =
+      "vertex='0 0 0 1 0 0 1 1 0 0 1 0 0 0 1 1 0 1 1 1 1 0 1 1' face='0 2 1 0 3 2 0 1 5 0 5 4 "
+      "1 2 6 1 6 5 2 3 7 2 7 6 3 0 4 3 4 7' inertia='exact'";
+  // (of a cube without its lid the middle is at z = 2/5; from there the lid's pyramid of 1/3 * 3/5 is
+  // missing, and seen from the gravity centre that this leaves, 1/3 * (1 - z))
+  const double missing = .2, z = (.5 - missing * (.75 + .25 * .4)) / (1 - missing);
+  EXPECT_NEAR(body_of_mesh(open_box).mass, 1 - (1 - z) / 3, 1e-12);
   const Inertial shell = body_of_mesh(outline + " inertia='shell'");  // 2 faces of 7, 16 m of edge
   EXPECT_NEAR(shell.mass, 30, 1e-12);
   EXPECT_NEAR(shell.centre.z(), .5, 1e-12);
@@ -241,8 +249,8 @@ TEST(MjcfMeshes, TheRuleOfInertiaIsTheFilesOwn) {
   const double mass = legacy.scene.solids.at(0).inertials.at(0).mass;
   EXPECT_GT(mass, 7.05);
   ASSERT_FALSE(legacy.not_modelled.other.empty());
-  EXPECT_EQ(legacy.not_modelled.other[0].find("mesh 'm' weighs by MuJoCo's legacy rule as"), 0u);
-  EXPECT_NE(legacy.not_modelled.other[0].find("encloses 7 m^3"), std::string::npos);
+  EXPECT_EQ(legacy.not_modelled.other[0].find("1 meshes weigh by MuJoCo's legacy rule"), 0u);
+  EXPECT_NE(legacy.not_modelled.other[0].find(" m^3 for 7 m^3; with inertia"), std::string::npos);
 }
 
 TEST(MjcfMeshes, FormsAreFittedToMeshes) {
@@ -304,6 +312,18 @@ TEST(MjcfBounds, DepthCountsOverIncludes) {
   const auto said =
       refusal(folder.write("m.xml", "<mujoco><worldbody><include file='d0.xml'/></worldbody></mujoco>"));
   EXPECT_NE(said.find("nested deeper than"), std::string::npos) << said;
+}
+
+TEST(MjcfBounds, MorePairsThanMemoryHoldsAreRefusedWithAWayRound) {
+  const Folder folder;
+  const auto crowd = [&](const std::string& option) {
+    return refusal(
+        folder.write("m.xml", model("<replicate count='20001' offset='1 0 0'><geom size='.1'/></replicate>"
+                                    "<body><freejoint/><geom size='.1'/></body>",
+                                    option)));
+  };
+  EXPECT_NE(crowd("").find("has 20002 geoms that may touch others"), std::string::npos) << crowd("");
+  EXPECT_EQ(crowd("<option><flag contact='disable'/></option>"), "read");
 }
 
 // ---- what is not modelled ----
