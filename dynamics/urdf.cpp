@@ -102,28 +102,37 @@ void add_inertial(const XmlElement& link, Solid& solid) {
   solid.inertials.push_back(own.expressed_in(X.R, X.p));
 }
 
-std::optional<Form> form_of(const XmlElement& geometry) {
+// None: a mesh, or a primitive of no size, which `without_size` then names.
+std::optional<Form> form_of(const XmlElement& geometry, std::vector<std::string>& without_size) {
+  std::optional<Form> form;
+  double least = 0;
   const auto size = [](const XmlElement& e, const char* key) {
     e.require(key);
-    const double value = e.number(key, 0);
-    if (!(value > 0))
-      e.refuse(key, fmt::format("{} is {:g}, expected a positive number of metres", key, value));
-    return value;
+    return e.number(key, 0);
   };
-  if (const XmlElement* e = geometry.child("box")) {
+  const XmlElement* e = nullptr;
+  if ((e = geometry.child("box"))) {
     e->require("size");
     const Vector3d edges = e->vector("size", Vector3d::Zero());
-    if (!(edges.minCoeff() > 0)) e->refuse("size", "size must be three positive numbers of metres");
-    return Box{edges};
+    least = edges.minCoeff();
+    form = Box{edges};
+  } else if ((e = geometry.child("sphere"))) {
+    least = size(*e, "radius");
+    form = Sphere{least};
+  } else if ((e = geometry.child("cylinder"))) {
+    const double radius = size(*e, "radius"), length = size(*e, "length");
+    least = std::min(radius, length);
+    form = Cylinder{radius, length};
+  } else if ((e = geometry.child("capsule"))) {
+    const double radius = size(*e, "radius"), length = size(*e, "length");
+    least = std::min(radius, length);
+    form = Capsule{radius, length};
   }
-  if (const XmlElement* e = geometry.child("sphere")) return Sphere{size(*e, "radius")};
-  if (const XmlElement* e = geometry.child("cylinder"))
-    return Cylinder{size(*e, "radius"), size(*e, "length")};
-  if (const XmlElement* e = geometry.child("capsule")) return Capsule{size(*e, "radius"), size(*e, "length")};
-  return std::nullopt;
+  if (form && !(least > 0)) without_size.push_back(e->where()), form.reset();
+  return form;
 }
 
-void add_shapes(const XmlElement& link, Solid& solid) {
+void add_shapes(const XmlElement& link, Solid& solid, std::vector<std::string>& without_size) {
   const auto count = std::count_if(link.children.begin(), link.children.end(),
                                    [](const XmlElement& c) { return c.name == "visual"; });
   const std::string_view kind = count > 0 ? "visual" : "collision";
@@ -132,7 +141,7 @@ void add_shapes(const XmlElement& link, Solid& solid) {
     c.read = true;
     c.find("name");
     const Pose X = origin_of(c);
-    if (const auto form = form_of(c.require_child("geometry"))) {
+    if (const auto form = form_of(c.require_child("geometry"), without_size)) {
       const Quaternion q = quaternion(X.R);
       solid.shapes.push_back({.shape = {*form, X.p, {q[0], q[1], q[2], q[3]}}, .density = {}, .mass = {}});
     }
@@ -164,6 +173,9 @@ class UrdfReader {
       throw XmlRefusal{Error{root_.file, done.error().message(), Error::Kind::use}};
     settle(options.minimum_mass);
     say_no_contacts();
+    if (!without_size_.empty())
+      model_.not_modelled.other.push_back(fmt::format("shapes without size: {} times, first at {}",
+                                                      without_size_.size(), without_size_.front()));
     list_unread(root_, urdf_motion_rules, model_.not_modelled);
     return std::move(model_);
   }
@@ -180,6 +192,10 @@ class UrdfReader {
       if (c.name == "joint") joints_.push_back(&c);
     }
     if (links_.empty()) root_.refuse("has no <link>");
+    // some name the world as a parent without a link for it
+    for (const XmlElement* joint : joints_)
+      if (const XmlElement* parent = joint->child("parent"); parent && parent->text("link") == world_name)
+        links_.emplace(world_name, &world_);
   }
 
   void say_no_contacts() {
@@ -250,12 +266,12 @@ class UrdfReader {
     return roots.at(0);
   }
 
-  Solid solid_of(const std::string& link) const {
+  Solid solid_of(const std::string& link) {
     Solid solid;
     solid.name = link;
     const XmlElement& element = *links_.at(link);
     add_inertial(element, solid);
-    add_shapes(element, solid);
+    add_shapes(element, solid, without_size_);
     return solid;
   }
 
@@ -327,9 +343,12 @@ class UrdfReader {
     const XmlElement* limit = joint.child("limit");
     if (!limit || !(limit->has("lower") || limit->has("upper"))) return;
     const Range range{limit->number("lower", 0), limit->number("upper", 0)};
-    if (range.lower > range.upper)
-      limit->refuse(
-          fmt::format("of joint '{}' runs from {} to {}", one.coordinate, range.lower, range.upper));
+    if (range.lower > range.upper) {
+      model_.not_modelled.other.push_back(fmt::format("limits of joint '{}', from {:g} to {:g}: at {}",
+                                                      one.coordinate, range.lower, range.upper,
+                                                      limit->where()));
+      return;
+    }
     one.ranges = {range};
     const double start = std::clamp(0.0, range.lower, range.upper);
     if (start == 0) return;
@@ -354,16 +373,30 @@ class UrdfReader {
     return type == "revolute" || type == "continuous" || type == "prismatic";
   }
 
+  bool is_fixed(const std::string& joint) const {
+    const auto found = joint_names_.find(joint);
+    return found != joint_names_.end() && found->second->text("type") == "fixed";
+  }
+
   // q = multiplier q' + offset
   void add_mimic(const XmlElement& joint) {
     const XmlElement* mimic = joint.child("mimic");
     if (!mimic) return;
     const std::string &name = joint.require("name"), &other = mimic->require("joint");
+    if (is_fixed(name)) return;  // (of robots of which some joints were made fixed)
+    CoordinateCoupling coupling;
+    if (is_scalar(name) && is_fixed(other)) {  // which stays at zero
+      mimic->find("multiplier");
+      coupling.coordinates = {{name}};
+      coupling.ratios = {1};
+      coupling.value = constant(mimic->number("offset", 0));
+      model_.scene.constraints.push_back({"mimic of " + name, coupling});
+      return;
+    }
     for (const std::string& end : {name, other})
       if (!is_scalar(end))
         mimic->refuse(
             fmt::format("'{}' is no joint with one coordinate, as both ends of a <mimic> must be", end));
-    CoordinateCoupling coupling;
     coupling.coordinates = {{name}, {other}};
     coupling.ratios = {1, -mimic->number("multiplier", 1)};
     coupling.value = constant(mimic->number("offset", 0));
@@ -374,6 +407,8 @@ class UrdfReader {
   ModelFile model_;
   std::map<std::string, const XmlElement*> links_, joint_names_;
   std::vector<const XmlElement*> joints_;  // in file order
+  const XmlElement world_{.name = "link"};
+  std::vector<std::string> without_size_;  // where such shapes stand
   std::set<std::string> coordinates_;
 };
 

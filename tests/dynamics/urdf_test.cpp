@@ -299,6 +299,31 @@ TEST(Urdf, ALockedJointIsAFixedOne) {
       << wrong.error().message();
 }
 
+// Of robots of which some joints were made fixed.
+TEST(Urdf, MimicOfAFixedJoint) {
+  const std::string links = link_text("base") + link_text("a") + link_text("b");
+  EXPECT_EQ(compiled(read_text(robot(links + joint_text("ja", "continuous", "base", "a") +
+                                     joint_text("jb", "fixed", "base", "b", "<mimic joint='ja'/>")))
+                         .scene)
+                .rows,
+            0);
+  const System held = compiled(read_text(robot(links + joint_text("ja", "fixed", "base", "a") +
+                                               joint_text("jb", "continuous", "base", "b",
+                                                          "<mimic joint='ja' multiplier='2' offset='.3'/>")))
+                                   .scene);
+  EXPECT_EQ(held.rows, 1);
+}
+
+TEST(Urdf, WhatOnlyLooksOrLimitsIsNoReasonToRefuse) {
+  const ModelFile model = read_text(
+      robot(link_text("arm", inertial_text + "<visual><geometry><box size='0 0 0'/></geometry></visual>") +
+            joint_text("j", "revolute", "world", "arm", "<limit lower='1' upper='-1'/>")));
+  EXPECT_TRUE(lists(model, "shapes without size: 1 times"));
+  EXPECT_TRUE(lists(model, "limits of joint 'j', from 1 to -1"));
+  EXPECT_TRUE(model.scene.solids.at(0).switches.back().ranges.empty());
+  EXPECT_EQ(model.scene.solids[0].parent, "world");  // named, though there is no such link
+}
+
 TEST(Urdf, ElementsOfOtherProgramsAreListed) {
   const ModelFile model = read_text(robot(
       link_text("base", inertial_text + "<gravity/><audio_source/>") + link_text("arm") +
@@ -337,15 +362,12 @@ TEST(Urdf, BadFilesEndInOneSentence) {
        "'q' is no joint"},
       {robot(base + arm + joint_text("j", "continuous", "base", "arm", "<dynamics damping='-1'/>")),
        "damping is -1"},
-      {robot(base + arm + joint_text("j", "revolute", "base", "arm", "<limit lower='1' upper='0'/>")),
-       "runs from 1 to 0"},
       {robot(link_text("base", "<inertial><mass value='1'/></inertial>")), "has no <inertia>"},
       {robot(link_text("base", "<inertial><mass value='-1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>")),
        "of link 'base'"},
       {robot(base + link_text("arm", impossible_text(1)) + joint_text("j", "continuous", "base", "arm")),
        "of link 'arm': inertia tensor breaks the triangle inequality"},
-      {robot(link_text("base", "<visual><geometry><sphere radius='0'/></geometry></visual>")),
-       "radius is 0"}};
+      {robot(link_text("base", "<visual><geometry><sphere/></geometry></visual>")), "radius is missing"}};
   for (const auto& [xml, said] : bad) {
     const Folder folder;
     const auto model = read_model(folder.write("robot.urdf", xml));
