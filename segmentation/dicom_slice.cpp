@@ -357,7 +357,7 @@ Result<void> read_slice(const DicomSlice& slice, DicomBytes& file, std::span<T> 
 }
 
 // A child's slices: so many that starting it is a small part, so few that they are a small part of memory.
-constexpr std::size_t bytes_of_child = std::size_t{16} << 20;
+constexpr std::size_t bytes_of_child = std::size_t{64} << 20;
 
 template <class T>
 Result<void> read_in_child(std::span<const DicomSlice> slices, std::span<T> to) {
