@@ -1,6 +1,5 @@
-// Eigen aligns its types and what it allocates by the instructions that a file is compiled for (AVX: 32
-// bytes). A program that uses this library must agree with it whatever its own flags are: CMake's borelli::
-// targets define both macros.
+// Eigen's alignment of types and of allocated memory depends on compiler flags (-mavx: 32 bytes). The library
+// and a program that uses it must agree on it, or they crash. CMake's borelli:: targets define both macros.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,4 +7,4 @@
 static_assert(
     EIGEN_DEFAULT_ALIGN_BYTES == 64 && EIGEN_MAX_STATIC_ALIGN_BYTES == 16,
     "define EIGEN_MAX_ALIGN_BYTES=64 and EIGEN_MAX_STATIC_ALIGN_BYTES=16 before Eigen is included, as "
-    "CMake's borelli:: targets do: the library's types are laid out so");
+    "CMake's borelli:: targets do: the library was compiled with them");

@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <unordered_set>
 #include <vector>
 
 namespace borelli {
@@ -10,12 +11,20 @@ namespace {
 
 constexpr std::size_t deepest = 100;
 
-// A word of the text for a message: not too long, and without what a terminal would not show.
+// A word for a message: at most 40 characters, all of them printable.
 std::string shown(std::string_view word) {
   std::string out;
   for (const char c : word.substr(0, 40))
     out += c >= ' ' && c <= '~' ? std::string(1, c) : fmt::format("<{:02x}>", static_cast<unsigned char>(c));
   return word.size() > 40 ? out + "..." : out;
+}
+
+// What the parser stumbled over. `read` is what it read since the last string or number began.
+std::string_view fault_in(std::string_view read) {
+  constexpr std::string_view structure = "{}[],:", before = " \t\r\n{}[],:\"";
+  if (read.ends_with('"')) return read;  // a string where none may stand
+  if (!read.empty() && structure.find(read.back()) != std::string_view::npos) return read.substr(read.size() - 1);
+  return read.substr(read.find_last_of(before) + 1);
 }
 
 // Builds the value from the parser's events.
@@ -39,11 +48,12 @@ class Builder : public nlohmann::json_sax<Json> {
   bool binary(binary_t& value) override { return put(std::move(value)); }
   bool start_object(std::size_t) override { return put(Json::object()) && enter(); }
   bool start_array(std::size_t) override { return put(Json::array()) && enter(); }
-  bool end_object() override { return open_.pop_back(), true; }
-  bool end_array() override { return open_.pop_back(), true; }
+  bool end_object() override { return leave(); }
+  bool end_array() override { return leave(); }
 
   bool key(string_t& name) override {
-    if (open_.back()->contains(name)) return refuse(fmt::format("\"{}\" is there twice", shown(name)));
+    if (!open_.back().names.insert(name).second)
+      return refuse(fmt::format("\"{}\" is there twice", shown(name)));
     name_ = std::move(name);
     return true;
   }
@@ -57,9 +67,7 @@ class Builder : public nlohmann::json_sax<Json> {
     if (text_.find_first_not_of(" \t\r\n") == std::string_view::npos)
       return refuse("is empty, expected JSON");
     if (position == text_.size()) return refuse("is not JSON: ends too early, was it cut off?");
-    // (what the parser read last begins where the value before it did)
-    const std::string last = token.substr(token.find_last_of(" \t\r\n") + 1);
-    return refuse(fmt::format("is not JSON: found '{}'", shown(last)));
+    return refuse(fmt::format("is not JSON: found '{}'", shown(fault_in(token))));
   }
 
   Json root;
@@ -79,21 +87,39 @@ class Builder : public nlohmann::json_sax<Json> {
   bool put(Value&& value) {
     if (open_.empty())
       last_ = &(root = std::forward<Value>(value));
-    else if (Json& parent = *open_.back(); parent.is_array())
+    else if (Json& parent = *open_.back().value; parent.is_array())
       last_ = &parent.emplace_back(std::forward<Value>(value));
     else
-      last_ = &(parent[name_] = std::forward<Value>(value));
+      last_ = &add_member(parent.template get_ref<typename Json::object_t&>(), std::forward<Value>(value));
     return true;
   }
 
+  // An ordered object is a vector, which operator[] would search for the name: quadratic in the members.
+  template <class Object, class Value>
+  Json& add_member(Object& object, Value&& value) {
+    if constexpr (requires { object.back(); })
+      return object.Object::Container::emplace_back(name_, std::forward<Value>(value)).second;
+    else
+      return object[name_] = std::forward<Value>(value);
+  }
+
   bool enter() {
-    open_.push_back(last_);
+    open_.push_back({last_, {}});
     return open_.size() <= deepest ||
            refuse(fmt::format("more than {} lists and objects stand in each other", deepest));
   }
+  bool leave() {
+    open_.pop_back();
+    return true;
+  }
+
+  struct Open {
+    Json* value;
+    std::unordered_set<std::string> names;  // of an object's members so far
+  };
 
   std::string_view text_;
-  std::vector<Json*> open_;  // from the root to the value being read
+  std::vector<Open> open_;  // from the root to the list or object being read
   Json* last_ = nullptr;
   std::string name_;
   std::ptrdiff_t line_ = 0;
@@ -106,7 +132,8 @@ Result<Json> parse(std::string_view text, const std::string& file) {
   return std::move(builder.root);
 }
 
-// What keeps `document` from the pattern; empty: nothing. `path` names the document.
+// The first value of `document` whose kind differs from the pattern's, as a sentence; empty: none. `path`
+// names the document.
 std::string misfit(const nlohmann::json& document, const nlohmann::json& pattern, const std::string& path) {
   if (pattern.is_null()) return "";
   const bool alike = pattern.is_number() ? document.is_number() : document.type() == pattern.type();

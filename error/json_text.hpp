@@ -1,5 +1,5 @@
-// Reading JSON strictly, the same for every reader: what is no JSON, nested without end or of another kind
-// than expected is refused with its file and place. The library's own words and exceptions stay inside.
+// Strict reading of JSON for all readers: malformed, too deeply nested or unexpected values are refused with
+// file and line. Neither messages nor exceptions of the JSON library reach the caller.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,26 +10,26 @@
 
 namespace borelli {
 
-/// A text as a JSON value. Errors, at file:line: no JSON (what was found), cut off, a number beyond the range
-/// of a double, a name that stands twice in an object, more than 100 lists and objects in each other.
+/// Parses a text. Errors at file:line: malformed JSON (with what was found), a text that was cut off, a number
+/// beyond the range of a double. Errors about the file: two members of one name, nesting deeper than 100.
 Result<nlohmann::json> parse_json(std::string_view text, const std::string& file);
-/// The same, with the members of objects in the text's order.
+/// The same; objects keep the order of their members.
 Result<nlohmann::ordered_json> parse_ordered_json(std::string_view text, const std::string& file);
 
-/// Whether `document` holds values of the same kinds as `pattern` wherever both hold one: members by name,
-/// each entry of a list like the pattern's first; null in the pattern stands for any kind. What is not in the
-/// pattern, or missing from the document, is not looked at.
-/// Errors: "stages[2].seconds is a text, expected a number", about `file`.
+/// Checks that values of `document` are of the same kind (number, text, list, object, boolean) as those of
+/// `pattern`. Members are compared by name, entries of a list with the pattern's first entry; null in the
+/// pattern allows any kind. Members that only one of the two has are ignored.
+/// Errors: "stages[2].seconds is the text "x", expected a number", about `file`.
 Result<void> check_kinds(const nlohmann::json& document, const nlohmann::json& pattern,
                          const std::string& file);
 
-/// A value as text. Bytes that are no UTF-8, which names of files and DICOM's texts may hold, become U+FFFD.
+/// A value as text. Invalid UTF-8, as in file names and DICOM texts, becomes U+FFFD.
 template <class Json>
 std::string json_text(const Json& value, int indent) {
   return value.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-/// What a value is, for errors: "a list of 3", "the number 7".
+/// Describes a value in an error: "a list of 3", "the number 7".
 std::string kind_of_json(const nlohmann::json& value);
 
 }  // namespace borelli

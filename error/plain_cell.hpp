@@ -1,5 +1,5 @@
-// Text in tables that people open with a spreadsheet, which takes a cell that begins with = + - @, a tab or a
-// carriage return for a formula, and may run programs by it.
+// Texts in tables, safe to open with a spreadsheet. A spreadsheet takes a cell that begins with = + - @, a tab
+// or a carriage return for a formula, which may run programs (OWASP, CSV injection).
 #pragma once
 
 #include <string>
@@ -7,24 +7,24 @@
 
 namespace borelli {
 
-/// Whether a cell is a formula, or would be one without the apostrophes before it.
+/// Whether a cell is a formula once its leading apostrophes are removed.
 inline bool is_formula_cell(std::string_view text) {
   const std::size_t first = text.find_first_not_of('\'');
   return first != text.npos && std::string_view("=+-@\t\r").find(text[first]) != std::string_view::npos;
 }
 
-/// Text as a cell: with an apostrophe before it where it is a formula, which makes it text.
+/// A text as a cell: an apostrophe before a formula makes it text.
 inline std::string plain_cell(std::string_view text) {
   return (is_formula_cell(text) ? "'" : "") + std::string(text);
 }
 
-/// The text that plain_cell made a cell of.
+/// The inverse of plain_cell.
 inline std::string text_of_cell(std::string_view cell) {
   if (cell.starts_with('\'') && is_formula_cell(cell)) cell.remove_prefix(1);
   return std::string(cell);
 }
 
-/// A line of comment, which a spreadsheet parts into cells at commas, semicolons and tabs.
+/// A comment line without formulas: a spreadsheet splits it into cells at commas, semicolons and tabs.
 inline std::string plain_comment(std::string_view line) {
   std::string out;
   for (std::size_t at = 0; at < line.size(); ++at) {

@@ -25,8 +25,8 @@ struct CsvTable {
 /// quote.
 Result<CsvTable> parse_csv(std::string_view text, const std::string& where);
 
-/// A text as it stands in the table: quoted where it holds commas, quotes or line ends, and no formula to a
-/// spreadsheet (plain_cell.hpp), which parse_csv takes back.
-std::string csv_field(std::string_view field);
+/// A text as a field: quoted if it holds commas, quotes, line ends or '#', and never a formula to a spreadsheet
+/// (plain_cell.hpp). parse_csv gives the text back.
+std::string csv_field(std::string_view text);
 
 }  // namespace borelli

@@ -83,8 +83,7 @@ struct InertiaTable {
   /// All rows merged; part "body"; whole where every row is. Where segments were asked for, it is the body's
   /// all the same.
   InertiaRow whole;
-  std::vector<std::string>
-      warnings{};  ///< what readers said of its inputs, and what is doubtful of the whole
+  std::vector<std::string> warnings{};  ///< of its inputs' readers, and doubts about the whole body
 
   /// Part of the mass of all rows, 0 to 1.
   double share(const InertiaRow& row) const { return row.inertial.mass / whole.inertial.mass; }

@@ -334,8 +334,7 @@ InertiaTable table_from(const Json& json) {
   InertiaTable table = make_table(std::move(source), std::move(rows));
   if (!table.source.segments.empty()) table.whole = row_from(member(json, "body", "the file"), 0);
   table.warnings = texts_from(json, "warnings", "the file");
-  if (json.contains("deviation_causes"))
-    for (const Json& cause : json["deviation_causes"]) table.causes.push_back(cause.get<std::string>());
+  table.causes = texts_from(json, "deviation_causes", "the file");
   if (json.contains("body")) {
     table.whole.deviations = deviations_from(json["body"], "body");
     table.whole.notes = texts_from(json["body"], "notes", "body");

@@ -116,7 +116,6 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   if (auto fine = check_folder_writable(folder, files); !fine) return tl::unexpected(fine.error());
   auto model = read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
-  if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
   Scene& scene = model->scene;
   scene.simulation.end_time = o.end.value_or(scene.simulation.end_time);
   WorkPrecisionSettings settings = o.settings;

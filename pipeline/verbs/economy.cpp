@@ -141,7 +141,6 @@ Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& com
   const std::filesystem::path folder = o.folder;
   auto model = read_model(command, o.input, o.model);
   if (!model) return tl::unexpected(model.error());
-  if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
   ProgressBar bar(command.json);
   bar.begin("economy");

@@ -47,7 +47,7 @@ Result<json> work(const EquilibriumOptions& o, const Command& command) {
   if (!o.output.empty())
     if (auto done = write_whole(o.output, json_text(state, 2) + "\n"); !done)
       return tl::unexpected(done.error());
-  if (!command.json) fmt::print("{}\n", json_text(command.with_what_was_said(*fine), 2));
+  if (!command.json) fmt::print("{}\n", json_text(command.complete(*fine), 2));
   return fine;
 }
 

@@ -168,7 +168,7 @@ Result<json> work(const EvaluateOptions& o, const Command& command) {
     answer["reactions"] = *reactions;
   }
   auto fine = of_numbers(o, std::move(answer));
-  if (fine && !command.json) fmt::print("{}\n", json_text(command.with_what_was_said(*fine), 2));
+  if (fine && !command.json) fmt::print("{}\n", json_text(command.complete(*fine), 2));
   return fine;
 }
 

@@ -3,11 +3,11 @@
 #include <filesystem>
 
 #include "inertia/table_file.hpp"
-#include "pipeline/verbs/model_options.hpp"
 
 namespace borelli {
 namespace {
 
+// Passes on the reader's warnings.
 template <class T>
 Result<T> heard(const Command& command, Result<T> read) {
   if (read) command.warn(read->warnings);
@@ -55,9 +55,10 @@ Result<InertiaTable> read_table(const Command& command, const std::string& path)
 Result<ModelFile> read_model(const Command& command, const std::string& path, const ModelOptions& options) {
   auto model = read_model(std::filesystem::path(path), options);
   if (!model || model->not_modelled.empty()) return model;
-  for (const std::string& line : model->not_modelled.motion)
-    command.warn("not modelled, changes the motion: " + line);
-  command.answer_with("not_modelled", json_of(model->not_modelled));
+  const auto& [motion, other] = model->not_modelled;
+  for (const std::string& line : motion) command.warn("not modelled, changes the motion: " + line);
+  for (const std::string& line : other) command.note("not modelled: " + line);
+  command.add_to_answer("not_modelled", {{"changes_motion", motion}, {"other", other}});
   return model;
 }
 

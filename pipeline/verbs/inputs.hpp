@@ -1,10 +1,7 @@
-// What verbs read: each of these passes on all that the reader said (Command::warn), so that no verb can lose
-// it. An empty path: nothing is given, and the answer is empty.
+// Readers for verbs: each passes the file reader's warnings on to the Command, so that no verb loses them.
 #pragma once
 
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "dynamics/model_file.hpp"
 #include "inertia/table.hpp"
@@ -15,16 +12,19 @@
 
 namespace borelli {
 
-/// `quantity` as on the command line; empty: not said.
+/// `quantity`: the value of --quantity; empty: not given.
 Result<ScannedVolume> read_volume(const Command& command, const std::string& path,
                                   const std::string& quantity = "", const Progress& progress = {});
-/// `scan`: the grid that the labels are put on.
+/// `scan`: the grid to put the labels on. Warnings name `path`, since a verb also reads a volume.
 Result<LabelMap> read_labels(const Command& command, const std::string& path, const std::string& names = "",
                              const Grid* scan = nullptr);
 Result<ClassMap> read_classes(const Command& command, const std::string& path, const std::string& names,
                               const std::string& mapping);
+/// No landmarks where `path` is empty.
 Result<GivenLandmarks> read_given_landmarks(const Command& command, const std::string& path);
 Result<InertiaTable> read_table(const Command& command, const std::string& path);
+/// Parts of the file that are not modelled: a warning each where they change the motion, else a note; all of
+/// them are "not_modelled" in the JSON answer: {"changes_motion": [...], "other": [...]}.
 Result<ModelFile> read_model(const Command& command, const std::string& path, const ModelOptions& options);
 
 }  // namespace borelli

@@ -47,7 +47,7 @@ Result<json> work(const ModesOptions& o, const Command& command) {
               {"modes", modes},
               {"basis", rows_in_file_order(linear->basis.transpose(), given->order)},
               {"state_matrix", matrix}};
-  if (!command.json) fmt::print("{}\n", json_text(command.with_what_was_said(answer), 2));
+  if (!command.json) fmt::print("{}\n", json_text(command.complete(answer), 2));
   return answer;
 }
 

@@ -77,7 +77,6 @@ Result<json> scene_info(const Command& command, const std::string& path, const M
       {"efforts", names_and_kinds(scene->efforts)},
       {"constraints", names_and_kinds(scene->constraints)},
       {"constraint_rows", system->rows},
-      {"not_modelled", json_of(model->not_modelled)},
       {"simulation",
        {{"end_time", s.end_time}, {"method", s.method}, {"step", s.step}, {"tolerance", s.tolerance}}}};
 }
@@ -101,7 +100,7 @@ std::string scene_info_text(const json& info) {
   const json& s = info["simulation"];
   out += fmt::format("  to be simulated for {:g} s by {}\n", s["end_time"].get<double>(),
                      s["method"].get<std::string>());
-  return out + not_modelled_text(info["not_modelled"]);
+  return out;
 }
 
 Result<json> trajectory_info(const std::string& path) {

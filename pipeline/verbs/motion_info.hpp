@@ -9,8 +9,8 @@
 
 namespace borelli {
 
-/// Solids with parents, joints and masses; coordinates; efforts; constraints; settings; what the file holds
-/// and the scene does not. The scene is compiled, so what is wrong with it is told.
+/// Solids with parents, joints and masses; coordinates; efforts; constraints; settings. Errors: those of
+/// reading and compiling the scene.
 Result<nlohmann::json> scene_info(const Command& command, const std::string& path,
                                   const ModelOptions& options);
 std::string scene_info_text(const nlohmann::json& info);

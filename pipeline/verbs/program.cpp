@@ -40,11 +40,10 @@ std::string empty_option(const CLI::App& program) {
   return "";
 }
 
-// what a program of this size can work with at all
-constexpr std::uint64_t least_memory = 100'000'000;
+constexpr std::uint64_t least_memory = 100'000'000;  // bytes; the program alone takes about half of that
 
 std::string memory_size(const std::string& text) {
-  if (text.empty()) return "";  // told of as every option that is given nothing
+  if (text.empty()) return "";  // refused by empty_option
   const auto bytes = borelli::bytes_from(text);
   if (!bytes)
     return fmt::format("'{}' is no amount of memory; expected a number and a unit, e.g. 4G or 500M", text);
@@ -115,11 +114,13 @@ int run(int argc, char** argv) {
   if (command.threads > 0) borelli::all_threads = command.threads;
   const auto answer = command.work(command);
   for (const std::string& warning : command.warnings()) borelli::say("warning: {}\n", warning);
+  if (!command.json)
+    for (const std::string& note : command.notes()) borelli::say("note: {}\n", note);
   if (!answer) {
     borelli::say("borelli: {}\n", answer.error().message());
     return answer.error().kind == borelli::Error::Kind::use ? 2 : 1;
   }
-  if (command.json) fmt::print("{}\n", borelli::json_text(command.with_what_was_said(*answer), 2));
+  if (command.json) fmt::print("{}\n", borelli::json_text(command.complete(*answer), 2));
   return 0;
 }
 
@@ -165,16 +166,17 @@ int main(int argc, char** argv) {
   try {
     code = run(argc, argv);
   } catch (const std::bad_alloc&) {
-    borelli::say("borelli: {}\n", borelli::out_of_memory("out of memory", "this").value().message());
+    borelli::say("borelli: {}\n", borelli::out_of_memory("", "this command").value().message());
   } catch (const std::filesystem::filesystem_error& e) {
     borelli::say("borelli: {}: {}\n", e.path1().string(), e.code().message());
   } catch (const std::system_error& e) {
     const bool thread = e.code() == std::errc::resource_unavailable_try_again;
     borelli::say("borelli: {}\n", thread
                                       ? "not enough memory left, or threads allowed, to start another thread"
-                                      : "the system refused what was needed: " + e.code().message());
-  } catch (...) {  // (words of a library would tell a user nothing)
-    borelli::say("borelli: stopped by a fault of its own; please report it with the command and its input\n");
+                                      : "the system refused a request: " + e.code().message());
+  } catch (...) {  // a library's own message would tell a user nothing
+    borelli::say(
+        "borelli: stopped by an error in the program; please report it with the command and its input\n");
   }
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
   if (code == 0) borelli::say("borelli: standard output cannot be written: {}\n", std::strerror(errno));

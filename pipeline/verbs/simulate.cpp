@@ -173,7 +173,6 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   const auto model = read_model(command, o.scene, o.model);
   if (!model) return tl::unexpected(model.error());
   const Scene& scene = model->scene;
-  if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
   std::optional<CheckpointFile> checkpoint;
   std::optional<UnfinishedRows> unfinished;
   const auto trajectory = run(o, command, *model, checkpoint, unfinished);
@@ -183,7 +182,7 @@ Result<nlohmann::json> work(const SimulateOptions& o, const Command& command) {
   if (!command.json) fmt::print("{}", text_of(certificate));
   if (!certificate.trusted && !o.allow_untrusted) {
     if (command.json)
-      fmt::print("{}\n", json_text(command.with_what_was_said(answer_of(o, *model, *trajectory, false)), 2));
+      fmt::print("{}\n", json_text(command.complete(answer_of(o, *model, *trajectory, false)), 2));
     return failure(o.scene, fmt::format("the run is not to be trusted: {}; {}--allow-untrusted accepts it",
                                         certificate.reason, o.output.empty() ? "" : "nothing was written; "));
   }

@@ -41,7 +41,6 @@ struct StabilityOptions {
 Result<Scene> read(const StabilityOptions& o, const std::string& file, const Command& command) {
   auto model = read_model(command, file, o.model);
   if (!model) return tl::unexpected(model.error());
-  if (!command.json) fmt::print("{}", not_modelled_text(model->not_modelled));
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
   return std::move(model->scene);
 }

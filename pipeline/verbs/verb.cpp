@@ -1,31 +1,37 @@
 #include "pipeline/verbs/verb.hpp"
 
 #include <algorithm>
-#include <utility>
 
 namespace borelli {
+namespace {
 
-void Command::warn(const std::string& sentence) const {
-  auto& all = said_->warnings;
+void add_once(std::vector<std::string>& all, const std::string& sentence) {
   if (!sentence.empty() && std::ranges::find(all, sentence) == all.end()) all.push_back(sentence);
 }
+
+}  // namespace
+
+void Command::warn(const std::string& sentence) const { add_once(told_->warnings, sentence); }
 
 void Command::warn(const std::vector<std::string>& sentences) const {
   for (const std::string& sentence : sentences) warn(sentence);
 }
 
-void Command::answer_with(const char* key, nlohmann::json value) const {
-  nlohmann::json& held = said_->more[key];
-  if (held.is_array() && value.is_array())
-    held.insert(held.end(), value.begin(), value.end());
-  else
-    held = std::move(value);
+void Command::note(const std::string& sentence) const { add_once(told_->notes, sentence); }
+
+void Command::add_to_answer(const std::string& name, const nlohmann::json& lists) const {
+  for (const auto& [key, list] : lists.items()) {
+    nlohmann::json& all = told_->added[name][key];
+    if (all.is_null()) all = nlohmann::json::array();
+    for (const nlohmann::json& entry : list)
+      if (std::ranges::find(all, entry) == all.end()) all.push_back(entry);
+  }
 }
 
-nlohmann::json Command::with_what_was_said(nlohmann::json answer) const {
+nlohmann::json Command::complete(nlohmann::json answer) const {
   if (!answer.is_object()) return answer;
-  answer["warnings"] = said_->warnings;
-  answer.update(said_->more);
+  answer["warnings"] = told_->warnings;
+  answer.update(told_->added);
   return answer;
 }
 

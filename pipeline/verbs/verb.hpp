@@ -22,23 +22,27 @@ struct Command {
   /// itself.
   std::function<Result<nlohmann::json>(const Command&)> work;
 
-  /// What the user should know of the result, each sentence once, empty ones never: the program prints it as
-  /// "warning: ..." on standard error when the work is over, and answers it as "warnings". Verbs read their
-  /// inputs by inputs.hpp, which passes on what readers say.
+  /// Warns of what makes the inputs or the result doubtful. An empty or repeated sentence is ignored. The
+  /// program prints "warning: ..." on standard error after the work, and adds "warnings" to the JSON answer.
+  /// Verbs read their inputs through inputs.hpp, which passes on the readers' warnings.
   void warn(const std::string& sentence) const;
   void warn(const std::vector<std::string>& sentences) const;
-  const std::vector<std::string>& warnings() const { return said_->warnings; }
-  /// Puts what was read into the answer; a list goes on where one stands there.
-  void answer_with(const char* key, nlohmann::json value) const;
-  /// The answer with all of that.
-  nlohmann::json with_what_was_said(nlohmann::json answer) const;
+  const std::vector<std::string>& warnings() const { return told_->warnings; }
+  /// Notes what the user may want to know. The program prints "note: ..." on standard error after the work,
+  /// except with --json.
+  void note(const std::string& sentence) const;
+  const std::vector<std::string>& notes() const { return told_->notes; }
+  /// Appends `lists`, an object of lists, to the member `name` of the JSON answer.
+  void add_to_answer(const std::string& name, const nlohmann::json& lists) const;
+  /// A verb's answer with "warnings" and the added members.
+  nlohmann::json complete(nlohmann::json answer) const;
 
  private:
-  struct Said {
-    std::vector<std::string> warnings;
-    nlohmann::json more = nlohmann::json::object();
+  struct Told {
+    std::vector<std::string> warnings, notes;
+    nlohmann::json added = nlohmann::json::object();
   };
-  std::shared_ptr<Said> said_ = std::make_shared<Said>();
+  std::shared_ptr<Told> told_ = std::make_shared<Told>();  // verbs get a const Command
 };
 
 void add_run(CLI::App& program, Command& command);

@@ -1,4 +1,4 @@
-// Texts with known faults and known values; the sentences name file, line and what was found.
+// Texts with known values, and texts with one fault each: the error names file, line and what was found.
 #include "error/json_text.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ std::string repeated(const std::string& text, int count) {
   return out;
 }
 
-TEST(JsonText, HoldsWhatTheTextHolds) {
+TEST(JsonText, ParsesValuesAndKeepsTheOrderOfMembersIfAsked) {
   const auto read = parse_json(R"({"a": [1, -2.5, true, null], "b": {"c": "x\n"}})", "f.json");
   ASSERT_TRUE(read);
   EXPECT_EQ(*read, (nlohmann::json{{"a", {1, -2.5, true, nullptr}}, {"b", {{"c", "x\n"}}}}));
@@ -22,14 +22,17 @@ TEST(JsonText, HoldsWhatTheTextHolds) {
   EXPECT_TRUE(parse_json(repeated("[", 100) + repeated("]", 100), "f.json"));
 }
 
-TEST(JsonText, FaultsAreToldWithTheirPlace) {
+TEST(JsonText, ErrorsNameFileLineAndFault) {
   for (const auto& [text, said] : std::initializer_list<std::pair<std::string, std::string>>{
            {"", "f.json:1: is empty, expected JSON"},
            {"{\"a\":\n [1, 2", "f.json:2: is not JSON: ends too early, was it cut off?"},
            {"{\"a\":\n\n }", "f.json:3: is not JSON: found '}'"},
            {"[1] 2", "f.json:1: is not JSON: found '2'"},
            {"\xff", "f.json:1: is not JSON: found '<ff>'"},
-           {"[NaN]", "f.json:1: is not JSON: found '[N'"},
+           {"[NaN]", "f.json:1: is not JSON: found 'N'"},
+           {"[0, 1}", "f.json:1: is not JSON: found '}'"},
+           {"{\"a\": 1 \"b c\": 2}", "f.json:1: is not JSON: found '\"b c\"'"},
+           {"{true: 1}", "f.json:1: is not JSON: found 'true'"},
            {"{\"q\":\n [1e999]}", "f.json:2: the number 1e999 is too large"},
            {"{\"a\": 1, \"a\": 2}", "f.json: \"a\" is there twice"},
            {repeated("[", 1'000'000), "f.json: more than 100 lists and objects stand in each other"},
@@ -38,6 +41,17 @@ TEST(JsonText, FaultsAreToldWithTheirPlace) {
     ASSERT_FALSE(read) << text.substr(0, 40);
     EXPECT_EQ(read.error().message(), said);
   }
+}
+
+// Quadratic insertion would take minutes.
+TEST(JsonText, ObjectsOfManyMembersAreReadInLinearTime) {
+  std::string text = "{";
+  for (int n = 0; n < 300'000; ++n) text += "\"" + std::to_string(n) + "\":0,";
+  const auto ordered = parse_ordered_json(text + "\"last\":1}", "f.json");
+  ASSERT_TRUE(ordered);
+  EXPECT_EQ(ordered->size(), 300'001U);
+  EXPECT_EQ(std::prev(ordered->end()).key(), "last");
+  EXPECT_FALSE(parse_ordered_json(text + "\"7\":1}", "f.json"));
 }
 
 TEST(JsonText, KindsAreComparedWithAPattern) {
@@ -56,7 +70,7 @@ TEST(JsonText, KindsAreComparedWithAPattern) {
   }
 }
 
-TEST(JsonText, BytesThatAreNoUtf8AreReplaced) {
+TEST(JsonText, InvalidUtf8IsReplaced) {
   const nlohmann::json value{{"name", "Gr\xfc\xdf"}};
   EXPECT_EQ(json_text(value, -1), "{\"name\":\"Gr\xef\xbf\xbd\xef\xbf\xbd\"}");
 }

@@ -32,8 +32,8 @@ TEST(Csv, FieldsComeBackAsTheyWere) {
   }
 }
 
-// What spreadsheets take for a formula: a cell that begins so (OWASP, CSV injection).
-TEST(Csv, NoTextIsAFormulaToASpreadsheet) {
+// Spreadsheets take a cell with one of these first characters for a formula (OWASP, CSV injection).
+TEST(Csv, FormulasAreWrittenAsText) {
   for (const std::string formula :
        {"=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "=HYPERLINK(\"x\",\"y\")"}) {
     const std::string field = csv_field(formula);

@@ -249,8 +249,7 @@ TEST(Table, DamagedJsonIsRefusedNamingWhatIsWrong) {
   EXPECT_NE(cut_off.error().message().find("ends too early"), std::string::npos) << cut_off.error().message();
   const auto spoilt = table_from_json("{\"format\"; 1}", "table.json");
   ASSERT_FALSE(spoilt);
-  EXPECT_NE(spoilt.error().message().find("table.json:1: is not JSON: found '\"format\";'"),
-            std::string::npos)
+  EXPECT_NE(spoilt.error().message().find("table.json:1: is not JSON: found ';'"), std::string::npos)
       << spoilt.error().message();
   EXPECT_FALSE(read_table("/no/such/table.json"));
   EXPECT_FALSE(write_table("/no/such/folder/table.json", make_table(source(), {thigh_row()})));

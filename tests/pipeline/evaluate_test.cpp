@@ -259,7 +259,7 @@ TEST(Evaluate, BadStatesEndInOneSentence) {
       {"{\"q\": [0, 0, 0], \"u\": []}", "unknown key 'u'"},
       {"{\"t\": \"now\", \"q\": [0, 0, 0]}", "t is the text \"now\", expected a number"},
       {"{\"q\":\n [0, 0, 1e999]}", "state.json:2: the number 1e999 is too large"},
-      {"{\"q\": [0, 0, 0}", "state.json:1: is not JSON: found '0}'"},
+      {"{\"q\": [0, 0, 0}", "state.json:1: is not JSON: found '}'"},
       {"[1, 2]", "state.json: is a list of 2, expected {\"t\": 0"},
       {"", "state.json:1: is empty, expected JSON"}};
   for (const auto& [text, said] : bad) {
