@@ -56,7 +56,7 @@ template <class T>
 void find_efforts(const System& system, const Parameters& parameters, const KinematicsOf<T>& kinematics,
                   const EffortSumsOf<T>& efforts, RecursionOf<T>& recursion, LagrangeTermsOf<T>& terms);
 
-/// A of `terms`.
+/// A of `terms`, which must have room for it (LagrangeTermsOf with its mass matrix).
 template <class T>
 void find_mass_matrix(const System& system, const Parameters& parameters, const InertialsOf<T>& inertials,
                       const KinematicsOf<T>& kinematics, RecursionOf<T>& recursion,

@@ -192,10 +192,13 @@ class UrdfReader {
       if (c.name == "joint") joints_.push_back(&c);
     }
     if (links_.empty()) root_.refuse("has no <link>");
-    // some name the world as a parent without a link for it
+    // A joint may name the world as its parent although the file has no link of that name.
     for (const XmlElement* joint : joints_)
-      if (const XmlElement* parent = joint->child("parent"); parent && parent->text("link") == world_name)
-        links_.emplace(world_name, &world_);
+      if (const XmlElement* parent = joint->child("parent");
+          parent && parent->text("link") == world_name && links_.emplace(world_name, &world_).second) {
+        world_.file = parent->file;
+        world_.line = parent->line;
+      }
   }
 
   void say_no_contacts() {
@@ -407,7 +410,7 @@ class UrdfReader {
   ModelFile model_;
   std::map<std::string, const XmlElement*> links_, joint_names_;
   std::vector<const XmlElement*> joints_;  // in file order
-  const XmlElement world_{.name = "link"};
+  XmlElement world_{.name = "link"};  // of a file without a link of that name; its place is the first mention's
   std::vector<std::string> without_size_;  // where such shapes stand
   std::set<std::string> coordinates_;
 };

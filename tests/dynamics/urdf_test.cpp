@@ -344,6 +344,8 @@ TEST(Urdf, BadFilesEndInOneSentence) {
       {robot("<xacro:macro name='m'/>"), "is xacro"},
       {robot(base + "<link name='base'/>"), "there are two of this name"},
       {robot(base + arm), "expected one root"},
+      {robot(base + arm + "<joint name='j' type='fixed'><parent link='world'/><child link='arm'/></joint>"),
+       "robot.urdf:1: link"},
       {robot(base + joint_text("j", "revolute", "base", "leg")), "no link is named 'leg'"},
       {robot(base + arm + joint_text("j", "twist", "base", "arm")),
        "type is 'twist', expected one of: fixed"},
