@@ -1,5 +1,5 @@
 // Eigen's alignment of types and of allocated memory depends on compiler flags (-mavx: 32 bytes). The library
-// and a program that uses it must agree on it, or they crash. CMake's borelli:: targets define both macros.
+// and a program that uses it crash if they differ. CMake's borelli:: targets define both macros.
 #pragma once
 
 #include <Eigen/Core>

@@ -9,7 +9,7 @@
 namespace borelli {
 namespace {
 
-constexpr std::size_t deepest = 100;
+constexpr std::size_t deepest = 100;  // lists and objects within each other
 
 // A word for a message: at most 40 characters, all of them printable.
 std::string shown(std::string_view word) {
@@ -19,11 +19,12 @@ std::string shown(std::string_view word) {
   return word.size() > 40 ? out + "..." : out;
 }
 
-// What the parser stumbled over. `read` is what it read since the last string or number began.
+// The text at fault. `read`: what the parser consumed since the last string or number began.
 std::string_view fault_in(std::string_view read) {
   constexpr std::string_view structure = "{}[],:", before = " \t\r\n{}[],:\"";
   if (read.ends_with('"')) return read;  // a string where none may stand
-  if (!read.empty() && structure.find(read.back()) != std::string_view::npos) return read.substr(read.size() - 1);
+  if (!read.empty() && structure.find(read.back()) != std::string_view::npos)
+    return read.substr(read.size() - 1);
   return read.substr(read.find_last_of(before) + 1);
 }
 
@@ -60,7 +61,7 @@ class Builder : public nlohmann::json_sax<Json> {
 
   bool parse_error(std::size_t position, const std::string& token,
                    const nlohmann::json::exception& problem) override {
-    constexpr int out_of_range = 406;  // of nlohmann's documentation: a number overflows
+    constexpr int out_of_range = 406;  // nlohmann's out_of_range.406: a number overflows
     position = std::min(std::max<std::size_t>(position, 1) - 1, text_.size());
     line_ = 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(position), '\n');
     if (problem.id == out_of_range) return refuse(fmt::format("the number {} is too large", shown(token)));
@@ -71,7 +72,7 @@ class Builder : public nlohmann::json_sax<Json> {
   }
 
   Json root;
-  std::string what;  ///< the refusal
+  std::string what;  ///< why the text was refused
 
   std::string where(const std::string& file) const {
     return line_ > 0 ? fmt::format("{}:{}", file, line_) : file;
@@ -94,7 +95,7 @@ class Builder : public nlohmann::json_sax<Json> {
     return true;
   }
 
-  // An ordered object is a vector, which operator[] would search for the name: quadratic in the members.
+  // An ordered object is a vector. Its operator[] searches it for each name: quadratic in the members.
   template <class Object, class Value>
   Json& add_member(Object& object, Value&& value) {
     if constexpr (requires { object.back(); })
@@ -106,7 +107,7 @@ class Builder : public nlohmann::json_sax<Json> {
   bool enter() {
     open_.push_back({last_, {}});
     return open_.size() <= deepest ||
-           refuse(fmt::format("more than {} lists and objects stand in each other", deepest));
+           refuse(fmt::format("lists and objects are nested deeper than {}", deepest));
   }
   bool leave() {
     open_.pop_back();
@@ -115,7 +116,7 @@ class Builder : public nlohmann::json_sax<Json> {
 
   struct Open {
     Json* value;
-    std::unordered_set<std::string> names;  // of an object's members so far
+    std::unordered_set<std::string> names;  // members of the object so far
   };
 
   std::string_view text_;
@@ -132,13 +133,13 @@ Result<Json> parse(std::string_view text, const std::string& file) {
   return std::move(builder.root);
 }
 
-// The first value of `document` whose kind differs from the pattern's, as a sentence; empty: none. `path`
-// names the document.
+// A sentence about the first value of `document` whose kind differs from the pattern's; empty: none differs.
+// `path`: where `document` stands in the whole document.
 std::string misfit(const nlohmann::json& document, const nlohmann::json& pattern, const std::string& path) {
   if (pattern.is_null()) return "";
   const bool alike = pattern.is_number() ? document.is_number() : document.type() == pattern.type();
   if (!alike)
-    return fmt::format("{} is {}, expected {}", path.empty() ? "the whole" : path, kind_of_json(document),
+    return fmt::format("{} is {}, expected {}", path.empty() ? "the document" : path, kind_of_json(document),
                        pattern.is_object()    ? "an object"
                        : pattern.is_array()   ? "a list"
                        : pattern.is_string()  ? "a text"

@@ -1,5 +1,5 @@
-// Texts in tables, safe to open with a spreadsheet. A spreadsheet takes a cell that begins with = + - @, a tab
-// or a carriage return for a formula, which may run programs (OWASP, CSV injection).
+// Makes texts in tables safe to open in a spreadsheet. A cell that begins with = + - @, a tab or a carriage
+// return is a formula there, and formulas can run programs (OWASP, CSV injection).
 #pragma once
 
 #include <string>
@@ -7,13 +7,13 @@
 
 namespace borelli {
 
-/// Whether a cell is a formula once its leading apostrophes are removed.
+/// Whether a cell without its leading apostrophes is a formula.
 inline bool is_formula_cell(std::string_view text) {
   const std::size_t first = text.find_first_not_of('\'');
   return first != text.npos && std::string_view("=+-@\t\r").find(text[first]) != std::string_view::npos;
 }
 
-/// A text as a cell: an apostrophe before a formula makes it text.
+/// A text as a cell. An apostrophe before a formula makes it text.
 inline std::string plain_cell(std::string_view text) {
   return (is_formula_cell(text) ? "'" : "") + std::string(text);
 }
@@ -24,7 +24,7 @@ inline std::string text_of_cell(std::string_view cell) {
   return std::string(cell);
 }
 
-/// A comment line without formulas: a spreadsheet splits it into cells at commas, semicolons and tabs.
+/// A comment line without formulas. Spreadsheets split it into cells at commas, semicolons and tabs.
 inline std::string plain_comment(std::string_view line) {
   std::string out;
   for (std::size_t at = 0; at < line.size(); ++at) {

@@ -25,8 +25,8 @@ struct CsvTable {
 /// quote.
 Result<CsvTable> parse_csv(std::string_view text, const std::string& where);
 
-/// A text as a field: quoted if it holds commas, quotes, line ends or '#', and never a formula to a spreadsheet
-/// (plain_cell.hpp). parse_csv gives the text back.
+/// A text as a field: quoted if it holds commas, quotes, line ends or '#', and safe in a spreadsheet
+/// (plain_cell.hpp). parse_csv restores the text.
 std::string csv_field(std::string_view text);
 
 }  // namespace borelli

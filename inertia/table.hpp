@@ -80,10 +80,10 @@ struct InertiaTable {
   InertiaSource source;
   std::vector<std::string> causes;  ///< of deviations, e.g. "noise"; empty where there are none
   std::vector<InertiaRow> rows;
-  /// All rows merged; part "body"; whole where every row is. Where segments were asked for, it is the body's
-  /// all the same.
+  /// All rows merged, as part "body"; whole if every row is. It describes the whole body even if single
+  /// segments were asked for.
   InertiaRow whole;
-  std::vector<std::string> warnings{};  ///< of its inputs' readers, and doubts about the whole body
+  std::vector<std::string> warnings{};  ///< from reading its inputs; doubts about the body
 
   /// Part of the mass of all rows, 0 to 1.
   double share(const InertiaRow& row) const { return row.inertial.mass / whole.inertial.mass; }

@@ -24,10 +24,10 @@
 namespace borelli {
 namespace {
 
-// how a child ends, beside the signals that may end it
+// exit codes of a child that no signal ended
 constexpr int done = 0, failed = 1, out_of_memory = 2;
 
-// A sanitizer maps terabytes of shadow memory, so that a limit on mappings would end the child at once.
+// Sanitizers map terabytes of shadow memory: a limit on mappings would end the child at once.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool may_limit_mappings = false;
 #else
@@ -52,11 +52,11 @@ void write_all(int file, std::string_view text) {
   }
 }
 
-// The child's whole life. The message on `pipe` is the error's kind, its place, a zero byte and its words.
+// Runs in the child and ends it. An error goes to `pipe` as its kind ('u' or 'f'), place, a zero byte, words.
 [[noreturn]] void be_child(int pipe, pid_t parent, const ChildLimits& limits,
                            const std::function<Result<void>()>& work) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(failed);  // it ended before this was set
+  if (getppid() != parent) _exit(failed);  // the parent ended before prctl
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGPROF})
     std::signal(signal, SIG_DFL);
   const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
@@ -67,7 +67,7 @@ void write_all(int file, std::string_view text) {
     const rlimit mappings{mapped_bytes() + limits.bytes, RLIM_INFINITY};
     setrlimit(RLIMIT_AS, &mappings);
   }
-  if (limits.processor_seconds > 0) {  // ends with SIGPROF; a load of the machine does not count
+  if (limits.processor_seconds > 0) {  // SIGPROF ends the child; other processes' time does not count
     const double whole = std::floor(limits.processor_seconds);
     const itimerval time{
         {0, 0},
@@ -83,12 +83,12 @@ void write_all(int file, std::string_view text) {
                           answer.error().what);
   } catch (const std::bad_alloc&) {
     code = out_of_memory;
-  } catch (...) {  // of a library: its words are none for a user
+  } catch (...) {  // from a library: its text does not help a user
   }
   _exit(code);
 }
 
-// What the child writes, until it ends or its time is over; whether it ended by itself.
+// Reads what the child writes until it ends. False: its time ran out first.
 bool read_until_end(int pipe, double seconds, std::string& text) {
   using Clock = std::chrono::steady_clock;
   const auto end = Clock::now() + std::chrono::duration<double>(seconds);
@@ -129,19 +129,19 @@ std::string number(double value) {
 
 Result<void> in_child(const std::string& where, const std::string& doing, const ChildLimits& limits,
                       const std::function<Result<void>()>& work) {
-  // A child that another thread forks meanwhile would hold this one's end of the pipe open, and its end would
-  // be waited for too.
+  // A child forked by another thread meanwhile would inherit the pipe's write end and keep it open. This
+  // thread would then wait for that child too.
   static std::mutex one_at_a_time;
   std::unique_lock lock(one_at_a_time);
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0)
-    return failure(where, doing + " needs a pipe, and none can be had: " + std::strerror(errno));
+    return failure(where, doing + " needs a pipe, which cannot be created: " + std::strerror(errno));
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) {
     const std::string reason = std::strerror(errno);
     close(ends[0]), close(ends[1]);
-    return failure(where, doing + " needs a process of its own, and none can be had: " + reason);
+    return failure(where, doing + " needs its own process, which cannot be started: " + reason);
   }
   if (child == 0) be_child(ends[1], parent, limits, work);
   close(ends[1]);

@@ -1,4 +1,4 @@
-// Runs work in a child process, so that a library that crashes or hangs on damaged bytes cannot end this one.
+// Runs work in a child process: a library that crashes or hangs on damaged bytes then cannot end this one.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +13,22 @@ namespace borelli {
 
 struct ChildLimits {
   double seconds = 30;                           ///< wall-clock time
-  double processor_seconds = 0;                  ///< of the child; 0: as many as it takes
-  std::uint64_t bytes = std::uint64_t{1} << 30;  ///< memory beyond what this process has mapped
+  double processor_seconds = 0;                  ///< CPU time of the child; 0: no limit
+  std::uint64_t bytes = std::uint64_t{1} << 30;  ///< memory on top of what the parent has mapped
 };
 
-/// Forks and runs `work` in the child, with stdout and stderr closed to it. Memory that the child writes is
-/// its own: results come back through SharedBytes. `work` starts no thread and takes no lock that another
-/// thread of this process may hold.
-/// Errors: the one that `work` answered; "`doing` crashed (segmentation fault)", "... took more than 30 s",
-/// "... took more than 1024 MiB of memory", all about `where`. Any thread may call it.
+/// Forks a child that runs `work`, with stdout and stderr discarded. The child writes to its own copy of
+/// memory: results come back through SharedBytes. `work` must start no thread and take no lock that another
+/// thread of this process may hold. Any thread may call this.
+/// Errors: the error of `work`; about `where`: "`doing` crashed (segmentation fault)", "... took more than
+/// 30 s", "... took more than 1024 MiB of memory".
 Result<void> in_child(const std::string& where, const std::string& doing, const ChildLimits& limits,
                       const std::function<Result<void>()>& work);
 
 /// Zeroed bytes that a child of this process shares with it.
 class SharedBytes {
  public:
-  /// Errors: no memory, about `where`.
+  /// Errors: out of memory, about `where`.
   static Result<SharedBytes> make(const std::string& where, std::size_t size);
 
   std::span<std::byte> bytes() const { return {start_, size_}; }

@@ -15,7 +15,7 @@ namespace {
 
 tl::unexpected<Error> too_large(const std::filesystem::path& path, std::uint64_t most) {
   return failure(path.string(),
-                 "has more than " + std::to_string(most >> 20) + " MiB, expected a text of less");
+                 "has more than " + std::to_string(most >> 20) + " MiB, the limit for a text file");
 }
 
 }  // namespace
@@ -49,7 +49,7 @@ Result<std::string> read_input_file(const std::filesystem::path& path, std::uint
     return tl::unexpected(fits.error());
   std::string bytes;
   bytes.reserve(size);
-  std::array<char, 65536> block;  // (/proc says 0 bytes of its files, and a file may grow while it is read)
+  std::array<char, 65536> block;  // file_size is 0 in /proc, and a file may grow while it is read
   while (const std::size_t got = std::fread(block.data(), 1, block.size(), file.get())) {
     if (got > most - bytes.size()) return too_large(path, most);
     bytes.append(block.data(), got);

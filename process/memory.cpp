@@ -24,8 +24,8 @@ namespace {
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
 std::atomic<std::uint64_t> limit = 0;  // 0: not set yet
 
-// the number that follows `key` in a file of "key: number kB" lines; unlimited where there is none
-std::uint64_t kibibytes(const char* path, const std::string& key) {
+// bytes of the line `key` in a file of "key: number kB" lines; unlimited if there is none
+std::uint64_t bytes_in_line(const char* path, const std::string& key) {
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
     if (!line.starts_with(key + ":")) continue;
@@ -38,10 +38,10 @@ std::uint64_t kibibytes(const char* path, const std::string& key) {
 std::uint64_t number_in(const std::string& path) {
   std::ifstream file(path);
   std::uint64_t value = 0;
-  return file >> value ? value : unlimited;  // "max" is no number
+  return file >> value ? value : unlimited;  // "max": no limit
 }
 
-// what is left in the control group, version 2 or 1
+// bytes left in the control group, version 2 or 1
 std::uint64_t free_in_group() {
   std::uint64_t least = unlimited;
   const auto ask = [&](const std::string& most_file, const std::string& used_file) {
@@ -60,8 +60,8 @@ std::uint64_t free_in_group() {
   return least;
 }
 
-// Resident, less what the heap holds free for what comes next; at least what the heap gave away, since a free
-// block may not have been touched yet.
+// Resident memory less the heap's free blocks. Free blocks may not be resident yet, so the result is at least
+// what the heap has handed out.
 std::uint64_t bytes_in_use() {
   std::ifstream file("/proc/self/statm");
   std::uint64_t mapped = 0, resident = 0;
@@ -87,12 +87,14 @@ std::string in_words(double bytes) {
 
 }  // namespace
 
-std::uint64_t free_memory() { return std::min(kibibytes("/proc/meminfo", "MemAvailable"), free_in_group()); }
+std::uint64_t free_memory() {
+  return std::min(bytes_in_line("/proc/meminfo", "MemAvailable"), free_in_group());
+}
 
 void set_memory_limit(std::uint64_t bytes) {
   limit = std::max<std::uint64_t>(bytes, 1);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-  // what is mapped to be written to, which is more than what is in use: stacks, the heap's free blocks
+  // RLIMIT_DATA counts writable mappings, which exceed memory in use: stacks, the heap's free blocks
   constexpr std::uint64_t slack = std::uint64_t{2} << 30;
   rlimit data{};
   if (getrlimit(RLIMIT_DATA, &data) == 0 && bytes < unlimited - slack) {

@@ -51,10 +51,10 @@ inline double side_sign(int side) { return side == left_side ? 1 : -1; }
 void measure_depths(Anatomy& anatomy, int threads);
 
 Anatomy look(const GreyVolume& volume, double step, int threads);
-/// The same on a grid that work_grid gave.
+/// The same on a grid from work_grid.
 Anatomy look(const GreyVolume& volume, const Grid& grid, int threads);
 
-/// Bytes for each voxel of the work grid, of all volumes that are in use at a time beside the scan on it.
+/// Bytes per voxel of the work grid, of all volumes in use at a time except the resampled scan.
 inline constexpr std::size_t bytes_at_work = 36;
 
 }  // namespace borelli

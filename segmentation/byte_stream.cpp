@@ -134,7 +134,15 @@ struct ByteSource::State {
     return got;
   }
 
-  // Opens the stream that begins at bzip2's input; the end where none does.
+  // next block of the file into bzip2's input; false at the file's end
+  Result<bool> refill_bzip2() {
+    const auto got = next_block();
+    if (!got) return tl::unexpected(got.error());
+    bzip2.next_in = reinterpret_cast<char*>(input.data()), bzip2.avail_in = static_cast<unsigned>(*got);
+    return *got > 0;
+  }
+
+  // Opens the stream that begins at bzip2's input. Ends the source if none does.
   void next_bzip2_stream() {
     if (bzip2_open) BZ2_bzDecompressEnd(&bzip2);
     bzip2_open = false;
@@ -145,7 +153,7 @@ struct ByteSource::State {
     bz_stream fresh{};
     if (begun) fresh.next_in = bzip2.next_in, fresh.avail_in = bzip2.avail_in;
     bzip2 = fresh;
-    if (BZ2_bzDecompressInit(&bzip2, 0, 0) != BZ_OK) throw std::bad_alloc();  // its only reason here
+    if (BZ2_bzDecompressInit(&bzip2, 0, 0) != BZ_OK) throw std::bad_alloc();  // the only failure here
     bzip2_open = begun = true;
   }
 
@@ -154,10 +162,9 @@ struct ByteSource::State {
     std::size_t got = 0;
     while (got < target.size() && !ended) {
       if (bzip2.avail_in == 0) {
-        const auto more = next_block();
+        const auto more = refill_bzip2();
         if (!more) return tl::unexpected(more.error());
-        if (*more == 0) return failure(path, "is cut off: its compressed data end before they are complete");
-        bzip2.next_in = reinterpret_cast<char*>(input.data()), bzip2.avail_in = static_cast<unsigned>(*more);
+        if (!*more) return failure(path, "is cut off: its compressed data end before they are complete");
       }
       const std::size_t room = std::min<std::size_t>(target.size() - got, std::size_t{1} << 30);
       bzip2.next_out = reinterpret_cast<char*>(target.data() + got);
@@ -171,10 +178,8 @@ struct ByteSource::State {
                                  : "holds damaged compressed data (bzip2)");
       if (status == BZ_STREAM_END) {
         if (bzip2.avail_in == 0) {
-          const auto more = next_block();
+          const auto more = refill_bzip2();
           if (!more) return tl::unexpected(more.error());
-          bzip2.next_in = reinterpret_cast<char*>(input.data()),
-          bzip2.avail_in = static_cast<unsigned>(*more);
         }
         next_bzip2_stream();
       }
@@ -190,7 +195,7 @@ ByteSource::~ByteSource() = default;
 
 Result<ByteSource> ByteSource::open(const std::string& path, Packing packing, std::uint64_t offset) {
   if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
-  auto state = std::make_unique_for_overwrite<State>();  // its buffers as they are
+  auto state = std::make_unique_for_overwrite<State>();  // buffers stay unset
   state->path = path;
   state->file.reset(std::fopen(path.c_str(), "rb"));
   if (!state->file) return bad_use(path, "cannot be opened: " + reason());
@@ -244,7 +249,7 @@ Result<bool> is_gzip(const std::string& path) {
 struct ByteSink::State {
   std::string path;
   File file;
-  bool packed = false, raw = false;
+  bool packed = false;
   std::uint64_t written = 0;
   z_stream zlib{};
   std::array<unsigned char, ByteSource::block> output;

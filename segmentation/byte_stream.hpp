@@ -19,8 +19,7 @@ namespace borelli {
 class ByteSource {
  public:
   static constexpr std::size_t block = std::size_t{1} << 18;  ///< bytes of a packed file taken at a time
-  /// deflated: gzip or zlib, told apart by the stream's own header; raw: a deflate stream without one (RFC
-  /// 1951)
+  /// deflated: gzip or zlib, told apart by the stream's header; raw: deflate without a header (RFC 1951)
   enum class Packing { plain, deflated, raw, bzip2 };
 
   /// Opens `path` at `offset` bytes from its start. Errors: missing, a folder, not readable.

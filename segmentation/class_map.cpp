@@ -54,8 +54,8 @@ Result<ClassMap> read_classes(const std::string& path, const std::string& names,
 
 namespace {
 
-// the largest distance, in voxels of `b`, of a corner of `a` from where its index, turned and shifted, lies
-// in `b`
+// Maps the corners of `a` to indices of `b` by turn * index + by. Returns the largest error, in voxels of
+// `b`.
 double apart(const Grid& a, const Grid& b, const Eigen::Matrix3d& turn, const Eigen::Vector3d& by) {
   double worst = 0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -74,7 +74,7 @@ bool same_grid(const Grid& a, const Grid& b) {
 }
 
 bool same_lattice(const Grid& a, const Grid& b) {
-  // each axis of `a` runs along one of `b`: 1 or -1 once in each row and column
+  // Each axis of `a` must run along one of `b`: 1 or -1 once in each row and column.
   const Eigen::Matrix3d turn = (b.axes.inverse() * a.axes).array().round();
   return (turn * turn.transpose()).isIdentity() &&
          apart(a, b, turn, b.index(a.origin).array().round().matrix()) <= 0.01;

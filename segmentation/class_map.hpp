@@ -15,7 +15,7 @@ namespace borelli {
 struct ClassMap {
   LabelMap labels;                    ///< classes; 0: the map says nothing of the place
   std::vector<ClassRule> rules;       ///< by label; [0] is not used
-  std::vector<std::string> warnings;  ///< of the labels' reader; classes that the mapping does not tell of
+  std::vector<std::string> warnings;  ///< from reading the labels; classes that the mapping lacks
 
   const ClassRule& rule(std::uint8_t label) const { return rules[label]; }
 };
@@ -33,11 +33,11 @@ Result<ClassMap> read_classes(const std::string& path, const std::string& names,
 /// its scan.
 LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads = 0);
 
-/// True where the voxels of `a` lie on voxels of `b`, which may go on farther and whose axes may run in
-/// another order or the other way: a map cropped to its segments, or saved in another orientation.
+/// True if the voxels of `a` lie on voxels of `b`. `b` may be larger, and its axes may have another order or
+/// direction: `a` is a map cropped to its segments, or saved in another orientation.
 bool same_lattice(const Grid& a, const Grid& b);
 
-/// True where both grids' voxels lie on each other, to a hundredth of a voxel, over the whole of `a`.
+/// True if both grids have the same voxels, to a hundredth of a voxel.
 bool same_grid(const Grid& a, const Grid& b);
 
 }  // namespace borelli

@@ -164,7 +164,7 @@ Result<ClassMapping> from_json(const std::string& path, std::istream& text) {
   ClassMapping mapping;
   std::set<std::string> seen;
   for (const auto& [key, value] : document.items()) {
-    if (key.empty()) return failure(path, "tells of a class with neither label nor name");
+    if (key.empty()) return failure(path, "has a class with neither label nor name");
     const std::string where = path + ": " + key;
     std::string part, tissue;
     if (value.is_string()) {

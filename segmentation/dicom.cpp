@@ -21,7 +21,7 @@ struct Found {
   std::size_t frames = 0;         // multi-frame files that do not say where their frames are
   std::size_t segmentations = 0;  // DICOM-SEG, which is no scan
   std::size_t colours = 0;
-  std::size_t unplaced = 0;  // pictures without position
+  std::size_t unplaced = 0;  // images without position
   Placeholders placeholders;
 };
 
@@ -44,7 +44,7 @@ Result<Found> find_groups(const std::string& folder, const Progress& progress) {
     for (std::int64_t k = from; k < to; ++k) {
       const auto n = static_cast<std::size_t>(k);
       headers[n] = read_dicom_slices(files[n]);
-      // headers are a small part of the work: the tenth of the bar, by the thread that called
+      // headers take a tenth of the progress bar; only the calling thread reports
       if (from == 0 && progress) progress(0.1 * static_cast<double>(k + 1) / static_cast<double>(to));
     }
   });
@@ -52,7 +52,7 @@ Result<Found> find_groups(const std::string& folder, const Progress& progress) {
   found.placeholders = below->placeholders;
   for (std::size_t n = 0; n < files.size(); ++n) {
     const Result<Slices>& slices = headers[n];
-    if ((!slices || slices->empty()) && found.placeholders.take(files[n])) continue;
+    if ((!slices || slices->empty()) && found.placeholders.add_if_placeholder(files[n])) continue;
     if (!slices) return tl::unexpected(slices.error());
     for (const DicomSlice& slice : *slices) {
       if (slice.modality == "SEG") {
@@ -170,7 +170,8 @@ bool uniform(const Slices& slices) {
   });
 }
 
-// Slices [from, to) into `all`, scaled unless all slices stay as stored. `done`: of them so far.
+// Loads slices [from, to) into `all`, rescaled unless all slices stay as stored. `done` gets the number
+// loaded so far.
 Result<void> load_slices(std::span<const DicomSlice> slices, std::size_t from, std::size_t to,
                          StoredVoxels& all, const std::function<void(std::size_t)>& done) {
   const auto width = static_cast<std::size_t>(slices.front().columns);
@@ -200,7 +201,7 @@ Result<void> load_slices(std::span<const DicomSlice> slices, std::size_t from, s
   return {};
 }
 
-// Each thread reads and unpacks slices of its own, so that one reads while another unpacks.
+// Each thread reads and unpacks its own slices, so that one reads while another unpacks.
 Result<StoredVoxels> load(const std::string& folder, const Slices& slices, const Progress& progress) {
   const DicomSlice& first = slices.front();
   for (const DicomSlice& slice : slices)
@@ -216,9 +217,9 @@ Result<StoredVoxels> load(const std::string& folder, const Slices& slices, const
       !fits)
     return tl::unexpected(fits.error());
   all.storage.resize(all.count * scalar_bytes(all.scalar) / 2);
-  std::vector<Result<void>> read(slices.size());  // by the first slice of each share
+  std::vector<Result<void>> read(slices.size());  // each share's result, at its first slice
   in_slabs(std::ssize(slices), 0, [&](std::int64_t from, std::int64_t to) {
-    // by the thread that called, of its own share
+    // only the calling thread reports, for its own share
     const auto done = [&](std::size_t count) {
       if (from == 0 && progress) progress(0.1 + 0.9 * static_cast<double>(count) / static_cast<double>(to));
     };
@@ -226,7 +227,7 @@ Result<StoredVoxels> load(const std::string& folder, const Slices& slices, const
     if (from == to) return;
     try {
       read[n] = load_slices(slices, n, static_cast<std::size_t>(to), all, done);
-    } catch (const std::bad_alloc&) {  // of which file
+    } catch (const std::bad_alloc&) {  // name the file
       read[n] = failure(slices[n].path, "does not fit into memory");
     }
   });

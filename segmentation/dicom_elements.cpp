@@ -22,10 +22,9 @@ namespace {
 constexpr std::uint32_t undefined = 0xffffffff;
 constexpr std::uint32_t item = 0xfffee000, item_end = 0xfffee00d, sequence_end = 0xfffee0dd;
 constexpr std::uint32_t pixels = 0x7fe00010;
-constexpr std::uint32_t longest_value = 1024;  // what is longer is no number, name or uid
+constexpr std::uint32_t longest_value = 1024;  // longer ones are not numbers, names or UIDs
 constexpr int deepest = 32;                    // sequences in sequences
-// Of an inflated header no more is read, and of sequences that are kept no more elements: far more than any
-// has.
+// Limits on the bytes of an inflated header and on the elements of kept sequences, far above any real file.
 constexpr std::uint64_t longest_header = std::uint64_t{64} << 20;
 constexpr std::size_t most_elements = 4'000'000;
 
@@ -50,13 +49,14 @@ struct CloseFile {
 class Reader {
  public:
   bool explicit_vr = true, big_endian = false;
-  std::size_t kept = 0;  // elements and items of sequences
+  std::size_t kept = 0;  // elements and items read from kept sequences
 
   Reader(std::FILE* file, std::uint64_t size) : file_(file), size_(size) {}
 
   std::uint64_t position() const { return position_; }
   std::uint64_t left() const { return size_ - std::min(size_, position_); }
-  // From here on bytes are those of a deflated data set (PS3.5, A.5), and positions are in it.
+  // Reads on in the deflated data set (PS3.5, A.5) that starts here. Positions then count in its inflated
+  // bytes.
   bool inflate(const std::string& path) {
     auto source = ByteSource::open(path, ByteSource::Packing::raw, position_);
     if (!source) return false;
@@ -65,7 +65,7 @@ class Reader {
     return true;
   }
   bool is_inflated() const { return inflated_.has_value(); }
-  bool inflated_all() const { return inflated_ && !damaged_; }  // once no more could be read
+  bool inflated_all() const { return inflated_ && !damaged_; }  // asked after a failed read
   bool seek(std::uint64_t to) {
     if (to > size_ || fseeko(file_.get(), static_cast<off_t>(to), SEEK_SET) != 0) return false;
     position_ = to;
@@ -78,7 +78,7 @@ class Reader {
       position_ += count, damaged_ = damaged_ || !done;
       return done && *done == count;
     }
-    std::array<char, 256> dropped;  // what is that short is read sooner than sought
+    std::array<char, 256> dropped;  // reading so few bytes is faster than seeking
     return count <= dropped.size() ? read(dropped.data(), count) : seek(position_ + count);
   }
   bool read(void* to, std::size_t count) {
@@ -147,7 +147,7 @@ class Reader {
 
   std::unique_ptr<std::FILE, CloseFile> file_;
   std::optional<ByteSource> inflated_;
-  bool damaged_ = false;  // what was to be inflated
+  bool damaged_ = false;  // the deflated stream
   std::uint64_t size_, position_ = 0;
 };
 
@@ -182,8 +182,8 @@ bool starts_with_data_set(Reader& reader, DicomElements& elements) {
   return true;
 }
 
-// which of the syntaxes whose pixels are not packed; everything else under the DICOM root is packed, and
-// explicit little-endian
+// Sets byte order, VR and packing by the transfer syntax. Under the DICOM root, all but the syntaxes named
+// here have packed pixels and are explicit little-endian. False: unknown syntax.
 bool set_syntax(Reader& reader, const std::string& path, DicomElements& elements) {
   const std::string_view uid = elements.transfer_syntax;
   if (!uid.starts_with("1.2.840.10008.1.2")) return false;
@@ -195,7 +195,7 @@ bool set_syntax(Reader& reader, const std::string& path, DicomElements& elements
   return !deflated || reader.inflate(path);
 }
 
-// the items of packed pixels, of which the first is a table of offsets
+// the items of packed pixels; the first is a table of offsets
 bool read_fragments(Reader& reader, DicomElements& elements) {
   for (Element e; reader.element(e);) {
     if (e.tag == sequence_end) {

@@ -25,7 +25,7 @@ struct DicomItem {
   bool big_endian = false;
 
   std::string text(std::uint32_t tag) const;                     ///< without padding; empty where missing
-  std::vector<double> decimals(std::uint32_t tag) const;         ///< DS, IS; empty where one is no number
+  std::vector<double> decimals(std::uint32_t tag) const;         ///< DS, IS; empty if any is not a number
   std::optional<std::uint16_t> number(std::uint32_t tag) const;  ///< US
   /// The first item of a sequence; null where there is none.
   const DicomItem* item(std::uint32_t tag) const;
@@ -34,10 +34,10 @@ struct DicomItem {
 struct DicomElements : DicomItem {
   std::string transfer_syntax;      ///< UID
   bool packed = false;              ///< pixels are encapsulated (JPEG, RLE ...)
-  std::uint64_t deflated_from = 0;  ///< where in the file a deflated data set starts; 0: it is not deflated
-  /// Of the pixels in the file, or in the inflated data set; 0 where there are none.
+  std::uint64_t deflated_from = 0;  ///< file offset of a deflated data set; 0: not deflated
+  /// Offset of the pixels in the file or in the inflated data set; 0: no pixels.
   std::uint64_t pixel_offset = 0;
-  std::uint64_t pixel_bytes = 0;  ///< where they are not packed
+  std::uint64_t pixel_bytes = 0;  ///< of pixels that are not packed
   /// Offset and length in the file of each fragment of packed pixels, without the table of offsets (PS3.5,
   /// A.4).
   std::vector<std::pair<std::uint64_t, std::uint32_t>> fragments;

@@ -42,7 +42,7 @@ Result<std::string> file_of(const std::string& path) {
   std::string found;
   for (const std::string& file : below->files) {
     const auto elements = read_dicom_elements(file);
-    if ((!elements || !*elements) && below->placeholders.take(file)) continue;
+    if ((!elements || !*elements) && below->placeholders.add_if_placeholder(file)) continue;
     if (!elements || !*elements || (*elements)->text(0x00080060) != "SEG") continue;
     if (!found.empty()) return bad_use(path, "holds several DICOM segmentations; give one file of them");
     found = file;
@@ -55,8 +55,7 @@ Result<std::string> file_of(const std::string& path) {
 
 constexpr double longest_body = 3000;  // mm
 
-// The grid that all frames lie on, and each frame's slice of it. `between`: of neighbouring slices, mm, where
-// said.
+// The grid that all frames lie on; sets each frame's slice index. `between`: slice spacing, mm; 0: not given.
 Result<Grid> grid_of(const std::string& path, std::vector<Frame>& frames, double between, double thickness) {
   const DicomSlice& first = frames.front().slice;
   const Vector3d normal = first.normal();
@@ -105,7 +104,7 @@ Result<Grid> grid_of(const std::string& path, std::vector<Frame>& frames, double
   return grid;
 }
 
-// A frame's bits: frames follow each other without gaps, the least significant bit of a byte first
+// Reads a frame's bits. Frames follow each other without gaps, the least significant bit of a byte first
 // (PS3.5, 8.1.1).
 Result<void> read_bits(const DicomSlice& slice, const DicomElements& elements, std::size_t frame,
                        DicomBytes& file, std::span<std::int32_t> values) {
@@ -119,7 +118,7 @@ Result<void> read_bits(const DicomSlice& slice, const DicomElements& elements, s
   return {};
 }
 
-// What a segmentation's header says.
+// The checked header of a segmentation.
 struct SegmentationHeader {
   std::string path;
   DicomElements elements;
@@ -234,7 +233,8 @@ Result<DicomSegmentation> read_dicom_segmentation(
       const std::int32_t value = own[o];
       if (labels) {
         if (value < 0 || value > 65535)
-          return failure(header->path, fmt::format("holds {} for a segment's number", value));
+          return failure(header->path,
+                         fmt::format("holds {} as a segment number, expected 0 to 65535", value));
         if (value != 0) out.numbers[at + o] = static_cast<std::uint16_t>(value);
       } else if (binary) {
         if (value != 0) out.numbers[at + o] = std::max(out.numbers[at + o], number);

@@ -23,12 +23,11 @@ struct DicomSegmentation {
 /// True for a DICOM file, whatever it holds.
 bool is_dicom_file(const std::string& path);
 
-/// Reads a segmentation: a file, or a folder that holds one and no other. A fractional segment has a pixel
-/// from half of the most on; of several that would have it, the one with the largest fraction has it, of
-/// equals the one with the larger number. Errors: no segmentation, frames without a place or a segment, out
-/// of line, unevenly spaced or longer than any body, packed binary frames; fewer pixels than frames; more
-/// than fits into memory.
-/// `accept` is asked about the grid before memory is taken for it.
+/// Reads a segmentation: a file, or a folder that holds exactly one. A fractional segment claims a pixel from
+/// half of the maximum on. If several claim it, the largest fraction wins, then the larger number. `accept`
+/// checks the grid before voxels are allocated; its error is passed on.
+/// Errors: no segmentation; frames without place or segment, out of line, unevenly spaced or longer than any
+/// body; packed binary frames; fewer pixels than frames; more than fits into memory.
 Result<DicomSegmentation> read_dicom_segmentation(
     const std::string& path, const std::function<Result<void>(const Grid&)>& accept = {});
 

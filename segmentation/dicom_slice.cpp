@@ -23,7 +23,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// of a number's text: 0.01 for "12.50", 1 for "12"
+// Unit of the last decimal of a number's text: 0.01 for "12.50", 1 for "12".
 double last_decimal(std::string_view text) {
   const auto e = text.find_first_of("eE");
   const double exponent = e == std::string_view::npos ? 0 : number_in(text.substr(e + 1)).value_or(0);
@@ -33,8 +33,9 @@ double last_decimal(std::string_view text) {
   return std::pow(10.0, exponent - decimals);
 }
 
-// Numbers whose decimals follow a comma, which DICOM (PS3.5, 6.2, DS) has not: the first that is read here.
-std::string with_comma(const DicomItem& item) {
+// The first field that has a comma in its numbers, as "name 'text'"; empty: none. DICOM allows no comma
+// (PS3.5, 6.2, DS).
+std::string field_with_comma(const DicomItem& item) {
   static constexpr std::array<std::pair<std::uint32_t, const char*>, 7> read{
       {{0x00200032, "ImagePositionPatient"},
        {0x00200037, "ImageOrientationPatient"},
@@ -48,11 +49,10 @@ std::string with_comma(const DicomItem& item) {
       return fmt::format("{} '{}'", name, text);
   return "";
 }
+
 std::string bad_comma(const std::string& found) {
   return "writes numbers with commas (" + found +
-         "), where DICOM has a point before the decimals and a backslash between numbers; what wrote it is "
-         "to "
-         "be set to points";
+         "); DICOM has decimal points, and backslashes between numbers: export it again with decimal points";
 }
 
 double first_decimal(const DicomItem& item, std::uint32_t tag) {
@@ -62,7 +62,7 @@ double first_decimal(const DicomItem& item, std::uint32_t tag) {
 
 void take_spacing(const DicomItem& item, DicomSlice& slice) {
   slice.thickness = std::max(first_decimal(item, 0x00180050), 0.0);
-  slice.spacing_between = std::abs(first_decimal(item, 0x00180088));  // nuclear medicine has it negative
+  slice.spacing_between = std::abs(first_decimal(item, 0x00180088));  // negative in nuclear medicine
 }
 
 void take_geometry(const DicomItem& elements, DicomSlice& slice) {
@@ -147,7 +147,7 @@ DicomSlice take(const std::string& path, const DicomElements& elements) {
   return slice;
 }
 
-// Where each frame of packed pixels is among their fragments: one each, as nearly all files have it.
+// Sets `p` to the pixels of one frame. Packed frames have one fragment each, as in nearly all files.
 void part_pixels(const DicomSlice& whole, std::size_t frame, DicomPixels& p) {
   if (!whole.pixels.fragments.empty()) {
     p.fragments = {whole.pixels.fragments[frame]};
@@ -173,13 +173,13 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
                    fmt::format("has {} frames packed into {} pieces, so that they cannot be told apart here; "
                                "unpack it first (dcmdjpeg, gdcmconv --raw)",
                                per_frame.size(), pieces));
-  DicomSlice alike = whole;  // in all frames
+  DicomSlice alike = whole;  // what all frames share
   alike.frames = 1;
   alike.position.reset();
   alike.pixels.fragments.clear();
   std::vector<DicomSlice> slices;
   for (std::size_t n = 0; n < per_frame.size(); ++n) {
-    // a macro of this frame, else the one that all share
+    // a macro of this frame, else the shared one
     const auto macro = [&](std::uint32_t tag) {
       const DicomItem* own = per_frame[n].item(tag);
       return own || !shared ? own : shared->item(tag);
@@ -189,11 +189,11 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
     for (const auto& [group, tag] :
          {std::pair{0x00209113U, 0x00200032U}, {0x00209116U, 0x00200037U}, {0x00289110U, 0x00280030U}})
       if (const DicomItem* m = macro(group)) geometry.values[tag] = m->text(tag);
-    std::string comma = with_comma(geometry);
+    std::string comma = field_with_comma(geometry);
     take_geometry(geometry, s);
     if (const DicomItem* m = macro(0x00289110)) take_spacing(*m, s);
     if (const DicomItem* m = macro(0x00289145)) {
-      if (comma.empty()) comma = with_comma(*m);
+      if (comma.empty()) comma = field_with_comma(*m);
       take_scaling(*m, s);
       s.rescale_type = m->text(0x00281054);
     }
@@ -217,12 +217,12 @@ Result<std::vector<DicomSlice>> frames_of(const DicomElements& elements, const D
   return slices;
 }
 
-// The bytes of a frame's pixels where they are not packed: rows * columns * width of them.
+// Bytes of a slice's unpacked pixels.
 double plain_size(const DicomSlice& slice) {
   return double(slice.rows) * double(slice.columns) * (slice.pixels.bits_allocated / 8);
 }
 
-// One stream of all fragments; of even length, as DICOM has it.
+// All fragments as one stream, padded to even length as DICOM requires.
 Result<std::vector<std::byte>> packed_stream(const DicomSlice& slice, DicomBytes& file) {
   std::vector<std::byte> stream;
   for (const auto& [offset, length] : slice.pixels.fragments) {
@@ -300,7 +300,7 @@ Result<DicomSlice> checked(const std::string& path, const DicomElements& element
   DicomSlice slice = take(path, elements);
   if (slice.rows == 0 || slice.columns == 0)
     return failure(path, "is a damaged DICOM file: it has pixels, but no rows and columns");
-  if (const auto comma = with_comma(elements); !comma.empty()) return failure(path, bad_comma(comma));
+  if (const auto comma = field_with_comma(elements); !comma.empty()) return failure(path, bad_comma(comma));
   if (!scaling_fits(slice)) return failure(path, bad_scaling);
   return slice;
 }
@@ -329,7 +329,7 @@ Result<std::vector<DicomSlice>> read_dicom_slices(const std::string& path) {
 
 namespace {
 
-// one slice, by this process
+// Reads one slice in this process.
 template <class T>
 Result<void> read_slice(const DicomSlice& slice, DicomBytes& file, std::span<T> to) {
   if (const auto fits = check_pixels(slice); !fits) return fits;
@@ -356,7 +356,7 @@ Result<void> read_slice(const DicomSlice& slice, DicomBytes& file, std::span<T> 
   return {};
 }
 
-// A child's slices: so many that starting it is a small part, so few that they are a small part of memory.
+// Pixels for one child: enough to outweigh its start, few enough to spare memory.
 constexpr std::size_t bytes_of_child = std::size_t{64} << 20;
 
 template <class T>
@@ -368,9 +368,9 @@ Result<void> read_in_child(std::span<const DicomSlice> slices, std::span<T> to) 
   if (!at) return tl::unexpected(at.error());
   const auto shared = reinterpret_cast<T*>(pixels->bytes().data());
   const auto current = reinterpret_cast<volatile std::uint32_t*>(at->bytes().data());
-  // codecs unpack ten times as fast and more
+  // codecs are at least ten times as fast
   const double seconds = 4 + double(to.size()) / 1e6;
-  const ChildLimits limits{.seconds = 10 * seconds,  // on a machine with other work
+  const ChildLimits limits{.seconds = 10 * seconds,  // wall clock, on a busy machine
                            .processor_seconds = seconds,
                            .bytes = (std::uint64_t{256} << 20) + 32 * area};
   const auto done = in_child("", "unpacking its pixels (" + slices.front().packing + ")", limits, [&] {

@@ -20,15 +20,15 @@ struct DicomPixels {
   int bits_allocated = 16, bits_stored = 16, high_bit = 15;
   bool is_signed = false;
   bool big_endian = false;
-  /// Where the file's data set starts if it is deflated; 0: it is not.
+  /// File offset of a deflated data set; 0: not deflated.
   std::uint64_t deflated_from = 0;
-  std::uint64_t offset = 0, bytes = 0;  ///< where in the file or inflated data set, if they are not packed
-  /// Offset and length of each part where they are packed (JPEG, RLE ...).
+  std::uint64_t offset = 0, bytes = 0;  ///< in the file or inflated data set, if not packed
+  /// File offset and length of each fragment of packed pixels (JPEG, RLE ...).
   std::vector<std::pair<std::uint64_t, std::uint32_t>> fragments;
   std::string packing;  ///< UID of the transfer syntax
 };
 
-/// What a slice's header says, of what a volume needs (PS3.3, C.7.6.2). Nothing that names the patient.
+/// The header fields of a slice that a volume needs (PS3.3, C.7.6.2); none names the patient.
 struct DicomSlice {
   std::string path;
   std::string series_uid;
@@ -36,7 +36,7 @@ struct DicomSlice {
   std::string series_description;
   std::string patient_position;  ///< as DICOM codes it: "HFS" is head first, supine (PS3.3, C.7.3.1.1.2)
   std::string rescale_type;      ///< "HU", "US" (unspecified) or empty
-  std::string packing;           ///< how the pixels are packed, in words; empty where they are not
+  std::string packing;           ///< how the pixels are packed, in words; empty: not packed
   int columns = 0, rows = 0;
   int samples_per_pixel = 1, frames = 1;
   std::optional<Eigen::Vector3d> position;                     ///< centre of the first pixel, mm, LPS
@@ -44,10 +44,10 @@ struct DicomSlice {
   Eigen::Vector3d along_row = Eigen::Vector3d::Zero();         ///< direction of rising column number, unit
   Eigen::Vector3d along_column = Eigen::Vector3d::Zero();      ///< direction of rising row number, unit
   double column_spacing = 0, row_spacing = 0;  ///< between columns (along a row), between rows; mm
-  /// What else tells of the slices' spacing, mm; 0 where it is not said.
+  /// SliceThickness and SpacingBetweenSlices, mm; 0: not given.
   double thickness = 0, spacing_between = 0;
-  std::optional<double> location;      ///< along the table, mm from anywhere
-  double reconstruction_diameter = 0;  ///< width of the reconstructed picture, mm; 0: not said
+  std::optional<double> location;      ///< SliceLocation along the table, mm from any origin
+  double reconstruction_diameter = 0;  ///< width of the reconstructed image, mm; 0: not given
   double slope = 1, intercept = 0;
   std::optional<double> padding;  ///< stored value of pixels outside the picture
   std::string acquisition, temporal_position, echo,
@@ -68,14 +68,14 @@ Result<std::optional<DicomSlice>> read_dicom_header(const std::string& path);
 /// groups that do not agree; frames packed so that they cannot be told apart.
 Result<std::vector<DicomSlice>> read_dicom_slices(const std::string& path);
 
-/// Whether a slice's file can hold as many pixels as its header says: asked before room for them is made.
-/// Errors: cut or damaged.
+/// Checks before pixels are allocated that a slice's file can hold as many as its header says.
+/// Errors: pixels of other than 8, 16 or 32 bits; a file that is cut off or damaged.
 Result<void> check_pixels(const DicomSlice& slice);
 
-/// The stored (not rescaled) pixels of slices of one size, row by row, slice after slice, into `to`:
-/// columns * rows of each, of each pixel the bits that go into T (std::int16_t or std::int32_t). RLE is
-/// unpacked here, JPEG and its kin in child processes, several slices in each. `done` is called with the
-/// number of slices so far. Errors: cut, damaged or packed in a way that cannot be unpacked here.
+/// Reads the stored (not rescaled) pixels of slices of one size into `to`: columns * rows per slice, row by
+/// row. T (std::int16_t or std::int32_t) takes the low bits of each pixel. RLE is unpacked in this process;
+/// JPEG, JPEG-LS and JPEG 2000 in child processes, several slices in each. `done` gets the number of slices
+/// read so far. Errors: a file that is cut off or damaged; an unknown packing.
 template <class T>
 Result<void> read_dicom_pixels(std::span<const DicomSlice> slices, std::span<T> to,
                                const std::function<void(std::size_t)>& done = {});
@@ -84,10 +84,10 @@ Result<void> read_dicom_pixels(const DicomSlice& slice, std::span<T> to) {
   return read_dicom_pixels(std::span(&slice, 1), to);
 }
 
-/// Reads bytes of slices' files; a deflated data set is inflated once for frames that follow each other.
+/// Reads bytes of slice files. Consecutive frames of a deflated data set are inflated in one pass.
 class DicomBytes {
  public:
-  /// Fills `to` from `offset` in the slice's file or inflated data set. Errors: it ends before.
+  /// Fills `to` from `offset` in the slice's file or inflated data set. Errors: it ends too early.
   Result<void> read(const DicomSlice& slice, std::uint64_t offset, std::span<std::byte> to);
 
   DicomBytes();

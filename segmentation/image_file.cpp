@@ -32,7 +32,7 @@ std::string in_words(const ImageHeader& header) {
                      scalar_name(header.scalar));
 }
 
-// Voxels of two bytes and more become int16 where they are; those of one byte beside.
+// Voxels of two and more bytes become int16 in place, those of one byte in a second array.
 double bytes_to_hold(const ImageHeader& header) {
   const auto width = static_cast<double>(scalar_bytes(header.scalar));
   return voxels_of(header) * (width > 1 ? width : 3);
@@ -64,7 +64,7 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
   const std::size_t bytes = voxels.count * width;
 
   VoxelStream stream(header, bytes);
-  if (const auto started = stream.start(); !started) return tl::unexpected(started.error());
+  if (const auto opened = stream.open_next(); !opened) return tl::unexpected(opened.error());
   if (auto fits = admit_memory(header.data_file, in_words(header), bytes_to_hold(header)); !fits)
     return tl::unexpected(fits.error());
 
@@ -92,7 +92,7 @@ Result<StoredVoxels> load_voxels(const ImageHeader& header, const Progress& prog
   }
   for (auto& work : aside_of)
     if (work.valid()) work.get();
-  // checksum and length are compared at the stream's end only
+  // only the end of a packed stream shows whether checksum and length are right
   if (const auto ended = stream.finish(); !ended) return tl::unexpected(ended.error());
   return voxels;
 } catch (const std::bad_alloc&) {

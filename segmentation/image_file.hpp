@@ -31,10 +31,10 @@ struct ImageSegment {
   std::int64_t layer = 0;
 };
 
-/// A file of voxels, and how many of its bytes stand before their stream.
+/// A file of voxels.
 struct VoxelFile {
   std::string path;
-  std::uint64_t offset = 0;
+  std::uint64_t offset = 0;  ///< bytes before the stream starts
 };
 
 struct ImageHeader {
@@ -50,13 +50,13 @@ struct ImageHeader {
   std::string recorded_quantity;       ///< hu, density_kgm3, ... where our own writer left it; else empty
   std::vector<std::string> warnings;   ///< what a reader of the results should know about the header
 
-  std::string header_file;
-  std::string data_file;  ///< where the voxels are (the header's own file, or one beside it)
+  std::string header_file;  ///< of a NIfTI pair the .hdr; else the file that was given
+  std::string data_file;    ///< where the voxels are (the header's own file, or one beside it)
   ByteSource::Packing packing = ByteSource::Packing::plain;
   std::uint64_t file_offset = 0;    ///< bytes of data_file before the stream starts
   std::uint64_t stream_offset = 0;  ///< bytes of the (unpacked) stream before the first voxel
   bool text = false;                ///< the voxels are numbers written as text
-  /// Where slices lie in files of their own, of equal share: these in order, and data_file is the first.
+  /// Slice files in order, each with an equal share of the slices; data_file is the first. Empty: one file.
   std::vector<VoxelFile> slice_files;
 
   std::vector<VoxelFile> voxel_files() const {
@@ -77,8 +77,8 @@ struct StoredVoxels {
 
 /// Errors: damaged or absurd header (named field, what was expected), more than three dimensions, colours.
 Result<ImageHeader> read_nifti_header(const std::string& path);
-/// Of a NIfTI pair, of which `path` is one half, the half that ends in `ending` (.hdr or .img), packed or
-/// not; empty where it is not there.
+/// The file of a NIfTI pair that ends in `ending` (.hdr or .img) or `ending`.gz; empty: it does not exist.
+/// `path`: either file of the pair.
 std::string half_of_nifti_pair(const std::string& path, const std::string& ending);
 Result<ImageHeader> read_nrrd_header(const std::string& path);
 Result<ImageHeader> read_metaimage_header(const std::string& path);

@@ -75,14 +75,14 @@ Result<Names> read_names(const std::string& path) {
   return names;
 }
 
-// How far a label may lie beside its whole number: what floating point leaves, and the half of a step of
-// scaled integers where that is less than a quarter.
+// Allowed distance of a label from a whole number: 0.01 for floating point; for scaled integers half a step,
+// at most 0.25.
 double most_beside_whole(const ImageHeader& header) {
   const bool whole = header.scalar != Scalar::f32 && header.scalar != Scalar::f64;
   return std::max(0.01, whole && header.slope != 1 ? std::min(0.51 * std::abs(header.slope), 0.25) : 0.0);
 }
 
-// the numbers that occur; consecutive equal voxels are looked up once
+// The numbers that occur. Consecutive equal voxels are looked up once.
 Result<std::set<std::int64_t>> numbers_in(const std::string& path, const StoredVoxels& voxels,
                                           const ImageHeader& header, std::vector<std::string>& warnings) {
   std::set<std::int64_t> numbers;

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 
 struct MetaImage {
   std::map<std::string, std::string, std::less<>> tags;
-  std::vector<std::string> names;  // of files, one a line after "ElementDataFile = LIST"
+  std::vector<std::string> names;  // file names, one per line after "ElementDataFile = LIST"
   std::uint64_t header_bytes = 0;
 
   std::string_view tag(std::string_view name) const {
@@ -98,8 +98,8 @@ Result<void> check_dimensions(const std::string& path, const MetaImage& meta) {
   return {};
 }
 
-// Row c of TransformMatrix is the direction of axis c; of a file of more dimensions the first three count.
-// Rows that are not of unit length hold the voxels' size a second time.
+// Row c of TransformMatrix is the direction of axis c; only the first three dimensions count. Rows that are
+// not of unit length give the voxel size a second time.
 Result<void> place(const std::string& path, const MetaImage& meta, ImageHeader& header) {
   Grid& grid = header.grid;
   const auto sizes = numbers_in(meta.tag("DimSize"));

@@ -278,7 +278,7 @@ Result<MrReading> read_mr(const GreyVolume& volume, const ClassMap* classes, int
   if (greatest <= 0) return failure("MR", "the volume holds no signal");
 
   // density, tissues, labels on this grid, and means on coarser ones
-  if (auto fits = admit_memory("MR", "its reading", 6.0 * static_cast<double>(g.count())); !fits)
+  if (auto fits = admit_memory("MR", "finding its tissues", 6.0 * static_cast<double>(g.count())); !fits)
     return tl::unexpected(fits.error());
 
   // the body on voxels of some 3 mm

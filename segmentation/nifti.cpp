@@ -56,7 +56,7 @@ struct Nifti {
   std::array<std::array<double, 4>, 3> srow{};
   std::string description;
   bool big_endian = false;
-  bool pair = false;  // the voxels are in a file of their own
+  bool pair = false;  // the voxels are in a second file
 };
 
 template <class Integer, class Real, class Code>
@@ -168,8 +168,8 @@ Result<void> check_dimensions(const std::string& path, const Nifti& n) {
   return {};
 }
 
-// Millimetres of the file's unit. A program that means millimetres and writes metres is no rarity: where the
-// unit gives voxels that no scan of a body has, and millimetres would not, it is not believed, and said.
+// Millimetres per unit of the file. Programs that mean millimetres and write metres are common: if the unit
+// gives voxels that no scan of a body has, and millimetres would not, the unit is ignored, with a warning.
 Result<double> millimetres(const std::string& path, const Nifti& n, const Vector3d& spacing,
                            std::vector<std::string>& warnings) {
   const auto likely = [&](double unit) {
@@ -263,8 +263,8 @@ Result<Placing> placing_of(const std::string& path, const Nifti& n, std::vector<
   if (s) {
     std::vector<SizeField> fields{{"sform", s->axes.colwise().norm()}};
     const Vector3d pixdim = Vector3d(n.pixdim[1], n.pixdim[2], n.pixdim[3]).cwiseAbs();
-    if (q) fields.push_back({"qform", pixdim});  // whose lengths are pixdim's
-    // of a tilted gantry's slices it may be the distance along their normal
+    if (q) fields.push_back({"qform", pixdim});  // its lengths are pixdim
+    // with a tilted gantry, pixdim may be the slice distance along the normal
     const bool tilted = shear({.axes = s->axes}) > 1e-3;
     fields.push_back({"pixdim", pixdim, tilted && !q});
     const auto size = voxel_size(path, fields, warnings);
@@ -333,7 +333,7 @@ Result<ImageHeader> read_nifti_header(const std::string& path) {
   auto packing = packing_of(path);
   if (!packing) return tl::unexpected(packing.error());
   header.packing = *packing;
-  ImageHeader extended = header;  // of a pair the extensions are what follows the header in its own file
+  ImageHeader extended = header;  // in a pair, extensions follow the header in the .hdr
   const std::uint64_t header_bytes = n->version == 1 ? 348 : 540;
   if (n->pair) extended.stream_offset = header_bytes + (1 << 24);
   auto named = nifti_label_names(extended, header_bytes);

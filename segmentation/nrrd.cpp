@@ -30,7 +30,7 @@ using FieldMap = std::map<std::string, std::string, std::less<>>;
 struct Nrrd {
   FieldMap fields;                 // "<field>: <description>", field in lower case
   FieldMap keys;                   // "<key>:=<value>"
-  std::vector<std::string> names;  // of files, one a line after "data file: LIST"
+  std::vector<std::string> names;  // file names, one per line after "data file: LIST"
   std::uint64_t header_bytes = 0;
 
   std::string_view data_file() const {

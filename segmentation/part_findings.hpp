@@ -41,11 +41,11 @@ void doubt_trunk_without_hips(const Anatomy& anatomy, const Volume<std::uint8_t>
 /// Adds a sentence where more than a little of the body in view is nobody's.
 void warn_of_flesh_without_part(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, Segmentation& out);
 
-/// Adds a sentence where all parts are whole and no person has as much, or as little.
+/// Adds a sentence if all parts are whole and their volume is impossible for a person.
 void warn_of_body(Segmentation& out);
 
-/// As warn_of_body, and adds a sentence for each part of low confidence, and for pairs whose sides differ by
-/// a fifth or more.
+/// Calls warn_of_body; adds a sentence for each part of low confidence and for each pair whose sides differ
+/// by a fifth or more.
 void warn_of_parts(Segmentation& out);
 
 /// Adds sentences for joints that the scan shows too coarsely, or without what tells them best.

@@ -224,7 +224,7 @@ Result<void> check(const std::string& path, FileQuantity q, const ValueRange& r,
 
 struct Changes {
   std::size_t below = 0, above = 0, not_finite = 0, padding = 0;
-  std::size_t far_below = 0;  // of `below`: no noise about air reaches these
+  std::size_t far_below = 0;  // part of `below`: lower than noise about air
 
   Changes& operator+=(const Changes& other) {
     below += other.below, above += other.above, not_finite += other.not_finite, padding += other.padding;

@@ -65,16 +65,16 @@ Result<QuantityReading> decide_quantity(const std::string& path, const StoredVox
                                         double intercept, const ValueRange& range,
                                         std::optional<FileQuantity> asked, const std::string& recorded);
 
-/// Voxels whose values could not be kept, but for padding.
+/// Numbers of voxels whose values were clamped, padding aside.
 struct Clamped {
-  std::int64_t below = 0;  ///< CT numbers further below air than noise goes, below -1500
+  std::int64_t below = 0;  ///< CT numbers below -1500, lower than noise about air
   std::int64_t above = 0;  ///< above 32767
 };
 
 /// The values as int16, in place (no second copy of the volume): hu that is padding is set to padding_hu,
 /// other hu below -1024 to -1024, g/cm3 scaled to kg/m3, negative densities to 0; what is not finite was not
 /// measured: padding_hu, padding_density, of MR 0. MR is scaled to fit where rounding would lose it. What was
-/// changed is said in `warnings`, with counts; `clamped`, where it is given, is told how many were far off.
+/// changed is said in `warnings`, with counts. `clamped`, if given, is set.
 std::vector<std::int16_t> to_int16(StoredVoxels voxels, double slope, double intercept,
                                    const ValueRange& range, FileQuantity quantity,
                                    std::vector<std::string>& warnings, Clamped* clamped = nullptr);

@@ -27,7 +27,7 @@ struct ScannedVolume {
   std::string pose;                   ///< DICOM only: "supine", "prone" ..., or empty where it is not said
   std::string reading;                ///< what the voxels hold and why they were taken as that
   double least = 0, greatest = 0;     ///< values as stored in `volume`
-  Clamped clamped;                    ///< voxels whose values could not be kept
+  Clamped clamped;                    ///< numbers of voxels whose values did not fit
   std::vector<std::string> warnings;  ///< what was chosen, mended or left aside, one sentence each
 };
 
@@ -40,10 +40,10 @@ Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& op
 /// Reads a label map and its names from a TSV (header "label<TAB>name"; where `names` is empty, the file of
 /// the same name ending in .tsv, if there is one). Names of parts.hpp get the label they have there, other
 /// labels the numbers from 17 on; without any such name the numbers stay, where they are at most 255. Values
-/// that floating point or a scale left beside a whole number are rounded. What is to be said of the file is
-/// in the map's `warnings`. Of a `scan` the labels are put on its grid: a part of it, or saved along other
-/// axes. Errors: as read_volume; values that are not whole numbers from 0; more than 255 labels; a damaged
-/// TSV; voxels that do not lie on the scan's (before any is read).
+/// that floating point or a scale moved off whole numbers are rounded. With `scan`, the labels are returned
+/// on that grid; the file may cover a part of it or store its axes in another order. Doubts go to the map's
+/// `warnings`. Errors: as read_volume; values that are not whole numbers from 0; more than 255 labels; a
+/// damaged TSV; voxels that do not lie on the scan's (checked before any is read).
 Result<LabelMap> read_labels(const std::string& path, const std::string& names = "",
                              const Progress& progress = {}, const Grid* scan = nullptr);
 

@@ -451,7 +451,7 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
 
   progress(0, "finding body and bones");
   const Grid grid = work_grid(volume, options.step, options.threads);
-  // with the scan on that grid, and the labels on the scan's own
+  // all volumes on the work grid, with the scan (3 bytes); labels on the scan's own grid
   const double bytes = (bytes_at_work + 3.0) * static_cast<double>(grid.count()) +
                        (options.classes ? 2.0 : 1.0) * static_cast<double>(volume.grid.count());
   if (auto fits = admit_memory("segmentation",

@@ -14,13 +14,13 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Scanners that round positions to many decimals still place slices no better than this (mm).
+// Scanners place slices no better than this, however many decimals they write (mm).
 constexpr double rounding = 0.06;
 
 std::string place(double along) { return fmt::format("{:.4g} mm", along); }
 
-// How far the text of positions may be from what it stands for: half of its last decimal (the finest of any
-// slice: a writer may drop zeros).
+// Rounding error of positions as text: half of the last decimal. The finest decimal of all slices counts,
+// since writers drop trailing zeros.
 Vector3d text_rounding(const std::vector<DicomSlice>& slices) {
   Vector3d finest = slices.front().position_decimal;
   for (const auto& slice : slices) finest = finest.cwiseMin(slice.position_decimal);
@@ -43,7 +43,8 @@ LineFit fitted_line(const std::vector<double>& x, const std::vector<double>& y) 
   return {slope, mean_y - slope * mean_x};
 }
 
-// The least distance that some line of slope near `slope` leaves to the furthest point: convex in the slope.
+// Distance (in y) of the furthest point from the best line with a slope near `slope`; ternary search, since
+// the distance is convex in the slope.
 double least_distance(const std::vector<double>& x, const std::vector<double>& y, double slope) {
   const auto distance = [&](double s) {
     double least = y[0] - s * x[0], most = least;
@@ -60,11 +61,11 @@ double least_distance(const std::vector<double>& x, const std::vector<double>& y
   return distance((low + high) / 2);
 }
 
-// The even spacing that fits sorted places best, and the number of each slice in it.
+// The even spacing that fits sorted places best.
 struct Evenness {
-  std::vector<double> index;
+  std::vector<double> index;  // of each slice, in steps
   double step = 0;
-  bool even = false;  // every slice lies where its number says
+  bool even = false;  // every slice lies at index * step
 };
 Evenness evenness(const std::vector<double>& along, double text) {
   Evenness e;
@@ -78,7 +79,7 @@ Evenness evenness(const std::vector<double>& along, double text) {
     e.index = std::move(index);
     e.step = fitted_line(e.index, along).slope;
   }
-  // a text so coarse that a missing slice could hide in it (from a quarter of the spacing) counts for less
+  // Coarse text counts up to a fifth of the step: from a quarter on, a missing slice could hide in it.
   const double allowed = std::max({rounding, 0.05 * e.step, std::min(1.001 * text, 0.2 * e.step)});
   e.even = least_distance(e.index, along, e.step) <= allowed;
   return e;
@@ -95,8 +96,8 @@ double text_along(const std::vector<DicomSlice>& slices) {
   return slices.front().normal().cwiseAbs().dot(text_rounding(slices));
 }
 
-// How far the slices' places along it are aside of the line from the first to the last at most, and how far
-// they may be.
+// Largest distance of a slice position from the line through the first and last, and the largest allowed
+// (mm).
 std::pair<double, double> aside_of_line(const std::vector<DicomSlice>& slices,
                                         const std::vector<double>& along) {
   const Vector3d first = *slices.front().position,
@@ -107,16 +108,16 @@ std::pair<double, double> aside_of_line(const std::vector<DicomSlice>& slices,
   return {worst, std::max(rounding, 0.1 * slices.front().column_spacing) + 2 * text_rounding(slices).norm()};
 }
 
-// What other fields say of the slices' spacing. Thickness is another thing, slices may overlap or leave gaps,
-// but no scanner makes them eight times as thick as far apart, or a fifteenth.
+// Notes fields that contradict the slice spacing by the positions. Slices may overlap or leave gaps, but no
+// scanner makes them 8 times as thick as their spacing, or a fifteenth.
 void say_contradictions(const SliceStack& stack, std::vector<std::string>& notes) {
   const Vector3d step = stack.grid.axes.col(2);
   const auto& slices = stack.slices;
   const DicomSlice &first = slices.front(), &last = slices.back();
   const double across = std::abs(first.normal().dot(step)), along = step.norm();
   const auto contradicts = [&](double said) {
-    const double allowed = 0.05 + 0.02 * across;  // some write it to a tenth
-    // (SliceLocation of oblique slices may be along an axis of the body)
+    const double allowed = 0.05 + 0.02 * across;  // some programs round to a tenth
+    // SliceLocation of oblique slices may be along an axis of the body
     return std::abs(said - across) > allowed && std::abs(said - along) > allowed &&
            std::abs(said - step.cwiseAbs().maxCoeff()) > allowed;
   };
@@ -142,14 +143,14 @@ void say_contradictions(const SliceStack& stack, std::vector<std::string>& notes
   if (!others.empty())
     notes.push_back(
         fmt::format("the slices' positions are {} apart, which was taken; {}: if that is right, "
-                    "volumes and masses are off by as much",
+                    "volumes and masses are off by the ratio",
                     place(across), others));
   const double width = std::max(first.column_spacing * first.columns, first.row_spacing * first.rows);
   if (first.modality == "CT" && first.image_type.starts_with("ORIGINAL") &&
       first.reconstruction_diameter > 0 && std::abs(first.reconstruction_diameter - width) > 0.03 * width)
     notes.push_back(fmt::format(
         "PixelSpacing makes the picture {} wide, which was taken; ReconstructionDiameter says {}: "
-        "if that is right, volumes and masses are off by its square",
+        "if that is right, volumes and masses are off by the square of the ratio",
         place(width), place(first.reconstruction_diameter)));
 }
 
@@ -163,7 +164,7 @@ void say_tilt(const Grid& grid, std::vector<std::string>& notes) {
         tilt));
 }
 
-// Slices of an even grid between those that are there, which lie at `places`, in grid steps.
+// Sets the sources of an even grid's slices. `places`: where the given slices lie, in grid steps.
 void fill_in(const std::vector<double>& places, SliceStack& stack) {
   std::size_t below = 0;
   for (std::int64_t k = 0; k < stack.grid.size[2]; ++k) {
@@ -174,7 +175,7 @@ void fill_in(const std::vector<double>& places, SliceStack& stack) {
   }
 }
 
-// The slices' line, evenly parted.
+// Lays an even grid along the line of the slices and notes missing or uneven ones.
 Result<void> lay_grid(const std::string& where, const std::vector<double>& along, SliceStack& stack) {
   std::vector<double> gaps;
   for (std::size_t n = 1; n < along.size(); ++n) gaps.push_back(along[n] - along[n - 1]);

@@ -2,9 +2,8 @@
 //
 // Positions are ordered along the normal of the slices. Neighbours may also be shifted sideways, as behind a
 // tilted gantry: the third axis of the grid is the true step from slice to slice, so that a tilt is a shear
-// of the grid, not an error in it. Positions are decimals that somebody rounded: the grid is the straight
-// line that fits all of them best, and slices are even if no position is further off one than its text is
-// rounded.
+// of the grid, not an error in it. Positions are rounded decimals: the grid follows the straight line that
+// fits them best, and slices are even if each position lies on it within its rounding.
 #pragma once
 
 #include <cstdint>
@@ -31,17 +30,17 @@ struct SliceStack {
 /// position, slices that are not in one line, gaps too wide to fill.
 Result<SliceStack> stack_slices(const std::string& where, std::vector<DicomSlice> slices);
 
-/// By their places along the normal of the first one.
+/// Sorts slices by their places along the normal of the first one.
 void sort_along(std::vector<DicomSlice>& slices);
 
-/// How many slices are missing between slices of one orientation that otherwise lie evenly; nothing where
-/// they do not, or two are at one place.
+/// The number of slices missing among evenly spaced slices of one orientation. Nothing if the spacing is
+/// uneven or two slices are at one place.
 std::optional<std::int64_t> missing_slices(const std::vector<DicomSlice>& slices);
 
-/// Whether slices of one orientation, of which there are two places at least, lie behind each other.
+/// Whether slices of one orientation lie on a straight line, at two places or more.
 bool in_one_line(const std::vector<DicomSlice>& slices);
 
-/// Two positions closer than this are one (mm).
+/// Positions closer than this are the same (mm).
 inline constexpr double same_place = 1e-3;
 
 }  // namespace borelli

@@ -80,7 +80,7 @@ struct GreyVolume : Volume<std::int16_t> {
 /// A volume of part numbers; label 0 is outside the body.
 struct LabelMap : Volume<std::uint8_t> {
   std::vector<std::string> names;     ///< names[label]; names[0] = "outside"
-  std::vector<std::string> warnings;  ///< what its reader told, one sentence each
+  std::vector<std::string> warnings;  ///< from its reader, one sentence each
 };
 
 }  // namespace borelli

@@ -30,7 +30,7 @@ Grid work_grid(const GreyVolume& volume, double step, int threads = 0);
 /// The volume on the work grid: mean of trilinear samples over each work voxel (so that nothing thin is
 /// stepped over), padding taken as unseen air.
 WorkVolume resampled(const GreyVolume& volume, double step, int threads = 0);
-/// The same on a grid that work_grid gave.
+/// The same on a grid from work_grid.
 WorkVolume resampled(const GreyVolume& volume, const Grid& grid, int threads = 0);
 
 }  // namespace borelli

@@ -10,10 +10,10 @@
 
 namespace borelli {
 
-// GDCM's own reader of files aborts on damaged headers: it is given the pixels alone.
+// GDCM's file reader aborts on damaged headers, so GDCM gets only the pixels.
 Result<void> unpack_by_codec(const DicomSlice& slice, std::span<const std::byte> stream,
                              std::span<std::byte> to, DicomPixels& p) try {
-  gdcm::Trace::DebugOff(), gdcm::Trace::WarningOff(), gdcm::Trace::ErrorOff();  // a library does not print
+  gdcm::Trace::DebugOff(), gdcm::Trace::WarningOff(), gdcm::Trace::ErrorOff();  // no printing by the library
   const auto syntax = gdcm::TransferSyntax::GetTSType(p.packing.c_str());
   if (syntax == gdcm::TransferSyntax::TS_END)
     return failure(slice.path, "has pixels packed in a way that is not known here (" + p.packing + ")");
@@ -47,7 +47,7 @@ Result<void> unpack_by_codec(const DicomSlice& slice, std::span<const std::byte>
   p.bits_stored = format.GetBitsStored(), p.high_bit = format.GetHighBit();
   p.is_signed = format.GetPixelRepresentation() == 1;
   return {};
-} catch (const std::exception&) {  // its words are none for a user
+} catch (const std::exception&) {  // GDCM's text does not help a user
   return failure(slice.path, "has pixels that cannot be unpacked: damaged (" + slice.packing + ")");
 }
 

@@ -1,4 +1,4 @@
-// Packed pixels of DICOM that a library unpacks: JPEG, JPEG-LS, JPEG 2000.
+// Unpacks DICOM pixels by GDCM: JPEG, JPEG-LS, JPEG 2000.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,10 @@
 
 namespace borelli {
 
-/// Unpacks one frame's stream by GDCM, whose codecs may crash or hang on damaged bytes: called in a child
-/// process. What the codec finds (JPEG may know better than the header) replaces in `pixels` what the header
-/// says. `to`: rows * columns words of pixels.bits_allocated.
+/// Unpacks one frame's stream into `to`: rows * columns words of pixels.bits_allocated. Call it in a child
+/// process: GDCM's codecs may crash or hang on damaged bytes. The codec's bits stored, high bit and sign
+/// replace the header's in `pixels`, since JPEG may contradict the header. Errors: an unknown or damaged
+/// packing.
 Result<void> unpack_by_codec(const DicomSlice& slice, std::span<const std::byte> stream,
                              std::span<std::byte> to, DicomPixels& pixels);
 

@@ -20,7 +20,7 @@ bool holds_folder(const fs::path& outer, const fs::path& inner) {
   return std::ranges::mismatch(outer, inner).in1 == outer.end();
 }
 
-// One folder's files, and the folders in it.
+// Lists a folder and the folders in it.
 void list_folder(const fs::path& folder, const fs::path& root, std::set<fs::path>& seen, FolderFiles& found,
                  std::error_code& trouble) {
   std::vector<fs::path> entries;
@@ -33,7 +33,7 @@ void list_folder(const fs::path& folder, const fs::path& root, std::set<fs::path
     std::error_code ignored;
     const auto status = fs::status(path, ignored);
     if (path.filename().string().starts_with("._")) {
-      found.placeholders.apple.push_back(path.string());
+      found.placeholders.macos_metadata.push_back(path.string());
     } else if (status.type() == fs::file_type::not_found) {
       found.placeholders.unfetched.push_back(path.string());
     } else if (status.type() == fs::file_type::regular) {
@@ -55,7 +55,7 @@ std::string files_sentence(const std::vector<std::string>& paths, std::string_vi
 
 }  // namespace
 
-bool Placeholders::take(const std::string& path) {
+bool Placeholders::add_if_placeholder(const std::string& path) {
   std::array<char, dicom_preamble + 1> start{};
   std::ifstream file(path, std::ios::binary);
   file.read(start.data(), start.size());
@@ -78,7 +78,8 @@ std::vector<std::string> Placeholders::sentences() const {
                   "get', 'git annex get' or 'git lfs pull'");
   if (!stubs.empty())
     all.push_back(files_sentence(stubs, "holds", "hold") + " no more than the start of a DICOM file");
-  if (!apple.empty()) all.push_back(files_sentence(apple, "is", "are") + " macOS's own (._*), no pictures");
+  if (!macos_metadata.empty())
+    all.push_back(files_sentence(macos_metadata, "holds", "hold") + " metadata of macOS (._*), no image");
   return all;
 }
 

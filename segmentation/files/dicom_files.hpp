@@ -1,4 +1,4 @@
-// The files of a folder that may be DICOM, and those that only stand for one.
+// Lists the files of a folder that may be DICOM, and placeholders that hold no image.
 #pragma once
 
 #include <string>
@@ -8,24 +8,24 @@
 
 namespace borelli {
 
-/// Files that stand where pictures are and hold none.
+/// Files among the images that hold no image.
 struct Placeholders {
-  std::vector<std::string> unfetched;  ///< pointers of git-annex (datalad) or Git LFS; links to nothing
-  std::vector<std::string> apple;      ///< "._NAME", which macOS writes beside NAME
-  std::vector<std::string> stubs;      ///< empty, or with no more than the start of a DICOM file
+  std::vector<std::string> unfetched;       ///< pointer files of git-annex (datalad) or Git LFS; broken links
+  std::vector<std::string> macos_metadata;  ///< "._NAME", which macOS writes beside NAME
+  std::vector<std::string> stubs;           ///< empty, or only the first bytes of a DICOM file
 
-  /// Puts a file that holds no picture into its list. False: it is none of these.
-  bool take(const std::string& path);
-  std::vector<std::string> sentences() const;  ///< one for each kind that there is
+  /// Adds a file to its list by its first bytes. False: it is no placeholder.
+  bool add_if_placeholder(const std::string& path);
+  std::vector<std::string> sentences() const;  ///< one for each list that is not empty
 };
 
 struct FolderFiles {
-  std::vector<std::string> files;  ///< regular ones, in an order that does not depend on the disk
-  Placeholders placeholders;       ///< links to nothing and "._NAME", which are not opened
+  std::vector<std::string> files;  ///< regular files, sorted by path
+  Placeholders placeholders;       ///< broken links and "._NAME"; callers add the others
 };
 
-/// All files in a folder and in the folders in it, also behind links; each folder once, and none that holds
-/// `folder` itself. Of a file: that file. Errors: the folder cannot be listed.
+/// All files below a folder, links followed. Each folder is listed once; links to a folder above `folder` are
+/// skipped. A path to a file gives that file. Errors: the folder cannot be listed.
 Result<FolderFiles> files_below(const std::string& folder);
 
 }  // namespace borelli

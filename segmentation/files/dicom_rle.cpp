@@ -13,14 +13,14 @@ std::uint32_t rle_word(std::span<const std::byte> bytes, std::size_t at) {
   return word;
 }
 
-// One byte of every pixel: runs by PackBits, to each `step`-th byte of `to`. False where the segment ends
-// before its pixels do, or holds more of them.
+// Unpacks a segment (PackBits), which holds one byte of every pixel, into each `step`-th byte of `to`. False:
+// the segment holds too few or too many bytes.
 bool unpack_rle_segment(std::span<const std::byte> from, std::span<std::byte> to, std::size_t step) {
   std::size_t at = 0, filled = 0;
   while (filled < to.size()) {
     if (at == from.size()) return false;
     const auto code = std::to_integer<unsigned>(from[at++]);
-    if (code == 128) continue;  // says nothing
+    if (code == 128) continue;  // no operation
     const bool literal = code < 128;
     const std::size_t count = literal ? code + 1 : 257 - code, taken = literal ? count : 1;
     if (from.size() - at < taken || (to.size() - filled + step - 1) / step < count) return false;
@@ -34,11 +34,12 @@ bool unpack_rle_segment(std::span<const std::byte> from, std::span<std::byte> to
 
 std::string_view unpack_rle(std::span<const std::byte> stream, std::size_t width, std::span<std::byte> to) {
   if (stream.size() < rle_header_bytes) return "its header is cut off";
-  if (rle_word(stream, 0) != width) return "it has another number of segments than a pixel has bytes";
-  for (std::size_t n = 0; n < width; ++n) {  // the most significant byte first
+  if (rle_word(stream, 0) != width) return "it needs one segment for each byte of a pixel";
+  for (std::size_t n = 0; n < width; ++n) {  // most significant byte first
     const std::size_t start = rle_word(stream, 4 + 4 * n);
     const std::size_t end = n + 1 < width ? rle_word(stream, 8 + 4 * n) : stream.size();
-    if (start < rle_header_bytes || start > end || end > stream.size()) return "its segments lie outside it";
+    if (start < rle_header_bytes || start > end || end > stream.size())
+      return "a segment lies outside the data";
     if (!unpack_rle_segment(stream.subspan(start, end - start), to.subspan(width - 1 - n), width))
       return "a segment does not hold one byte for each pixel";
   }

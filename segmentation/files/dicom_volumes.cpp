@@ -27,7 +27,7 @@ bool look_alike(const DicomSlice& a, const DicomSlice& b) {
 
 // ---------------------------------------------------------------- copies
 
-// of the first `most` stored bytes of a slice's pixels
+// Hash of the first `most` stored bytes of a slice's pixels.
 Result<std::size_t> pixel_digest(const DicomSlice& slice, std::uint64_t most) {
   const DicomPixels& p = slice.pixels;
   auto pieces = p.fragments;
@@ -43,7 +43,7 @@ Result<std::size_t> pixel_digest(const DicomSlice& slice, std::uint64_t most) {
   return std::hash<std::string_view>()(bytes);
 }
 
-// Which of the slices at one place along the normal are copies of one before them.
+// Marks copies of an earlier slice among slices at one place along the normal.
 Result<std::vector<bool>> copies_among(std::span<const DicomSlice> slices) {
   std::vector<bool> copy(slices.size(), false);
   const auto header = [](const DicomSlice& s) {
@@ -52,7 +52,7 @@ Result<std::vector<bool>> copies_among(std::span<const DicomSlice> slices) {
     return std::tuple(bytes, s.slope, s.intercept, s.pixels.bits_allocated, s.pixels.bits_stored,
                       s.pixels.is_signed, s.pixels.packing);
   };
-  // what is unlike mostly is so from the start: the whole is read of those alone that begin alike
+  // Different slices mostly differ at their start: only those that start alike are read whole.
   std::vector<std::size_t> starts, wholes(slices.size(), 0);
   for (const auto& slice : slices) {
     const auto start = pixel_digest(slice, std::uint64_t{1} << 16);
@@ -80,11 +80,11 @@ Result<std::vector<bool>> copies_among(std::span<const DicomSlice> slices) {
   return copy;
 }
 
-// Drops copies and answers how many there were. Pixels are read only of slices at one place.
+// Drops copies and returns their number. Reads pixels only of slices that share a place.
 Result<std::size_t> drop_copies(DicomSlices& slices) {
   sort_along(slices);
   const Vector3d normal = slices.front().normal();
-  std::vector<std::pair<std::size_t, std::size_t>> places;  // with several slices
+  std::vector<std::pair<std::size_t, std::size_t>> places;  // [first, last) of slices at one place
   for (std::size_t first = 0, last = 1; first < slices.size(); first = last++) {
     while (last < slices.size() &&
            normal.dot(*slices[last].position - *slices[last - 1].position) < same_place)
@@ -115,7 +115,7 @@ Result<std::size_t> drop_copies(DicomSlices& slices) {
 // ---------------------------------------------------------------- parts of a series
 
 struct SliceExtent {
-  double low = 0, high = 0;  // of the slices' places along `normal`, mm
+  double low = 0, high = 0;  // places along the normal, mm
   double length() const { return high - low; }
 };
 SliceExtent slice_extent(const DicomSlices& slices, const Vector3d& normal) {
@@ -137,8 +137,8 @@ bool has_double_places(const DicomSlices& slices) {
          along.end();
 }
 
-// Stations of one body, the largest first: each adds what lies beyond the ones before it. What overlaps by
-// half of it or more is another picture of the same place and stays apart.
+// Joins stations of one body, the largest first: each adds the slices beyond those before it. A part that
+// overlaps by half or more of the shorter one images the same place again and stays apart.
 std::vector<DicomVolume> join_stations(std::vector<DicomVolume> parts) {
   std::ranges::stable_sort(parts, std::greater<>(), [](const DicomVolume& v) { return v.slices.size(); });
   std::vector<DicomVolume> volumes{std::move(parts.front())};
@@ -177,6 +177,7 @@ constexpr std::array<PartingAttribute, 4> parting_attributes{{{&DicomSlice::acqu
                                                               {&DicomSlice::echo, "echo"},
                                                               {&DicomSlice::image_type, "image type"}}};
 
+// Splits a series by the first attribute that leaves no place twice; else keeps it whole.
 std::vector<DicomVolume> part_series(DicomSlices once) {
   if (missing_slices(once) == 0) return {{std::move(once), "", {}}};
   const bool doubles = has_double_places(once);
@@ -192,7 +193,7 @@ std::vector<DicomVolume> part_series(DicomSlices once) {
     if (value == &DicomSlice::acquisition) {
       const std::size_t count = parted.size();
       parted = join_stations(std::move(parted));
-      // slices that lie between each other without a place twice are one uneven series
+      // acquisitions that interleave without a double place are one uneven series
       if (!doubles && (parted.size() > 1 || parted.front().notes.empty())) return {{std::move(once), "", {}}};
       if (parted.size() == 1 && count > 1) parted.front().part.clear();
     } else if (!doubles) {
@@ -205,7 +206,7 @@ std::vector<DicomVolume> part_series(DicomSlices once) {
 
 // ---------------------------------------------------------------- series of one slice
 
-// Groups of one slice that look alike but for their series, together where they lie evenly.
+// Joins groups of one slice that differ only in their series UID, if they are evenly spaced.
 Result<void> join_single_slices(std::vector<DicomSlices>& groups, std::vector<DicomVolume>& volumes) {
   std::vector<DicomSlices> alike;
   for (const DicomSlices& group : groups) {
@@ -230,7 +231,7 @@ Result<void> join_single_slices(std::vector<DicomSlices>& groups, std::vector<Di
     });
     DicomVolume volume{std::move(slices), "", {}};
     volume.notes.push_back(
-        fmt::format("each of {} slices names a series of its own; they were taken as one series", all));
+        fmt::format("each of {} slices has its own series UID; they were read as one series", all));
     if (*copies) volume.notes.push_back(fmt::format("{} slices are there twice", *copies));
     volumes.push_back(std::move(volume));
   }

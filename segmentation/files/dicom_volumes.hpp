@@ -1,4 +1,4 @@
-// From slices that look alike to volumes: copies, phases, stations.
+// Builds volumes from the slices of series: drops copies, splits phases, joins stations.
 #pragma once
 
 #include <string>
@@ -10,21 +10,24 @@ namespace borelli {
 
 struct DicomVolume {
   std::vector<DicomSlice> slices;
-  std::string part;                ///< which of its series, e.g. "acquisition 2"; empty where it is all of it
+  std::string part;                ///< part of its series, e.g. "acquisition 2"; empty: all of it
   std::vector<std::string> notes;  ///< copies, joined acquisitions, joined series: one sentence each
 };
 
-/// Slices of a volume share series, size, orientation and spacing; the last two up to the rounding of their
-/// decimals.
+/// Whether two slices share series, modality, size, orientation and spacing; the last two up to rounding.
 bool belong_together(const DicomSlice& a, const DicomSlice& b);
 
-/// Groups of slices that belong together to volumes.
+/// Makes volumes of groups of slices that belong together.
 ///
-/// A copy is what has another's position, scaling and stored pixels, whatever its UIDs; it is dropped. Slices
-/// that each have a series of their own are one series if they lie evenly. Different pictures at one place
-/// part a series by the first attribute that leaves no place twice (phases, echoes); but acquisitions that
-/// overlap by less than half are one body in several stations: they are joined, and where they overlap the
-/// larger one counts. Errors: a slice that cannot be read.
+/// - A slice with the position, scaling and stored pixels of another is a copy, whatever its UIDs, and
+/// dropped.
+/// - Slices that each have their own series are one series if they are evenly spaced.
+/// - A series with different images at one place is split by the first attribute that leaves no place twice
+///   (acquisition, time, echo, image type).
+/// - Acquisitions that overlap by less than half are stations of one body and joined. Where they overlap, the
+///   larger one counts.
+///
+/// Errors: a slice that cannot be read.
 Result<std::vector<DicomVolume>> volumes_of(std::vector<std::vector<DicomSlice>> groups);
 
 }  // namespace borelli

@@ -11,7 +11,7 @@
 namespace borelli {
 namespace {
 
-// few enough for counts of 16 bits, which a register holds most of
+// few enough voxels for 16-bit counts, of which a register holds the most
 constexpr std::int64_t together = 1 << 15;
 
 BORELLI_VECTOR_CLONES
@@ -33,7 +33,7 @@ void count_block(const std::int16_t* at, std::int64_t count, ValueCounts& counts
     zero = static_cast<std::uint16_t>(zero + ((v >= -76) & (v <= 124)));
     raised = static_cast<std::uint16_t>(raised + ((v >= 824) & (v <= 1224)));
     beside = static_cast<std::uint16_t>(beside + (((v >= 424) & (v < 824)) | (v > 1224)));
-    // (CT numbers of 12 bits end at 3071, where metal is)
+    // 12-bit CT numbers end at 3071, the value of metal
     wrapped =
         static_cast<std::uint16_t>(wrapped + (((v >= 3072) & (v <= 3196)) | ((v >= 7168) & (v <= 7292)) |
                                               ((v >= 15360) & (v <= 15484)) | ((v >= 31744) & (v <= 31868))));
@@ -124,24 +124,25 @@ std::string doubt_of_size(const Grid& grid) {
     if (const double length = spacing[axis] * static_cast<double>(grid.size[static_cast<std::size_t>(axis)]);
         length > longest)
       return fmt::format(
-          "{} voxels of {:.4g} mm are {:.3g} m, and no scanner sees as much: is their size right?",
+          "{} voxels of {:.4g} mm are {:.3g} m, more than any scanner sees: is the voxel size right?",
           grid.size[static_cast<std::size_t>(axis)], spacing[axis], 1e-3 * length);
   return "";
 }
 
 std::string doubt_of_body(double volume, double mass) {
-  // newborns have 2.5 kg and more; most tables of scanners bear 300 kg. Bodies without air in the lungs sink,
-  // those full of it float: 0.93 to 1.1 kg/l
+  // Newborns weigh 2.5 kg and more; most scanner tables carry 300 kg. Body density is 0.93 kg/l with full
+  // lungs and up to 1.1 kg/l without air in them.
   constexpr double lightest = 2, heaviest = 300, thinnest = 0.8, densest = 1.25;
   const double weight = mass > 0 ? mass : 1e3 * volume;
   const std::string of = mass > 0 ? fmt::format("{:.3g} kg", mass) : fmt::format("{:.3g} l", 1e3 * volume);
-  const std::string excuse = " (Labels of a piece of a person may have it)";
+  const std::string excuse = " (A labelled piece of a person may have it)";
   if (weight < lightest || weight > heaviest)
-    return fmt::format("the body has {}, and no whole person has: is the voxels' size right?{}", of, excuse);
+    return fmt::format("the body has {}, impossible for a whole person: is the voxel size right?{}", of,
+                       excuse);
   const double density = 1e-3 * mass / volume;
   if (mass > 0 && (density < thinnest || density > densest))
     return fmt::format(
-        "the body has {:.3g} kg/l, and no whole person has: are the values right, and do the labels "
+        "the body has {:.3g} kg/l, impossible for a whole person: are the values right, and do the labels "
         "fit it?{}",
         density, excuse);
   return "";

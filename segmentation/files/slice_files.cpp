@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// printf's %d, %3d and %03d, the one directive that a pattern may hold (a user's text never reaches printf)
+// A file name with one number, as by printf's %d, %3d or %03d (a user's text must never reach printf).
 struct Pattern {
   std::string before, after;
   std::size_t width = 0;
@@ -69,7 +69,7 @@ Result<std::vector<std::string>> by_pattern(const std::string& path, std::string
   return files;
 }
 
-// bytes of the file before its lines up to `count` end
+// Offset in the file behind its first `count` lines.
 Result<std::uint64_t> after_lines(const VoxelFile& file, double count) {
   if (count == 0) return file.offset;
   double seen = 0;
@@ -98,9 +98,10 @@ Result<std::vector<std::string>> named_files(const std::string& path, std::strin
     files.emplace_back(field);
   }
   if (files.empty() || slices % std::ssize(files) != 0)
-    return failure(path,
-                   fmt::format("names {} files for {} slices, expected as many, or as many slices in each",
-                               files.size(), slices));
+    return failure(
+        path,
+        fmt::format("names {} files for {} slices, expected one file for each or equally many slices in each",
+                    files.size(), slices));
   for (std::string& file : files) file = (folder / file).string();
   return files;
 }

@@ -9,23 +9,24 @@
 
 namespace borelli {
 
-/// Whether the field says that file names follow in the lines after it.
+/// Whether the field ("LIST") says that file names follow, one per line.
 bool names_follow(std::string_view field);
 
-/// The files that `field` names, beside the header at `path`, in the order of their slices: one file; of
-/// "LIST" those in the `lines` that follow; of "slice%03d.raw 1 64 1" those of each number (from the first to
-/// the last, in steps). Errors: another pattern; a number of files among which `slices` cannot be shared out.
+/// The files that `field` of the header at `path` names, in the order of their slices. "LIST" stands for the
+/// names in `lines`, "slice%03d.raw 1 64 1" for numbered files (first number, last, step), any other text for
+/// one file. Names are relative to the header's folder.
+/// Errors: a malformed pattern; `slices` is no multiple of the number of files.
 Result<std::vector<std::string>> named_files(const std::string& path, std::string_view field,
                                              const std::vector<std::string>& lines, std::int64_t slices);
 
-/// What stands in each file before its voxels.
+/// What to skip in each file before its voxels.
 struct BeforeVoxels {
   double lines = 0;
-  std::uint64_t bytes = 0;  ///< after these lines
-  bool all_else = false;    ///< the voxels are the last bytes
+  std::uint64_t bytes = 0;  ///< skipped after the lines
+  bool all_else = false;    ///< skip all but the last bytes, the voxels
 };
 
-/// Puts the files into the header, whose grid and type are known. Errors: a file that cannot be read, or is
+/// Sets the files of `header`, whose grid and scalar type are known. Errors: a file that cannot be read or is
 /// too short.
 Result<void> set_voxel_files(ImageHeader& header, const std::vector<std::string>& files,
                              const BeforeVoxels& before);

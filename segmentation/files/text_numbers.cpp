@@ -20,14 +20,14 @@ bool is_between_numbers(char c) { return c == ' ' || c == '\n' || c == '\t' || c
 TextNumbers::TextNumbers(std::string path, ByteSource& source, Scalar scalar)
     : path_(std::move(path)), source_(source), scalar_(scalar), block_(ByteSource::block) {}
 
-// empty at the text's end
+// The next word; empty at the end of the text.
 Result<std::string_view> TextNumbers::next_word() {
   std::size_t length = 0;
   for (;;) {
     while (length == 0 && at_ < end_ && is_between_numbers(block_[at_])) ++at_;
     while (at_ + length < end_ && !is_between_numbers(block_[at_ + length])) ++length;
     if (at_ + length < end_) break;
-    // the word may go on in what follows
+    // the word may continue in the next block
     std::memmove(block_.data(), block_.data() + at_, length);
     at_ = 0, end_ = length;
     if (length > longest_word) break;
@@ -48,8 +48,8 @@ Result<std::size_t> TextNumbers::read(std::span<std::byte> target) {
       const auto word = next_word();
       if (!word) return tl::unexpected(word.error());
       if (word->empty()) break;
-      const char *const first = word->data() + (word->front() == '+'), *const last =
-                                                                           word->data() + word->size();
+      const char* const first = word->data() + (word->front() == '+');
+      const char* const last = word->data() + word->size();
       T value{};
       const auto [rest, trouble] = std::from_chars(first, last, value);
       if (trouble != std::errc() || rest != last) {

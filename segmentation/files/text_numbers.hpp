@@ -1,4 +1,4 @@
-// Voxels that a file writes as text: numbers with blanks, line ends or commas between them.
+// Reads voxels written as text: numbers with blanks, line ends or commas between them.
 #pragma once
 
 #include <string>
@@ -15,8 +15,8 @@ class TextNumbers {
   /// `source` must outlive this.
   TextNumbers(std::string path, ByteSource& source, Scalar scalar);
 
-  /// The next numbers as values of the scalar type, in the machine's byte order; answers the bytes filled,
-  /// fewer than asked only at the text's end. Errors: something that is no number of that type.
+  /// Fills `target` with the next numbers as the scalar type, in the machine's byte order. Returns the bytes
+  /// filled, fewer than asked only at the end of the text. Errors: a word that is no number of that type.
   Result<std::size_t> read(std::span<std::byte> target);
 
  private:
@@ -26,7 +26,7 @@ class TextNumbers {
   ByteSource& source_;
   Scalar scalar_;
   std::vector<char> block_;
-  std::size_t at_ = 0, end_ = 0;  // of block_, what is not yet read
+  std::size_t at_ = 0, end_ = 0;  // unread part of block_
 };
 
 }  // namespace borelli

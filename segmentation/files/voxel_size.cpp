@@ -8,25 +8,25 @@
 namespace borelli {
 namespace {
 
-bool says(double length) { return std::isfinite(length) && length > 0; }
+bool is_given(double length) { return std::isfinite(length) && length > 0; }
 
-// headers round: pixdim to float32 or to a few decimals
+// Headers round, e.g. pixdim to float32 or to a few decimals.
 bool same_length(double a, double b, double within) { return std::abs(a - b) <= within * std::max(a, b); }
 
 bool all_ones(const Eigen::Vector3d& size) { return ((size.array() - 1).abs() < 1e-3).all(); }
 
 int votes(const SizeField& field) { return field.may_differ ? 1 : 2; }
 
-// The length along `axis` that has most votes; NaN: two have as many.
+// The length along `axis` with most votes; NaN: a tie.
 double most_voted(const std::vector<SizeField>& fields, int axis, bool without_ones) {
   double best = std::nan("");
   int most = 0;
   for (const SizeField& candidate : fields) {
     const double length = candidate.size[axis];
-    if (!says(length) || (without_ones && all_ones(candidate.size))) continue;
+    if (!is_given(length) || (without_ones && all_ones(candidate.size))) continue;
     int count = 0;
     for (const SizeField& field : fields)
-      if (says(field.size[axis]) && !(without_ones && all_ones(field.size)) &&
+      if (is_given(field.size[axis]) && !(without_ones && all_ones(field.size)) &&
           same_length(field.size[axis], length, 0.01))
         count += votes(field);
     if (count > most)
@@ -43,7 +43,7 @@ std::string said_by(const std::vector<SizeField>& fields) {
     std::string lengths;
     for (int axis = 0; axis < 3; ++axis)
       lengths +=
-          (axis ? " x " : "") + (says(field.size[axis]) ? fmt::format("{:.5g}", field.size[axis]) : "?");
+          (axis ? " x " : "") + (is_given(field.size[axis]) ? fmt::format("{:.5g}", field.size[axis]) : "?");
     text += (text.empty() ? "" : ", ") + fmt::format("{} {}", field.name, lengths);
   }
   return text;
@@ -58,23 +58,22 @@ Result<Eigen::Vector3d> voxel_size(const std::string& path, const std::vector<Si
   bool differ = false;
   for (int axis = 0; axis < 3; ++axis) {
     const bool unsaid =
-        std::ranges::none_of(fields, [&](const SizeField& field) { return says(field.size[axis]); });
+        std::ranges::none_of(fields, [&](const SizeField& field) { return is_given(field.size[axis]); });
     if (unsaid)
       return failure(path, fmt::format("does not say how large its voxels are along axis {}", axis + 1));
     size[axis] = most_voted(fields, axis, false);
-    if (!says(size[axis])) size[axis] = most_voted(fields, axis, true);
-    if (!says(size[axis]))
-      return failure(path,
-                     fmt::format("says two sizes of its voxels ({}), and masses hang on which is right: "
-                                 "correct the wrong one",
-                                 said_by(fields)));
+    if (!is_given(size[axis])) size[axis] = most_voted(fields, axis, true);
+    if (!is_given(size[axis]))
+      return failure(path, fmt::format("gives contradictory voxel sizes ({}), and masses depend on them: "
+                                       "correct the wrong one",
+                                       said_by(fields)));
     for (const SizeField& field : fields)
-      differ = differ || (says(field.size[axis]) && !same_length(field.size[axis], size[axis], 1e-3));
+      differ = differ || (is_given(field.size[axis]) && !same_length(field.size[axis], size[axis], 1e-3));
   }
   if (differ)
     warnings.push_back(
-        fmt::format("the header says different sizes of the voxels ({}): {:.5g} x {:.5g} x "
-                    "{:.5g} was taken; lengths and masses hang on it",
+        fmt::format("the header gives different voxel sizes ({}): {:.5g} x {:.5g} x "
+                    "{:.5g} was taken; lengths and masses depend on it",
                     said_by(fields), size[0], size[1], size[2]));
   return size;
 }

@@ -7,8 +7,8 @@
 namespace borelli {
 namespace {
 
-// Can the file hold that much at all? Deflate packs at most 1032 to 1 (zlib's technical notes), a number as
-// text takes a digit and a blank.
+// Checks that the file can hold `need` bytes of voxels. Deflate packs at most 1032 to 1 (zlib's technical
+// notes); a number as text takes at least one byte.
 Result<void> check_length(const ImageHeader& header, const VoxelFile& file, std::uint64_t size,
                           std::uint64_t need) {
   const std::uint64_t have = size > file.offset ? size - file.offset : 0;
@@ -27,11 +27,11 @@ Result<void> check_length(const ImageHeader& header, const VoxelFile& file, std:
 }  // namespace
 
 VoxelStream::VoxelStream(const ImageHeader& header, std::uint64_t bytes)
-    : header_(header), share_(bytes / header.voxel_files().size()) {}
+    : header_(header), files_(header.voxel_files()), share_(bytes / files_.size()) {}
 
 Result<void> VoxelStream::open_next() {
   if (auto ended = finish(); !ended) return ended;
-  const VoxelFile file = header_.voxel_files()[next_++];
+  const VoxelFile& file = files_[next_++];
   auto source = ByteSource::open(file.path, header_.packing, file.offset);
   if (!source) return tl::unexpected(source.error());
   if (auto fine = check_length(header_, file, source->file_size(), header_.stream_offset + share_); !fine)
@@ -53,7 +53,7 @@ Result<void> VoxelStream::read(std::span<std::byte> target) {
     if (!got) return tl::unexpected(got.error());
     left_ -= *got;
     if (*got < step.size())
-      return failure(header_.voxel_files()[next_ - 1].path,
+      return failure(files_[next_ - 1].path,
                      fmt::format("is cut off: it holds {} of {} bytes of voxels", share_ - left_, share_));
     target = target.subspan(step.size());
   }
@@ -62,13 +62,13 @@ Result<void> VoxelStream::read(std::span<std::byte> target) {
 
 Result<void> VoxelStream::finish() {
   if (!source_ || header_.packing == ByteSource::Packing::plain) return {};
-  // damage can make a stream longer, but a stream without end is not read to it
+  // Damage can make a stream longer, even endless: stop after twice the expected bytes.
   const std::uint64_t most = share_ + (std::uint64_t{1} << 20);
   const auto rest = source_->skip(most);
   if (!rest) return tl::unexpected(rest.error());
   if (*rest == most)
     return failure(
-        header_.voxel_files()[next_ - 1].path,
+        files_[next_ - 1].path,
         fmt::format("unpacks to more than twice the {} bytes of voxels that its header promises", share_));
   return {};
 }

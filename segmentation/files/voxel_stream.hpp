@@ -1,5 +1,5 @@
-// The voxels of a volume as one stream of bytes, from one file or from a list of slices' files, plain, packed
-// or written as text.
+// Reads the voxels of a volume as one stream of bytes, from one file or from slice files, plain, packed or
+// written as text.
 #pragma once
 
 #include <optional>
@@ -11,27 +11,27 @@ namespace borelli {
 
 class VoxelStream {
  public:
-  /// `bytes`: of all voxels together. `header` must outlive the stream.
+  /// `bytes`: size of all voxels. `header` must outlive the stream.
   VoxelStream(const ImageHeader& header, std::uint64_t bytes);
 
-  /// Opens the first file. Errors: as read, without memory taken: a file that cannot hold as many voxels.
-  Result<void> start() { return open_next(); }
+  /// Opens the next file. read() calls it when needed; call it first to check the first file before voxels
+  /// are allocated. Errors: a file that cannot be opened or cannot hold its share of the voxels.
+  Result<void> open_next();
 
-  /// Fills `target`, whole voxels, in the file's byte order (text: in the machine's). Errors: a file that
-  /// ends before, damaged packed data, a number that its type cannot hold.
+  /// Fills `target` (whole voxels) in the file's byte order; text in the machine's. Errors: as open_next; a
+  /// file that ends too early, damaged packed data, a number that its type cannot hold.
   Result<void> read(std::span<std::byte> target);
 
-  /// Reads the last file to its end, where its checksum is. Errors: damaged packed data; far more data than
-  /// the header promises.
+  /// Reads the open file to its end, where its checksum stands. Errors: damaged packed data; far more data
+  /// than the header promises.
   Result<void> finish();
 
  private:
-  Result<void> open_next();
-
   const ImageHeader& header_;
+  std::vector<VoxelFile> files_;
   std::uint64_t share_;     // bytes of voxels in each file
-  std::uint64_t left_ = 0;  // of the file that is open
-  std::size_t next_ = 0;    // file to open
+  std::uint64_t left_ = 0;  // in the open file
+  std::size_t next_ = 0;    // index in files_ of the file to open next
   std::optional<ByteSource> source_;
   std::optional<TextNumbers> text_;
 };

@@ -35,8 +35,8 @@ TEST(JsonText, ErrorsNameFileLineAndFault) {
            {"{true: 1}", "f.json:1: is not JSON: found 'true'"},
            {"{\"q\":\n [1e999]}", "f.json:2: the number 1e999 is too large"},
            {"{\"a\": 1, \"a\": 2}", "f.json: \"a\" is there twice"},
-           {repeated("[", 1'000'000), "f.json: more than 100 lists and objects stand in each other"},
-           {repeated("{\"a\":", 1'000'000), "f.json: more than 100 lists and objects stand in each other"}}) {
+           {repeated("[", 1'000'000), "f.json: lists and objects are nested deeper than 100"},
+           {repeated("{\"a\":", 1'000'000), "f.json: lists and objects are nested deeper than 100"}}) {
     const auto read = parse_json(text, "f.json");
     ASSERT_FALSE(read) << text.substr(0, 40);
     EXPECT_EQ(read.error().message(), said);
@@ -63,7 +63,7 @@ TEST(JsonText, KindsAreComparedWithAPattern) {
            {{{"name", 1}}, "f: name is the number 1, expected a text"},
            {{{"stages", json::array({json::object(), {{"seconds", "x"}}})}},
             "f: stages[1].seconds is the text \"x\", expected a number"},
-           {json::array({1}), "f: the whole is a list of 1, expected an object"}}) {
+           {json::array({1}), "f: the document is a list of 1, expected an object"}}) {
     const auto fine = check_kinds(document, pattern, "f");
     ASSERT_FALSE(fine) << document;
     EXPECT_EQ(fine.error().message(), said);

@@ -69,7 +69,7 @@ class Warnings : public testing::Test {
   }
 
   const TestFolder folder;
-  const std::string said = "the header says different sizes of the voxels";
+  const std::string said = "the header gives different voxel sizes";
   const std::string of_labels = path("labels.nrrd") + ": " + said;
   const std::string without_folder = "labels.nrrd: " + said;  // as outputs name it
 };

@@ -54,7 +54,7 @@ TEST(DicomFiles, WhatOnlyStandsForAPictureIsLeftAsideAndSaid) {
             std::string::npos)
       << read->warnings[0];
   EXPECT_EQ(read->warnings[1], "stub.dcm holds no more than the start of a DICOM file; left aside");
-  EXPECT_EQ(read->warnings[2], "._0.dcm is macOS's own (._*), no pictures; left aside");
+  EXPECT_EQ(read->warnings[2], "._0.dcm holds metadata of macOS (._*), no image; left aside");
 }
 
 TEST(DicomFiles, AFolderOfNothingElseNamesThem) {

@@ -103,7 +103,7 @@ TEST(DicomVolumes, SlicesWithASeriesEachAreOneSeries) {
     const auto read = read_volume(folder.path());
     ASSERT_TRUE(read) << read.error().message();
     EXPECT_EQ(read->volume.grid.size[2], 12);
-    EXPECT_TRUE(says(*read, fmt::format("each of {} slices names a series of its own", 12 * times)))
+    EXPECT_TRUE(says(*read, fmt::format("each of {} slices has its own series UID", 12 * times)))
         << all_said(*read);
     EXPECT_FALSE(says(*read, "left aside")) << all_said(*read);
     EXPECT_EQ(says(*read, "12 slices are there twice"), times == 2);

@@ -202,8 +202,8 @@ TEST(Plausibility, SizesOfVoxelsAndBodiesAreDoubted) {
   EXPECT_EQ(doubt_of_body(0.0757, 75.8), "");
   EXPECT_EQ(doubt_of_body(0.0757), "");
   EXPECT_EQ(doubt_of_body(0.0031, 3.2), "");  // a newborn
-  EXPECT_NE(doubt_of_body(0.0012, 1.2).find("has 1.2 kg, and no whole person has"), std::string::npos);
-  EXPECT_NE(doubt_of_body(0.7).find("has 700 l, and no whole person has"), std::string::npos);
+  EXPECT_NE(doubt_of_body(0.0012, 1.2).find("has 1.2 kg, impossible for a whole person"), std::string::npos);
+  EXPECT_NE(doubt_of_body(0.7).find("has 700 l, impossible for a whole person"), std::string::npos);
   EXPECT_NE(doubt_of_body(0.0757, 118.6).find("has 1.57 kg/l"), std::string::npos);
 }
 

@@ -70,7 +70,7 @@ TEST(VoxelSize, NiftisMajorityIsTakenAndSaid) {
     const auto scan = nifti(c.sform, c.pixdim, c.qform);
     ASSERT_TRUE(scan) << scan.error().message();
     EXPECT_LT((scan->volume.grid.spacing() - right).norm(), 1e-6) << c.sform.transpose();
-    EXPECT_TRUE(tells(scan->warnings, "different sizes of the voxels (sform"));
+    EXPECT_TRUE(tells(scan->warnings, "different voxel sizes (sform"));
     EXPECT_TRUE(tells(scan->warnings, "0.75 x 0.75 x 3 was taken"));
   }
   const auto tie = nifti(thick, right, false);
