@@ -200,7 +200,7 @@ class Search {
   }
 
  private:
-  /// Up to when the two runs are near enough for the accuracy, s.
+  /// The last time, s, up to which the two runs agree to the accuracy.
   double known_until(const Samples& before, const Samples& now) const {
     double until = start_;
     Difference worst;
@@ -286,12 +286,12 @@ class Search {
                                   settings_.accuracy, chosen_.method, why_, chosen_.tolerance, how_known));
   }
 
-  /// The error of the run, given what it differs by from the coarser one before.
+  /// The run's error, from its difference to the coarser run before it. Infinite where the two runs part.
   double error_of(double difference) const {
     return settings_.verify || common_ ? error_while_near(difference)
                                        : std::numeric_limits<double>::infinity();
   }
-  /// The same at a time up to which the two runs have stayed together.
+  /// The same while the two runs follow the same motion.
   double error_while_near(double difference) const {
     const double share = chosen_.tolerance / tolerance_before_;
     // with errors in proportion to the tolerances, the finer run's is share / (1 - share) of the difference;
@@ -349,7 +349,7 @@ class Search {
                   "an event ({} '{}') falls on that time, so that one shows what is before it and the "
                   "other what is after: ask for rows at other times",
                   event->kind, event->name));
-    c.reason += fmt::format("; the state is known to that up to t = {:.6g} s", known);
+    c.reason += fmt::format("; the state is known to that accuracy up to t = {:.6g} s", known);
     c.reason_time = found.time;
     return true;
   }

@@ -12,7 +12,7 @@ namespace {
 /// What a computation on four bodies costs, beside one on one.
 constexpr double cost_of_four = 1.4;
 
-/// How many bodies, one on the other, are looked at for what it costs to open a subtree.
+/// Depth of subtrees up to which the cost of opening them is computed; bounds the recursion.
 constexpr int deepest_opened = 1000;
 
 /// The subtrees of a scene, sorted into forms.

@@ -1,4 +1,4 @@
-// What becomes of exceptions at the engine's border: a user's functions may throw, and memory may run out.
+// Turns exceptions into Errors at the engine's border: a user's function may throw, memory may run out.
 #pragma once
 
 #include <fmt/core.h>
@@ -13,8 +13,8 @@
 
 namespace borelli {
 
-/// Asks for memory (process/memory.hpp) where it is more than a scene of a thousand solids ever takes: the
-/// question itself takes as long as solving the equations of a small one. `what()` names what it is for.
+/// Asks for `bytes` of memory (process/memory.hpp) from 64 MB on: asking takes as long as solving the
+/// equations of a small scene. `what()` names the purpose.
 template <class What>
 Result<void> admit_large(const System& system, double bytes, What&& what) {
   constexpr double large = 64e6;
@@ -22,16 +22,14 @@ Result<void> admit_large(const System& system, double bytes, What&& what) {
   return admit_memory(system.scene, what(), bytes);
 }
 
-/// Does the work, whose answer is a Result. Errors: its own; that it found no memory; what a user's function
-/// threw.
+/// Runs `work`, which returns a Result. Errors: its own, no memory, what a user's function threw.
 template <class Work>
 auto at_border(const System& system, Work&& work) -> decltype(work()) {
   const auto no_memory = [&] {
-    return failure(
-        system.scene,
-        fmt::format("the memory does not do for {} coordinates, {} constraint rows and {} contacts "
-                    "(--max-memory)",
-                    system.nv, system.rows, system.contacts.size()));
+    return failure(system.scene,
+                   fmt::format("not enough memory for {} coordinates, {} constraint rows and {} contacts "
+                               "(--max-memory)",
+                               system.nv, system.rows, system.contacts.size()));
   };
   try {
     return std::forward<Work>(work)();
@@ -42,7 +40,7 @@ auto at_border(const System& system, Work&& work) -> decltype(work()) {
   } catch (const std::exception& thrown) {
     return failure(system.scene, fmt::format("a user's function threw: {}", thrown.what()));
   } catch (...) {
-    return failure(system.scene, "a user's function threw what is no std::exception");
+    return failure(system.scene, "a user's function threw something other than a std::exception");
   }
 }
 

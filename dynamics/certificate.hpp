@@ -9,8 +9,8 @@ namespace borelli {
 
 struct Certificate;
 
-/// What a certificate's trust stands for and what it does not, in words: conservation, and the state only as
-/// far as an accuracy was asked for and shown.
+/// One line on what a trusted certificate vouches for: conservation always, the state only where an accuracy
+/// was asked for.
 std::string vouches_for(const Certificate& certificate);
 
 /// A quantity that the scene conserves (a component of momentum), and how well the run kept it.
@@ -120,7 +120,7 @@ struct Certificate {
 
   double accuracy = 0;         ///< that was asked for; 0: none was
   double estimated_error = 0;  ///< of the run, where accuracy was asked for (see accuracy.hpp)
-  /// s: up to when the state is known to the accuracy, where one was asked for. NaN: nobody looked.
+  /// The time, s, up to which the state is known to the accuracy. NaN: no accuracy was asked for.
   double known_until = std::numeric_limits<double>::quiet_NaN();
   /// s, when an explicit method found the scene stiff: its steps bounded by stability, not by accuracy. NaN:
   /// never.

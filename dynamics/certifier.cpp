@@ -9,32 +9,26 @@ namespace borelli {
 
 namespace {
 
-// what overlaps by a tenth of the length that touches before it is put apart (where a hundredth is trusted)
-// may as well have gone through
+// Share of the touching length: a deeper overlap, before projection, may have gone through. (A hundredth is
+// trusted.)
 constexpr double goes_through = 0.1;
 
-// of what a run may be off by, what one step may take where it could be made in parts
+// Share of a run's allowed error that one step may use before it is made in parts.
 constexpr double own_part = 0.05;
 
 }  // namespace
 
 std::string vouches_for(const Certificate& c) {
   const std::string kept = "energy, momenta and constraints";
-  if (std::isnan(c.known_until))
-    return kept +
-           ", not the state: where nearby motions part (chaos) it is another from some time on, and only an "
-           "accuracy asked for tells from when";
-  if (c.estimated_error <= c.accuracy)
-    return fmt::format("{}, and the state to {:.3g} up to t = {:.6g} s", kept, c.accuracy, c.known_until);
-  return fmt::format("{}, and the state to {:.3g} up to t = {:.6g} s only: from there on it is not known",
-                     kept, c.accuracy, c.known_until);
+  if (std::isnan(c.known_until)) return kept + ", not the state: set an accuracy to bound its error";
+  return fmt::format("{}, and the state to {:.3g} up to t = {:.6g} s{}", kept, c.accuracy, c.known_until,
+                     c.estimated_error <= c.accuracy ? "" : " only");
 }
 
 double energy_threshold(const SimulationSettings& settings, bool adaptive, bool steps_contacts) {
   if (settings.energy_threshold > 0) return settings.energy_threshold;
-  // a fixed step promises nothing: a thousandth is what an eye lets pass. A tolerance per step adds up over
-  // steps.
-  // and over impacts the first order a hundredth
+  // Fixed steps promise no accuracy: a thousandth is too small to see, and first-order impacts need a
+  // hundredth. Adaptive steps add up their tolerances.
   if (steps_contacts) return 1e-2;
   return adaptive ? std::clamp(1e3 * settings.tolerance, 1e-9, 1e-3) : 1e-3;
 }
@@ -90,7 +84,7 @@ double Climb::since(double limit) const {
   return time_;
 }
 
-void EnergyBalance::observe(double t, double kinetic, double potential, double work, double of_rows) {
+void EnergyBalance::observe(double t, double kinetic, double potential, double work, double row_work) {
   if (!started_) {
     started_ = true;
     start_ = kinetic + potential;
@@ -104,7 +98,7 @@ void EnergyBalance::observe(double t, double kinetic, double potential, double w
   rounding = std::max(rounding, 1e-12 * std::max({kinetic, std::abs(potential), std::abs(work)}));
   off_ = kinetic + potential - work - start_;
   drift.observe(t, std::abs(off_));
-  bare.observe(t, std::abs(off_ + of_rows));
+  without_row_work.observe(t, std::abs(off_ + row_work));
 }
 
 double EnergyBalance::turnover() const {
@@ -113,11 +107,11 @@ double EnergyBalance::turnover() const {
 
 void Certifier::observe_energy(double t, const Workspace& workspace, const Work& work) {
   const LagrangeTerms& terms = workspace.terms;
-  energy_.observe(t, terms.kinetic, terms.potential, work.total(), work.of_rows());
+  energy_.observe(t, terms.kinetic, terms.potential, work.total(), work.row_work());
   for (int g = 0; g < system_.groups; ++g) {
     EnergyBalance& energy = groups_[g].energy;
     energy.observe(t, terms.group_kinetic[g], terms.group_potential[g], work.groups[g].total(),
-                   work.groups[g].of_rows());
+                   work.groups[g].row_work());
     energy.projected.observe(t, work.groups[g].projection_size);
   }
 }
@@ -126,37 +120,37 @@ std::string Certifier::group_words(int group) const {
   return fmt::format("'{}' and what it is tied to", system_.group_name(group));
 }
 
-/// J: what a group's energy may be off by is measured against: what was turned over, and of what lies on
-/// contacts that act by impulses its weight over its own size. (At rest nothing is turned over, while each
-/// step stops a fall; overlaps are trusted by the same size.)
-double Certifier::yardstick(int group) const {
+/// The energy, J, that a group's drift is measured against: its turnover, or with impulsive contacts at least
+/// its weight times its own size. (A group at rest turns nothing over, yet each step stops a small fall.)
+double Certifier::energy_scale(int group) const {
   const Group& of = groups_[group];
   return std::max(of.energy.turnover(), of.mass * parameters_.gravity.norm() * of.touching);
 }
 
-/// J: what rounding of forces that balance each other leaves to projections: some units in the last place of
-/// what falls as long as the steps would give.
+/// The energy, J, that rounding of balanced forces leaves to projections: some units in the last place of a
+/// free fall over each step.
 double Certifier::rounding_of_rest(int group) const {
   return 16 * std::numeric_limits<double>::epsilon() * groups_[group].mass *
          parameters_.gravity.squaredNorm() * step_squares_;
 }
 
-/// Each independent group by its own turnover, lest a heavier one hide it; the worst is named.
+/// Judges each independent group by its own energy scale, so that a heavy one hides no other; names the
+/// worst.
 void Certifier::judge_energy(const Work& work) {
   const double limit = certificate_.energy_threshold;
   int worst = -1, moved = -1;
   double worst_excess = 1, moved_excess = 1;
-  bool bare = false;
-  const auto allowed = [&](int g) { return std::max(limit * yardstick(g), groups_[g].energy.rounding); };
+  bool without_row_work = false;
+  const auto allowed = [&](int g) { return std::max(limit * energy_scale(g), groups_[g].energy.rounding); };
   for (int g = 0; g < system_.groups; ++g) {
     const EnergyBalance& energy = groups_[g].energy;
     const Climb& drift = energy.judged(allowed(g));
-    bare = bare || &drift == &energy.bare;
+    without_row_work = without_row_work || &drift == &energy.without_row_work;
     if (drift.largest() > worst_excess * allowed(g)) {
       worst = g;
       worst_excess = drift.largest() / allowed(g);
     }
-    const double movable = std::max(limit * yardstick(g), energy.rounding + rounding_of_rest(g));
+    const double movable = std::max(limit * energy_scale(g), energy.rounding + rounding_of_rest(g));
     if (work.groups[g].projection_size > moved_excess * movable) {
       moved = g;
       moved_excess = work.groups[g].projection_size / movable;
@@ -164,21 +158,21 @@ void Certifier::judge_energy(const Work& work) {
   }
   if (worst >= 0) {
     const Climb& drift = groups_[worst].energy.judged(allowed(worst));
-    const double turnover = yardstick(worst), since = drift.since(allowed(worst));
+    const double turnover = energy_scale(worst), since = drift.since(allowed(worst));
     distrust(since, fmt::format("the energy balance of {} is off by {:.3g} J at t = {:.6g} s, {:.2g} of the "
                                 "{:.3g} J turned over (limit {:.2g}, passed at t = {:.6g} s)",
                                 group_words(worst), drift.largest(), drift.time(), drift.largest() / turnover,
                                 turnover, limit, since));
-  } else if (bare) {
+  } else if (without_row_work) {
     note(
-        fmt::format("the work booked for rows of constraints is less exact ({:.2g} J) than the motion, whose "
-                    "own energies are kept to {:.2g} J",
-                    energy_.drift.largest(), energy_.bare.largest()));
-    certificate_.energy_drift = energy_.bare.largest();
-    certificate_.energy_drift_time = energy_.bare.time();
+        fmt::format("energy is judged without the work of constraint rows: it drifts by {:.2g} J, with that "
+                    "work by {:.2g} J",
+                    energy_.without_row_work.largest(), energy_.drift.largest()));
+    certificate_.energy_drift = energy_.without_row_work.largest();
+    certificate_.energy_drift_time = energy_.without_row_work.time();
   }
   if (moved >= 0) {
-    const double size = work.groups[moved].projection_size, turnover = yardstick(moved);
+    const double size = work.groups[moved].projection_size, turnover = energy_scale(moved);
     const double since = groups_[moved].energy.projected.since(limit * turnover);
     const Group& group = groups_[moved];
     distrust(since,
@@ -437,7 +431,7 @@ Certificate Certifier::finish(const Work& work, long evaluations) {
   const double limit = c.energy_threshold;
   for (int g = 0; g < system_.groups; ++g) {
     const Climb& most = groups_[g].contacts.most;
-    const double turnover = yardstick(g);
+    const double turnover = energy_scale(g);
     c.contact_error = std::max(c.contact_error, most.largest());
     if (most.largest() > std::max(limit * turnover, groups_[g].energy.rounding))
       distrust(most.time(), fmt::format("impulses of contacts changed the energy of {} by {:.3g} J beside "

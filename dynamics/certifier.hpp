@@ -31,17 +31,18 @@ class Climb {
 
 /// The energy of the scene or of an independent group of it, followed through a run.
 struct EnergyBalance {
-  Climb drift;      ///< J
-  Climb bare;       ///< J: the same, less what holding rows did: kinetic and potential energy alone say it
-  Climb projected;  ///< J: the sizes of what projections moved, summed
-  double rounding = 0;  ///< J: what of a drift may be rounding
+  Climb drift;             ///< J: kinetic and potential energy less work, against the start
+  Climb without_row_work;  ///< J: the same, without the work of constraint rows
+  Climb projected;         ///< J: sum of the sizes of energy changes by projections
+  double rounding = 0;     ///< J: the part of a drift that may be rounding
 
-  /// `of_rows`: the part of `work` that holding constraint rows did, which is none where they are met.
-  void observe(double t, double kinetic, double potential, double work, double of_rows);
-  /// The drift that counts: as booked; where that is beyond `allowed`, without the work of rows, whose books
-  /// may be less exact than the motion (over long steps, of rows that depend on others).
+  /// `row_work`: the part of `work` done by constraint rows, J; zero while the rows are met.
+  void observe(double t, double kinetic, double potential, double work, double row_work);
+  /// The drift that counts: `drift` up to `allowed`, J, beyond it the smaller of the two. Over long steps, or
+  /// with redundant rows, the work of rows is integrated less exactly than the motion.
   const Climb& judged(double allowed) const {
-    return drift.largest() > allowed && bare.largest() < drift.largest() ? bare : drift;
+    return drift.largest() > allowed && without_row_work.largest() < drift.largest() ? without_row_work
+                                                                                     : drift;
   }
   /// By how much a state whose energy is `energy` after that work would change what the balance is off by, J.
   double changed(double energy, double work) const { return energy - work - start_ - off_; }
@@ -49,7 +50,7 @@ struct EnergyBalance {
   double turnover() const;
   template <class Keeper>
   void keep(Keeper& k) {
-    k(drift, bare, projected, rounding, started_, start_, off_, largest_kinetic_, potential_low_,
+    k(drift, without_row_work, projected, rounding, started_, start_, off_, largest_kinetic_, potential_low_,
       potential_high_, work_low_, work_high_);
   }
 
@@ -128,7 +129,7 @@ class Certifier {
   void observe_energy(double t, const Workspace& workspace, const Work& work);
   void judge_energy(const Work& work);
   double rounding_of_rest(int group) const;
-  double yardstick(int group) const;
+  double energy_scale(int group) const;
   void judge_residuals();
   std::string group_words(int group) const;
   void observe_momenta(double t, Workspace& workspace);
@@ -149,7 +150,7 @@ class Certifier {
     EnergyBalance energy;
     ContactError contacts;
     double mass = 0;           ///< kg
-    double touching = 0;       ///< m: the largest length of what may touch within steps; 0: nothing may
+    double touching = 0;       ///< m: largest length scale of its impulsive contacts; 0: none
     double largest_speed = 1;  ///< m/s or rad/s, at least 1
     /// The projection that changed its velocities most: by how much energy (J), when (s), and the row that
     /// was the farthest off.

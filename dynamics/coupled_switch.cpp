@@ -51,8 +51,8 @@ class Couplings {
     std::optional<Start> start = {};  ///< once it has been asked for
   };
 
-  /// Of a coordinate that is there, through those that it is coupled to (there may be many): from the last of
-  /// them, which stands for itself, back to it.
+  /// The start of a known coordinate: follows its couplings to the last one, then evaluates them back. (A
+  /// loop, since chains of couplings may be long.)
   Result<Start> start_of(const std::string& name) {
     std::vector<std::string> way{name};
     while (const Coupled* coupled = coupling_of(way.back())) {
@@ -75,7 +75,7 @@ class Couplings {
     }
   }
 
-  /// What it is coupled by; null where it is not, or its start is known already.
+  /// The coordinate's coupling; null if it has none or its start is known.
   const Coupled* coupling_of(const std::string& name) const {
     const Known& known = coordinates_.at(name);
     return known.start ? nullptr : std::get_if<Coupled>(&known.one->motion);
@@ -104,7 +104,7 @@ class Couplings {
     return bad_use(where(name), "is a ball, which cannot be coupled: expected a switch with one coordinate");
   }
 
-  /// Of one that is not coupled, or known.
+  /// The start of a coordinate that is not coupled, or whose start is known.
   Result<Start> own_start(const std::string& name) const {
     const Known& known = coordinates_.at(name);
     if (known.start) return *known.start;

@@ -161,7 +161,7 @@ void solve(const System& system, Workspace& w, Rows& dr, Rows& dc) {
   }
 }
 
-/// Asks for the memory of the derivatives of n numbers by coordinates, efforts and inertias.
+/// Asks for the memory of the derivatives by positions, velocities, efforts and `bodies` inertias.
 Result<void> admit_derivatives(const System& system, std::size_t bodies) {
   const double n = system.nv + system.rows, by = 5.0 * system.nv + 10.0 * double(bodies);
   return admit_large(system, sizeof(double) * n * by,

@@ -9,7 +9,7 @@ namespace borelli {
 
 namespace {
 
-/// Whether every evaluation asks for A.
+/// Whether every evaluation needs the mass matrix A.
 bool always_asks_for_mass_matrix(const System& system, Equations equations) {
   return system.rows > 0 || equations != Equations::recursive;
 }
@@ -29,7 +29,7 @@ Result<void> admit_mass_matrix(const System& system, int count) {
 Result<void> admit_workspaces(const System& system, Equations equations, int count, bool mass_matrix) {
   const double n = system.size(), rows = system.rows;
   if (rows > 0) {
-    // L and unit rows, what slides, and which rows meet (one bit each)
+    // L and its unit rows, sliding directions, and a bit for each pair of rows
     const double numbers = 2 * rows * n + double(system.contacts.size()) * n + rows * rows / 64;
     if (auto fine = admit_large(
             system, count * sizeof(double) * numbers,
@@ -84,7 +84,7 @@ Error describe(const System& system, const Fault& fault, double t) {
           fmt::format("it has no direction at t = {:.6g} s: its two points meet, or its disc lies flat", t)};
     case Fault::Kind::no_memory:
       if (auto now = admit_mass_matrix(system, 1); !now) return now.error();
-      return {system.scene, "there was no memory for the mass matrix"};
+      return {system.scene, "there is no memory for the mass matrix"};
     case Fault::Kind::none:
       break;
   }

@@ -1,7 +1,7 @@
 // The equations of motion at one state, solved: A(q) a + B(q, v) = Q(q, v, t) + L^T lambda, L a + E = 0.
 // All scratch is in the Workspace: nothing allocates, but once for A, B and Q of a scene without rows, and
-// once where a contact slides. (A takes room by the square of the coordinates, and where articulated bodies
-// do, nothing asks for it.)
+// once where a contact slides. (A grows with the square of the coordinates; articulated-body accelerations do
+// without it.)
 #pragma once
 
 #include <optional>
@@ -69,7 +69,7 @@ struct Workspace {
   Eigen::VectorXd drive_efforts;  ///< driven_nv: what the drives exert
   Powers power;
   Eigen::VectorXd group_power;      ///< W, all of them together, on each independent group
-  Eigen::VectorXd group_violation;  ///< W: the part of it that multipliers do on rows that are not at rest
+  Eigen::VectorXd group_violation;  ///< W: the part of it by multipliers on rows that are off
   long evaluations = 0;             ///< so far
 
   Eigen::VectorXd wanted, correction;  ///< scratch: rows, nv
@@ -84,8 +84,8 @@ struct Workspace {
   }
 };
 
-/// Asks for the memory that so many Workspaces take (process/memory.hpp); `mass_matrix`: A is sure to be
-/// asked for, though neither rows nor the paper's equations do.
+/// Asks for the memory of `count` Workspaces (process/memory.hpp). `mass_matrix`: include A even where
+/// neither rows nor the equations need it.
 Result<void> admit_workspaces(const System& system, Equations equations, int count, bool mass_matrix);
 
 /// How constraint rows enter one evaluation.

@@ -110,7 +110,7 @@ class Integrator {
     return nullptr;
   }
 
-  /// What it takes beside some vectors, bytes, where y has so many components.
+  /// Memory beyond a few vectors, bytes, for a y of `size` components.
   virtual double bytes(Eigen::Index /*size*/) const { return 0; }
 
   /// Whether y must go on from step to step as the method left it, in one chart, until reset().

@@ -74,11 +74,13 @@ class MjcfReader {
     scale_to_total_mass();
     if (options_.joints.springs || options_.joints.dampers) compensate_gravity();
     if (options_.equality) model_.scene.constraints = read_mjcf_equality(root_, poses_, joints_.named());
+    if (std::string line = joints_.aligned(); !line.empty())
+      model_.not_modelled.motion.push_back(std::move(line));
     if (std::string line = geoms_.overweight(); !line.empty())
       model_.not_modelled.other.push_back(std::move(line));
     if (meshes_not_seen_ > 0)
-      model_.not_modelled.other.push_back(fmt::format(
-          "the looks of {} geoms that are meshes (they weigh, but are not seen)", meshes_not_seen_));
+      model_.not_modelled.other.push_back(
+          fmt::format("the looks of {} mesh geoms (they weigh, but are not drawn)", meshes_not_seen_));
     if (options_.contact) add_contacts();
     list_unread(root_, mjcf_motion_rules(), model_.not_modelled);
     return std::move(model_);
@@ -161,8 +163,8 @@ class MjcfReader {
     return out;
   }
 
-  // Many contacts that open and close are what `moreau` is for; its step is the model's own, or MuJoCo's. In
-  // MuJoCo what overlaps at the start is pushed apart.
+  // `moreau` suits many contacts that open and close. Its step is the model's, or MuJoCo's default. Overlaps
+  // at the start are put apart, as MuJoCo pushes them apart.
   void add_contacts() {
     UniqueNames names;
     for (const Constraint& c : model_.scene.constraints) names.take(c.name);
@@ -178,13 +180,13 @@ class MjcfReader {
           "friction against turning and rolling (condim 4 and 6) of {} pairs of geoms", found.twisting));
     if (found.crowded > 0)
       model_.not_modelled.motion.push_back(fmt::format(
-          "contacts of {} pairs of spheres and capsules, more than there is room for beside {:.0f} "
-          "coordinates: they pass through each other",
+          "contacts of {} pairs of spheres and capsules, too many for dense rows of {:.0f} coordinates: they "
+          "pass through each other",
           found.crowded, freedoms()));
     if (found.without.size() > found.crowded)
       model_.not_modelled.motion.push_back(fmt::format(
           "contacts of {} pairs of geoms that may touch, such as {} and {}: they pass through each other; "
-          "contacts are those of spheres and capsules, and of boxes over planes",
+          "modelled are contacts of spheres and capsules, and of boxes over planes",
           found.without.size() - found.crowded, found.first.first, found.first.second));
     for (TouchablePair& pair : found.without) model_.without_contact.push_back(std::move(pair));
   }

@@ -26,6 +26,7 @@ void read_section(const XmlElement& e, MjcfCompiler& c) {
   if (!axes)
     e.refuse("eulerseq", fmt::format("eulerseq is '{}', expected three of x y z X Y Z", c.euler_sequence));
   c.auto_limits = e.boolean("autolimits", c.auto_limits);
+  c.align_free = e.boolean("alignfree", c.align_free);
   if (e.has("inertiafromgeom")) {
     const std::string from = e.word("inertiafromgeom", {"false", "true", "auto"}, "auto");
     c.inertia_from_geom = from == "false" ? From::never : from == "true" ? From::always : From::where_missing;

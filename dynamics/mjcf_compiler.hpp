@@ -17,11 +17,12 @@ struct MjcfCompiler {
   bool degrees = true;  ///< angles in the file
   std::string euler_sequence = "xyz";
   bool auto_limits = true;  ///< a joint with a range is limited
+  bool align_free = false;  ///< MuJoCo puts a free leaf body's frame on its inertia
   InertiaFromGeom inertia_from_geom = InertiaFromGeom::where_missing;
   int lowest_group = 0, highest_group = 5;  ///< of the geoms that count in an inertia
   bool balance_inertia = false;             ///< impossible moments are replaced by their mean
   bool exact_mesh_inertia = false;
-  bool fit_box = false;  ///< forms are fitted to the box around a mesh, not to that of its inertia
+  bool fit_box = false;  ///< forms are fitted to a mesh's bounding box, not to its box of equal inertia
   double least_mass = 0, least_inertia = 0;  ///< of any body, kg, kg m^2
   double total_mass = -1;                    ///< kg; masses and inertias are scaled to it; -1: not
   std::string mesh_folder;
@@ -36,11 +37,11 @@ struct MjcfCompiler {
   /// `pos` and one of quat, axisangle, euler, xyaxes, zaxis: where an element's frame sits in its parent's.
   Pose pose_of(const XmlElement& element) const;
   Eigen::Matrix3d orientation_of(const XmlElement& element) const;
-  /// A rotation by three angles of the file, about the axes of `eulerseq`.
+  /// The rotation by three Euler angles, in the file's unit, about the axes of `eulerseq`.
   Eigen::Matrix3d from_euler(const Eigen::Vector3d& angles) const;
 };
 
-/// Those of the models that one is put together from: each element is read by its own model's.
+/// The <compiler> of each model file that <attach> joins, by XmlElement::part.
 struct MjcfCompilers {
   std::vector<MjcfCompiler> all;
   const MjcfCompiler& of(const XmlElement& e) const { return all[static_cast<std::size_t>(e.part)]; }

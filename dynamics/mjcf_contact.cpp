@@ -158,10 +158,10 @@ std::vector<ConstraintKind> MjcfContacts::over_plane(const Surface& over, const 
   return corners;
 }
 
-// What may touch anything, where memory has room for all pairs of it that may touch each other.
-// `crowded`: whether their contacts are too many for dense rows.
+// The surfaces that may touch any other. Refuses more pairs of them than fit into memory. `crowded`: whether
+// their contacts are too many for dense rows.
 std::vector<const MjcfContacts::Surface*> MjcfContacts::touching(double freedoms, bool& crowded) const {
-  constexpr std::size_t most_surfaces = 20000;  // each is held against each
+  constexpr std::size_t most_surfaces = 20000;  // every pair is tested
   constexpr double pair_size = 1500;            // bytes
   constexpr const char* way_round = "<flag contact=\"disable\"/> in <option> leaves contacts out";
   std::vector<const Surface*> out;

@@ -97,7 +97,7 @@ int hull_vertices(const XmlElement& asset) {
   return most;
 }
 
-// Whether no two triangles run the same way along an edge.
+// Whether triangles are oriented alike: no two run along an edge in the same direction.
 bool turned_alike(const ClosedMesh& mesh) {
   std::map<std::array<double, 3>, int> points;
   std::set<std::pair<int, int>> runs;
@@ -114,8 +114,8 @@ bool turned_alike(const ClosedMesh& mesh) {
   return true;
 }
 
-// What the triangles weigh that span pyramids with a centre, as legacy_mesh_inertial() tells; `signed_too`:
-// those turned away from the centre count as negative.
+// The inertia, at density 1, of the pyramids from the triangles to a centre (see legacy_mesh_inertial()).
+// `signed_too`: pyramids turned inside out count as negative.
 Inertial pyramids_inertial(const ClosedMesh& mesh, bool signed_too) {
   const auto volume_of = [&](const Facet& f, const Vector3d& tip) {
     const double volume = (f.centre() - tip).dot(f.normal_area()) / 3;
@@ -328,9 +328,9 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
     } else {
       if (!turned_alike(triangles)) asset.refuse(exact.error().message());
       own = pyramids_inertial(triangles, true);
-      notes_.push_back(
-          fmt::format("{} {}; it weighs what its triangles span with its middle, as in MuJoCo: at {}",
-                      asset.describe(), exact.error().what, asset.where()));
+      notes_.push_back(fmt::format(
+          "{} {}; its volume is that of pyramids from its triangles to its centre, as in MuJoCo: at {}",
+          asset.describe(), exact.error().what, asset.where()));
     }
   } else if (rule == "convex") {
     const auto hull = convex_hull(triangles.vertices, hull_vertices(asset));

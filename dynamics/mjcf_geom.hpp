@@ -20,7 +20,7 @@ struct MjcfGeom {
 /// Reads geoms, with the meshes of a model's <asset>.
 class MjcfGeoms {
  public:
-  /// `notes`: what is to be said of how they weigh.
+  /// `notes`: receives remarks on how meshes weigh.
   MjcfGeoms(const XmlElement& root, const MjcfCompilers& compilers, std::vector<std::string>& notes);
 
   /// A geom, its attributes complete (mjcf_defaults.hpp). Its mass is `mass`, else its volume times `density`
@@ -28,7 +28,7 @@ class MjcfGeoms {
   /// their files.
   MjcfGeom read(const XmlElement& geom, bool weighs);
 
-  /// Which of the meshes read weigh more by the legacy rule than they enclose, in a line; empty: none does.
+  /// One line on meshes that weigh more by the legacy rule than they enclose; empty: none.
   std::string overweight() const;
 
  private:

@@ -10,7 +10,7 @@ namespace {
 
 using std::filesystem::path;
 
-constexpr std::size_t include_costs = 20;  // elements, so that many includes of little end soon too
+constexpr std::size_t include_costs = 20;  // elements, so that many tiny includes are bounded too
 constexpr int deepest_tree = 10000;        // readers follow the tree by recursion
 
 class Includer {
@@ -79,9 +79,9 @@ class Includer {
   }
 
   const path folder_;
-  std::vector<path> open_;             // the files that the place stands in
+  std::vector<path> open_;             // the files being expanded, outermost first
   std::map<std::string, File> files_;  // by the name in <include>
-  std::size_t elements_ = 0;           // put in
+  std::size_t elements_ = 0;           // included so far
 };
 
 }  // namespace

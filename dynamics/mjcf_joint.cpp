@@ -65,7 +65,7 @@ MjcfJoints::Passive MjcfJoints::passive_of(const XmlElement& joint) const {
   return {acting_.springs ? stiffness : 0, acting_.dampers ? damping : 0};
 }
 
-// The first of a polynomial's coefficients.
+// The linear coefficient of a polynomial; a warning tells of higher ones.
 double MjcfJoints::linear(const XmlElement& joint, const char* key) const {
   const auto given = joint.numbers(key, 1, 3);
   if (given.empty()) return 0;
@@ -85,6 +85,7 @@ void MjcfJoints::read(const XmlElement& body, const Pose& X_PS, Solid& solid, st
   if (free != joints.end()) {
     if (joints.size() > 1) (*free)->refuse("a free joint must be its body's only one");
     if (solid.parent != world_name) (*free)->refuse("a free joint's body must stand in <worldbody> itself");
+    note_alignment(body, **free);
     return read_free(**free, X_PS, solid, efforts);
   }
   add_fixed(solid, X_PS);
@@ -107,6 +108,24 @@ void MjcfJoints::read(const XmlElement& body, const Pose& X_PS, Solid& solid, st
     }
     add_fixed(solid, {Matrix3d::Identity(), -anchor});
   }
+}
+
+// MuJoCo's condition for moving the body frame to the inertia (mjCBody::Compile).
+void MjcfJoints::note_alignment(const XmlElement& body, const XmlElement& joint) {
+  const std::string align = joint.word("align", {"true", "false", "auto"}, "auto");
+  const bool asked = align == "true" || (align == "auto" && compilers_.of(joint).align_free);
+  const bool leaf = std::none_of(body.children.begin(), body.children.end(),
+                                 [](const XmlElement& c) { return c.name == "body"; });
+  if (asked && leaf && aligned_count_++ == 0) first_aligned_ = joint.where();
+}
+
+std::string MjcfJoints::aligned() const {
+  if (aligned_count_ == 0) return "";
+  return fmt::format(
+      "alignment of {} free joints (align, alignfree): MuJoCo's qpos are of the inertia's frame, these of "
+      "the "
+      "body's: first at {}",
+      aligned_count_, first_aligned_);
 }
 
 void MjcfJoints::read_free(const XmlElement& joint, const Pose& X_WS, Solid& solid,

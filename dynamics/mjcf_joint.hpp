@@ -25,7 +25,7 @@ struct MjcfJoint {
 /// the body.
 class MjcfJoints {
  public:
-  /// What acts on joints.
+  /// Which passive efforts and limits the model's <option> leaves on.
   struct Acting {
     bool springs = true, dampers = true, limits = true;
   };
@@ -45,6 +45,10 @@ class MjcfJoints {
   /// By the name in the file.
   const std::map<std::string, MjcfJoint>& named() const { return named_; }
 
+  /// One line on free joints that MuJoCo aligns with their body's inertia; empty: none. Their qpos here are
+  /// of the body's own frame.
+  std::string aligned() const;
+
   /// Makes up names of solids that differ from all others.
   UniqueNames solid_names;
 
@@ -63,12 +67,15 @@ class MjcfJoints {
   };
   Passive passive_of(const XmlElement& joint) const;
   double linear(const XmlElement& joint, const char* key) const;
+  void note_alignment(const XmlElement& body, const XmlElement& joint);
 
   const MjcfCompilers& compilers_;
   Acting acting_;
   std::vector<std::string>& notes_;
   std::map<std::string, MjcfJoint> named_;
   UniqueNames names_;
+  int aligned_count_ = 0;
+  std::string first_aligned_;  // file:line
 };
 
 }  // namespace borelli

@@ -114,7 +114,7 @@ void check(const XmlElement& element, const Names& known) {
     const auto& names = known_names();
     auto own = names.find(element.name + "/" + c.name);
     if (own == names.end()) own = names.find(c.name);
-    // kinds that only the list of known ones names are not looked into
+    // elements without an entry of their own are not checked further
     if (own != names.end()) check(c, own->second);
   }
 }

@@ -25,11 +25,11 @@ bool is_xml(const std::filesystem::path& path) {
   return false;
 }
 
-// Refuses options that are of URDF alone.
+// Refuses options that only URDF has.
 Result<void> check_no_urdf_options(const std::filesystem::path& path, const ModelOptions& options) {
   if (options.floating) return bad_use(path.string(), "is not URDF: only a URDF's root can be left floating");
   if (options.minimum_mass > 0)
-    return bad_use(path.string(), "is not URDF: only of a URDF's links there can be a minimum mass");
+    return bad_use(path.string(), "is not URDF: only a URDF's links can have a minimum mass");
   return {};
 }
 
@@ -66,7 +66,7 @@ Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptio
   } catch (const XmlRefusal& refusal) {
     return tl::unexpected(refusal.error);
   } catch (const std::bad_alloc&) {
-    return failure(path.string(), "is larger than memory has room for");
+    return failure(path.string(), "does not fit into memory");
   } catch (const std::exception& problem) {  // (of files that come and go while they are read)
     return failure(path.string(), fmt::format("cannot be read: {}", problem.what()));
   }

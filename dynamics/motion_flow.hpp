@@ -10,8 +10,8 @@
 namespace borelli {
 
 /// dy/dt = f(t, y), y = (chart coordinates x, velocities v, work of the four powers, work on each independent
-/// group, and where several of these have constraint rows, what rows that are off did on each of them). The
-/// chart is centred on the state given to start().
+/// group, and where several groups have constraint rows, the work of rows that are off on each). The chart is
+/// centred on the state given to start().
 class MotionFlow : public Flow {
  public:
   MotionFlow(const System& system, const SimulationSettings& settings, Workspace& workspace);
@@ -83,7 +83,7 @@ class MotionFlow : public Flow {
   Workspace& w_;
   RowHandling handling_, within_step_;
   bool projects_;
-  std::vector<int> groups_with_rows_, apart_groups_;  ///< the latter: the same, where they are several
+  std::vector<int> groups_with_rows_, apart_groups_;  ///< the latter: the same if several, else none
   Fault fault_;
   int turned_ = -1;  ///< the velocity whose ball turned too far for the chart; -1: none
   Eigen::VectorXd q0_, scale_;

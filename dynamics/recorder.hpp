@@ -11,11 +11,11 @@ namespace borelli {
 
 class Recorder {
  public:
-  /// `rows`: how many are to be expected. `known`: there are so many.
+  /// `rows`: the expected number; `known`: it is exact.
   Recorder(const System& system, std::size_t rows, bool known);
 
-  /// Asks for the memory of the rows to come (process/memory.hpp): of all, where their number is known, else,
-  /// now and then, of as many again. Before each record().
+  /// Asks for the memory of coming rows (process/memory.hpp): of all if their number is known, else of as
+  /// many again each time they run out. Call before each record().
   Result<void> admit();
   /// A row: a state whose equations are solved in `w`.
   void record(const State& state, Workspace& w, const Work& work);

@@ -490,9 +490,8 @@ class Run {
 
   void show_rows() {
     Certificate certificate;
-    certificate.reason =
-        fmt::format("the run was broken off: it had come to t = {:.6g} s of {:.6g} s when this was written",
-                    state_.t, settings_.end_time);
+    certificate.reason = fmt::format("the run was interrupted: this is its state at t = {:.6g} s of {:.6g} s",
+                                     state_.t, settings_.end_time);
     certificate.reason_time = state_.t;
     certificate.method = settings_.method;
     certificate.equations = equations_name();
@@ -775,10 +774,10 @@ class Run {
 
 namespace {
 
-/// Asks for the memory of all that grows faster than the scene (its rows are asked for as they come).
+/// Asks for the memory of all but the output rows, which Recorder::admit() asks for.
 Result<void> admit_run(const System& system, const SimulationSettings& settings,
                        const Integrator& integrator) {
-  // of the steps, of what is between them, and of contacts' events
+  // for steps, for states between them, and for contact events
   const int workspaces = system.rows == 0                                           ? 1
                          : system.contacts.empty() || integrator.handles_contacts() ? 2
                                                                                     : 3;

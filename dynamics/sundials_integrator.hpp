@@ -10,7 +10,7 @@
 
 namespace borelli {
 
-/// The matrix of derivatives, and the one that is kept.
+/// The memory of the Jacobian and its saved copy, bytes.
 inline double dense_matrix_bytes(Eigen::Index size) {
   return 2 * sizeof(double) * double(size) * double(size);
 }

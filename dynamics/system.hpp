@@ -112,7 +112,8 @@ struct Action {
 
 struct System;
 
-/// Which coordinates come before which along the tree. Of a chain they take room by the square of its length.
+/// Which coordinates precede which along the tree. For a chain its memory grows with the square of the
+/// length.
 struct Branches {
   std::vector<int> support;  ///< per body, the coordinates (u indices) that it depends on, root first
   /// Per free coordinate, the free ones before it on its chain, root first, and where its list begins (nv + 1
@@ -120,12 +121,12 @@ struct Branches {
   std::vector<int> ancestors;
   std::vector<std::ptrdiff_t> first_ancestor;
 
-  /// What those of a system take, bytes.
+  /// The memory of a system's branches, bytes.
   static double bytes(const System& system);
 };
 
-/// The branches of a System, laid out when they are first asked for: accelerations by articulated bodies do
-/// without them. Copies of a System share them. Any thread may ask.
+/// The branches of a System, computed on first use: articulated-body accelerations need none. Copies of a
+/// System share them. Thread-safe.
 class BranchesOnDemand {
  public:
   const Branches& of(const System& system) const {

@@ -114,7 +114,7 @@ Result<ClosedMesh> msh(const std::string& bytes, const std::string& file) {
   std::memcpy(counts, bytes.data(), sizeof counts);
   const auto [points, normals, textures, triangles] = counts;
   for (const std::int32_t count : counts)
-    if (count < 0) return bad_use(file, fmt::format("states {} of something", count));
+    if (count < 0) return bad_use(file, fmt::format("has a negative count ({}) in its header", count));
   const std::size_t expected = sizeof counts + 12 * std::size_t(points) + 12 * std::size_t(normals) +
                                8 * std::size_t(textures) + 12 * std::size_t(triangles);
   if (bytes.size() != expected)

@@ -67,16 +67,16 @@ class Listing {
   }
 
  private:
-  static Kind& count(Kind& k, const std::string& where) {
-    if (k.count++ == 0) k.first = where;
-    return k;
+  static Kind& note(Kind& kind, const std::string& where) {
+    if (kind.count++ == 0) kind.first = where;
+    return kind;
   }
 
-  // Of an unread element: itself, or what in it changes the motion, goes to one group, the rest to the other.
+  // Lists an unread element under `motion_` if it, or a child, changes the motion; the rest under `other_`.
   void add_whole(const XmlElement& e, const XmlElement& parent) {
     const std::string name = fmt::format("<{}> in <{}>", e.name, parent.name);
     if (rules_.element(e, parent)) {
-      count(motion_[name], e.where());
+      note(motion_[name], e.where());
       return;
     }
     const bool held = std::any_of(e.children.begin(), e.children.end(),
@@ -84,11 +84,11 @@ class Listing {
     std::map<std::string, int> content;
     for (const XmlElement& c : e.children)
       if (rules_.element(c, e))
-        count(motion_[fmt::format("<{}> in <{}>", c.name, e.name)], c.where());
+        note(motion_[fmt::format("<{}> in <{}>", c.name, e.name)], c.where());
       else
         ++content[c.name];
     if (held && content.empty()) return;
-    Kind& k = count(other_[name], e.where());
+    Kind& k = note(other_[name], e.where());
     for (const auto& [inner, times] : content) k.content[inner] += times;
   }
 
@@ -97,11 +97,11 @@ class Listing {
     for (const XmlAttribute& a : element.attributes) {
       if (a.read) continue;
       if (rules_.attribute(a, element)) {
-        count(motion_[fmt::format("{} of <{}>", a.name, element.name)], a.where);
+        note(motion_[fmt::format("{} of <{}>", a.name, element.name)], a.where);
         continue;
       }
       if (!k)
-        k = &count(other_[fmt::format("attributes of <{}> in <{}>", element.name, parent.name)], a.where);
+        k = &note(other_[fmt::format("attributes of <{}> in <{}>", element.name, parent.name)], a.where);
       k->attributes.insert(a.name);
     }
   }

@@ -102,7 +102,7 @@ void add_inertial(const XmlElement& link, Solid& solid) {
   solid.inertials.push_back(own.expressed_in(X.R, X.p));
 }
 
-// None: a mesh, or a primitive of no size, which `without_size` then names.
+// None: a mesh, or a primitive without size, whose place goes to `without_size`.
 std::optional<Form> form_of(const XmlElement& geometry, std::vector<std::string>& without_size) {
   std::optional<Form> form;
   double least = 0;
@@ -255,7 +255,7 @@ class UrdfReader {
     if (roots.size() > 1)
       links_.at(roots[1])->refuse(
           fmt::format("hangs on no joint, as others do: {}; expected one root", fmt::join(roots, ", ")));
-    std::map<std::string, std::size_t> passed;  // links, by the number of the start whose way up passed them
+    std::map<std::string, std::size_t> passed;  // the walk, by number, that visited a link first
     for (const auto& [name, joint] : above) {
       const std::size_t start = passed.size() + 1;
       std::string at = name;

@@ -13,10 +13,10 @@ struct Work {
   /// What was done on an independent group.
   struct OnGroup {
     double moving = 0;  ///< integrated with the motion
-    double rows = 0;    ///< the part of it that constraint rows did which are off
+    double rows = 0;    ///< the part of `moving` by constraint rows that are off
     double projection = 0, projection_size = 0, events = 0;
     double total() const { return moving + projection + events; }
-    double of_rows() const { return rows + projection; }
+    double row_work() const { return rows + projection; }
   };
 
   explicit Work(int group_count) : groups(std::size_t(group_count)) {}
@@ -26,8 +26,8 @@ struct Work {
   double events = 0, events_size = 0;
   std::vector<OnGroup> groups;
   double total() const { return efforts + drives + constraints + violation + projection + events; }
-  /// What holding the rows did. Rows that are met do no work: it is what steps are off, or Baumgarte's.
-  double of_rows() const { return violation + projection; }
+  /// The work of constraint rows that are off, by step errors or Baumgarte; rows that are met do none.
+  double row_work() const { return violation + projection; }
 
   /// Books the change of each group's energy by a projection.
   void add_projection(const Eigen::VectorXd& jump) {

@@ -30,7 +30,7 @@ struct XmlElement {
   std::string name;
   std::string file;
   int line = 0;
-  int part = 0;  ///< which of the models that were put together it is from (MJCF's <attach>)
+  int part = 0;  ///< index of the model file it is from (MJCF's <attach>)
   std::vector<XmlAttribute> attributes;
   std::vector<XmlElement> children;
   mutable bool read = false;  ///< some reader used the element

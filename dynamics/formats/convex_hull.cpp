@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Qhull's state, freed with all that it made.
+// Owns Qhull's state.
 struct Hull {
   qhT state;
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> quiet{std::fopen("/dev/null", "w"), &std::fclose};
@@ -34,11 +34,11 @@ struct Hull {
 Result<ClosedMesh> convex_hull(const std::vector<Vector3d>& points, int most_vertices) {
   for (const Vector3d& p : points)
     if (!p.allFinite()) return bad_use("mesh", "holds a vertex that is not finite");
-  if (points.size() < 4) return bad_use("mesh", "has fewer than 4 points, which have no hull");
+  if (points.size() < 4) return bad_use("mesh", "has fewer than 4 points and so no hull");
   std::vector<double> numbers;
   for (const Vector3d& p : points) numbers.insert(numbers.end(), {p.x(), p.y(), p.z()});
   std::string options = "qhull Qt";
-  // ("TA" counts those after the first simplex)
+  // Qhull's "TA" counts points added to the first simplex.
   if (most_vertices > 3) options += fmt::format(" Q9 TA{}", most_vertices - 4);
   Hull hull;
   if (!hull.quiet) return failure("mesh", "its hull cannot be computed: /dev/null cannot be opened");

@@ -23,7 +23,7 @@ using TreeName = std::pair<std::string, std::string>;  // "body", "joint", "geom
 using TreeNames = std::set<TreeName>;
 using Elements = std::vector<XmlElement>;
 
-constexpr int most_attached = 50;  // models in each other
+constexpr int most_attached = 50;  // depth of models attached to models
 
 std::string kind_named_by(const std::string& element) { return element == "freejoint" ? "joint" : element; }
 
@@ -39,7 +39,6 @@ TreeNames names_of(const Elements& elements) {
   return out;
 }
 
-// A change of names.
 struct Renaming {
   std::string prefix, suffix;
   std::string operator()(const std::string& name) const {
@@ -53,13 +52,13 @@ void rename(XmlElement& e, const Renaming& to, bool meshes) {
   for (XmlElement& c : e.children) rename(c, to, meshes);
 }
 
-// ---- what of <equality> and <contact> names parts of the tree ----
+// ---- references from <equality> and <contact> ----
 
 bool is_referring(const XmlElement& section) {
   return section.name == "equality" || section.name == "contact";
 }
 
-// body1, geom2, ...: what it names.
+// The kind and name that body1, geom2, ... refer to.
 TreeName named_by(const XmlAttribute& a) { return {a.name.substr(0, a.name.size() - 1), a.value}; }
 bool is_reference(const XmlAttribute& a) {
   for (const char* kind : {"body", "joint", "geom", "site"})
@@ -84,8 +83,8 @@ XmlElement renamed_reference(XmlElement e, const Renaming& to) {
 
 // ---- places ----
 
-// MJCF's fromto as place and size, which a frame can turn.
-void settle_ends(XmlElement& geom) {
+// Replaces fromto by pos, quat and size, so that a frame can move the geom.
+void replace_fromto(XmlElement& geom) {
   const auto ends = geom.numbers("fromto", 6, 6);
   if (ends.empty()) return;
   const Vector3d from(ends[0], ends[1], ends[2]), to(ends[3], ends[4], ends[5]);
@@ -183,12 +182,12 @@ class Assembler {
       set_attribute(e, "axis", mjcf_numbers({axis.x(), axis.y(), axis.z()}));
       return;
     }
-    if (e.name == "geom") settle_ends(e);
+    if (e.name == "geom") replace_fromto(e);
     if (e.name == "body" || e.name == "geom" || e.name == "site")
       set_pose(e, X * compilers_.of(e).pose_of(e));
   }
 
-  // (The numbers behind the names have as many digits as the count.)
+  // Names end in the copy's number, padded to the digits of `count`.
   Elements replicas(XmlElement& e, Model& model) {
     expand(e, model);
     const double count = e.number("count", 0);
@@ -219,7 +218,7 @@ class Assembler {
     return out;
   }
 
-  // Takes what refers to these names alone out of its section.
+  // Removes and returns the references to `names` only; refuses those to `names` and others.
   std::vector<std::pair<XmlElement*, XmlElement>> take_references(const XmlElement& replicate,
                                                                   const TreeNames& names, Model& model) {
     std::vector<std::pair<XmlElement*, XmlElement>> out;
@@ -254,7 +253,7 @@ class Assembler {
     return nullptr;
   }
 
-  // The other model, and whether it is another one.
+  // The model that <attach> names; without `model`, this one as it was before assembly.
   XmlElement model_named_by(const XmlElement& e, Model& model) {
     const std::string* name = e.find("model");
     if (!name) return model.before;
@@ -309,7 +308,8 @@ class Assembler {
     return take_over(child, {prefix, ""}, other, kind == nullptr, model);
   }
 
-  // What stands in the other model's world; its sections go to this one's. `whole`: it is all of the model.
+  // The children of the attached model's world; its other sections go to `model`. `other`: it is another
+  // model, `whole`: all of it is attached.
   static Elements take_over(XmlElement& child, const Renaming& to, bool other, bool whole, Model& model) {
     Elements out;
     for (XmlElement& section : child.children)

@@ -1,4 +1,4 @@
-// What MJCF builds a model from: includes, classes of defaults, <attach>, <replicate>, <frame>, <composite>.
+// Expands MJCF: includes, classes of defaults, <attach>, <replicate>, <frame>, <composite>.
 #pragma once
 
 #include "dynamics/mjcf_compiler.hpp"
@@ -11,13 +11,13 @@ struct MjcfModel {
   MjcfCompilers compilers;
 };
 
-/// The model with all of these carried out, so that its bodies hold bodies, joints, geoms and the like alone.
+/// The expanded model: its bodies hold only bodies, joints, geoms and the like.
 /// - Includes are put in place, names checked, classes of defaults applied, in each model file on its own.
-/// - A frame is a change of coordinates for what it holds, but for a free joint and the inertial.
-/// - replicate: copies, each moved on and named with a number behind it; what of <equality> and <contact>
-///   names them is copied too.
-/// - attach: a body, a frame or all of another model (or of the model itself), its names with the prefix, its
-///   angles and meshes read by its own <compiler>. What else it holds is added, but for options and sizes.
+/// - frame: moves its children, except a free joint and the inertial.
+/// - replicate: numbered copies, each moved on, with copies of the <equality> and <contact> entries on them.
+/// - attach: a body, a frame or all of another model (or of this one), with prefixed names. Its own
+/// <compiler>
+///   applies to it. Its other sections are added, except options and sizes.
 /// - composite: see mjcf_cable.hpp.
 /// Refuses more than a million elements (a few lines can ask for any number). Throws XmlRefusal.
 MjcfModel assemble_mjcf(XmlElement root);

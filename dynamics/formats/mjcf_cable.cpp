@@ -66,9 +66,8 @@ std::vector<Vector3d> vertices_of(const XmlElement& e) {
   return out;
 }
 
-// Each rod's axes: x along it, y carried along without twist; the first y lies in the plane of the first
-// bend. Where the chain begins straight there is no such plane: then each rod turns from x by the shortest
-// way.
+// Each rod's axes: x along it, y carried on without twist. The first y lies in the plane of the first bend; a
+// chain that begins straight has none, so each rod takes the shortest rotation from x.
 std::vector<Matrix3d> frames_of(const std::vector<Vector3d>& vertices) {
   std::vector<Matrix3d> out;
   Vector3d normal(0, 1, 0);

@@ -18,10 +18,10 @@ std::string mjcf_numbers(const std::vector<double>& numbers);
 void set_attribute(XmlElement& element, std::string_view key, std::string value);
 void remove_attribute(XmlElement& element, std::string_view key);
 
-/// Writes `pos` and `quat` in place of what the element says of its place.
+/// Replaces the element's position and orientation by `pos` and `quat`.
 void set_pose(XmlElement& element, const Pose& X);
 
-/// A new element that stands where another one stands.
+/// An empty element with the file, line and part of `origin`.
 XmlElement made_from(const XmlElement& origin, std::string name);
 
 /// A whole number of 32 bits; refuses others.

@@ -10,7 +10,7 @@ using Words = std::set<std::string, std::less<>>;
 
 bool all_zero(const std::string& numbers) { return numbers.find_first_of("123456789") == std::string::npos; }
 
-// Not the attributes of a geom that touches nothing.
+// Contact attributes of a geom that touches nothing have no effect.
 bool touches(const XmlElement& geom) {
   return !all_zero(geom.text("contype", "1")) || !all_zero(geom.text("conaffinity", "1"));
 }

@@ -1,4 +1,4 @@
-// What of MJCF changes the motion, where the reader leaves it unread.
+// Which unread elements and attributes of MJCF change the motion.
 #pragma once
 
 #include "dynamics/unread.hpp"

@@ -1,5 +1,5 @@
-// Inertias of models whose authors gave some links none, or any numbers, because nothing moves by them: what
-// is fixed to the world, or to a body that has mass enough.
+// Mends missing and impossible inertias of links that do not move by themselves: authors often leave such
+// inertias out or fill in any numbers.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@
 
 namespace borelli {
 
-/// Locks free coordinates at their initial values: each of these names, or all that begin with it and a dot
-/// (a joint's of several coordinates). Errors: no such free coordinate.
+/// Locks free coordinates at their initial values. A name stands for the coordinate, or for all coordinates
+/// "name.*" of a joint. Errors: no such free coordinate.
 Result<void> lock_coordinates(Scene& scene, const std::vector<std::string>& names);
 
-/// What settle_inertias changed, for people, a line each.
+/// What settle_inertias() changed, one line each for the user.
 struct SettledInertias {
   std::vector<std::string> motion;  ///< what changes the motion
   std::vector<std::string> other;

@@ -222,8 +222,9 @@ TEST(Certificate, AnAccuracyTellsUntilWhenTheStateIsKnown) {
   EXPECT_FALSE(c.trusted);
   EXPECT_GT(c.known_until, 1);
   EXPECT_LT(c.known_until, 60);
-  EXPECT_NE(c.reason.find(fmt::format("the state is known to that up to t = {:.6g} s", c.known_until)),
-            std::string::npos)
+  EXPECT_NE(
+      c.reason.find(fmt::format("the state is known to that accuracy up to t = {:.6g} s", c.known_until)),
+      std::string::npos)
       << c.reason;
   SimulationSettings fine = settings("gbs", c.known_until, 0.01, 1e-13);
   const Trajectory until = run(system, fine);

@@ -100,6 +100,26 @@ TEST(ModelFile, NothingOfMjcfIsDroppedSilently) {
     EXPECT_NE(other.find(part), std::string::npos) << part << "\n" << other;
 }
 
+// MuJoCo aligns the frame of a free body without child bodies (mjCBody::Compile), so its qpos differ.
+TEST(ModelFile, AlignedFreeJointsAreListedAsChangingTheMotion) {
+  const Folder folder;
+  const std::string weight = "<inertial pos='.1 0 0' mass='1' diaginertia='1 1 1'/>";
+  const auto motion = [&](const std::string& compiler, const std::string& joint, const std::string& child) {
+    return need(read_model(folder.write("aligned.xml", "<mujoco><compiler " + compiler +
+                                                           "/><worldbody><body>" + joint + weight + child +
+                                                           "</body></worldbody></mujoco>")))
+        .not_modelled.motion;
+  };
+  const auto listed = motion("", "<freejoint align='true'/>", "");
+  ASSERT_EQ(listed.size(), 1u);
+  EXPECT_EQ(listed[0].find("alignment of 1 free joints (align, alignfree)"), 0u) << listed[0];
+  EXPECT_EQ(motion("alignfree='true'", "<freejoint/>", ""), listed);
+  EXPECT_EQ(motion("alignfree='true'", "<joint type='free'/>", ""), listed);
+  EXPECT_TRUE(motion("", "<freejoint/>", "").empty());
+  EXPECT_TRUE(motion("alignfree='true'", "<freejoint align='false'/>", "").empty());
+  EXPECT_TRUE(motion("alignfree='true'", "<freejoint/>", "<body>" + weight + "</body>").empty());
+}
+
 TEST(ModelFile, BadFilesEndInOneSentence) {
   const Folder folder;
   folder.write("self.xml", "<mujoco><include file='round.xml'/></mujoco>");

@@ -414,11 +414,11 @@ TEST(Failure, AUsersFunctionThatThrowsIsReported) {
   own.function = [](double, const Eigen::VectorXd&, FunctionDerivatives&) { throw 7; };
   scene.constraints = {{"own", own}};
   expect_failure(scene, settings("rk4", 1, 0.1), "chain of 1",
-                 "a user's function threw what is no std::exception");
+                 "a user's function threw something other than a std::exception");
   own.function = [](double, const Eigen::VectorXd&, FunctionDerivatives&) { throw std::bad_alloc(); };
   scene.constraints = {{"own", own}};
   expect_failure(scene, settings("rk4", 1, 0.1), "chain of 1",
-                 "the memory does not do for 1 coordinates, 1 constraint rows and 0 contacts");
+                 "not enough memory for 1 coordinates, 1 constraint rows and 0 contacts");
 }
 
 // ---- outputs ----
