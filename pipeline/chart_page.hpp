@@ -9,7 +9,7 @@
 
 namespace borelli {
 
-/// The element of a page's head that forbids it to load anything from anywhere.
+/// Element for a page's head: the browser loads nothing from outside the page.
 inline constexpr std::string_view page_policy =
     "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src 'unsafe-inline'; "
     "style-src 'unsafe-inline'; img-src data: blob:\">";
@@ -28,7 +28,7 @@ std::string chart_page(std::string_view title, std::string_view heading,
 /// Text as it stands in HTML.
 std::string html_text(std::string_view text);
 
-/// Text as a quoted field of CSV (RFC 4180) that is no formula (plain_cell.hpp).
+/// Text as a quoted field of CSV (RFC 4180), never a formula (plain_cell.hpp).
 std::string csv_text(std::string_view text);
 
 }  // namespace borelli

@@ -68,7 +68,7 @@ Handle without_times() {
   return {list, H5Pclose};
 }
 
-// Whether HDF5's signature stands where it may: at 0, 512 or a power of two times that.
+// Looks for HDF5's signature where the format allows it: at byte 0, 512, 1024, 2048, ...
 bool has_signature(const std::filesystem::path& path) {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
   std::ifstream file(path, std::ios::binary);
@@ -82,10 +82,10 @@ bool has_signature(const std::filesystem::path& path) {
 constexpr std::string_view before_digest = "\nborelli sha256 ";
 constexpr std::size_t seal_size = before_digest.size() + 64 + 1;
 
-// What a file of ours ends in.
+// The last bytes of a file that close() writes.
 std::string seal(const std::string& digest) { return std::string(before_digest) + digest + '\n'; }
 
-// Whether the file bears a digest of its bytes. Error: a wrong one.
+// Whether the file ends in the digest of its other bytes. Errors: a digest that is wrong or cut off.
 Result<bool> bears_digest(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file.tellg(), rest = size - static_cast<std::streamoff>(seal_size);
@@ -95,7 +95,7 @@ Result<bool> bears_digest(const std::filesystem::path& path) {
   if (!file) return false;
   if (const auto at = end.find(before_digest); at != 0 || end.back() != '\n') {
     if (at == std::string::npos) return false;
-    return failure(path.string(), "is damaged or cut short: its digest does not end it");
+    return failure(path.string(), "is damaged or cut short: its digest is not at its end");
   }
   const auto digest = digest_of_start(path, static_cast<std::uint64_t>(rest));
   if (!digest) return tl::unexpected(digest.error());
@@ -103,7 +103,7 @@ Result<bool> bears_digest(const std::filesystem::path& path) {
   return failure(path.string(), "is damaged: its bytes are not those that were written (SHA-256)");
 }
 
-// What reading a file without a digest may take.
+// Limits on reading a file without a digest.
 ChildLimits limits_for(const std::filesystem::path& path) {
   std::error_code problem;
   const double size = static_cast<double>(std::filesystem::file_size(path, problem));

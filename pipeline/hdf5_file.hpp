@@ -1,9 +1,9 @@
-// HDF5 files as far as this program needs them: named arrays of numbers with units, lists of texts,
-// attributes. Thin ownership around HDF5's C interface; damaged files end in a sentence, not in HDF5's own
-// error stack, nor in a crash or a hang of HDF5 1.10.
+// HDF5 files with what this program needs: named arrays of numbers with units, lists of texts, attributes.
+// Thin ownership around HDF5's C interface. A damaged file gives an error for the user, not HDF5's error
+// stack, nor a crash or hang of HDF5 1.10.
 //
-// A file of ours ends in the digest of all its bytes before, which HDF5 takes no notice of, and cuts off
-// where another program changes the file:
+// Files written here end in the digest of all bytes before it. HDF5 ignores it, and drops it when another
+// program changes the file:
 //
 //   "\nborelli sha256 " 64 hexadecimal digits "\n"
 #pragma once
@@ -55,14 +55,14 @@ class Hdf5Writer {
 /// array.
 class Hdf5Reader {
  public:
-  /// Opens the file for `take`. One whose digest is wrong is refused before HDF5 sees it. One without a
-  /// digest is taken twice: first in a child process, with limits of time and memory, and then, if that went
-  /// well, in this one, from the same state and so with the same end. What `take` leaves is that of the
-  /// second time.
+  /// Opens the file and calls `take`. If the file has no digest, a child process with limits on time and
+  /// memory calls `take` first; only if that succeeds does this process call it too, and keep its results.
+  /// Errors: those of open() and `take`; a wrong digest (found before HDF5 opens the file); a child that
+  /// crashed or reached a limit.
   static Result<void> read(const std::filesystem::path& path,
                            const std::function<Result<void>(const Hdf5Reader&)>& take);
 
-  /// For a file that is known to be whole.
+  /// Opens a file that is known to be undamaged. Errors: no such file, not HDF5, damaged.
   static Result<Hdf5Reader> open(const std::filesystem::path& path);
   ~Hdf5Reader();
   Hdf5Reader(Hdf5Reader&& other) noexcept;

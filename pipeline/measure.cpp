@@ -46,9 +46,8 @@ Result<void> check(const GreyVolume& volume, const LabelMap& labels, const Measu
   if (!options.density_curve.empty() && volume.quantity != Quantity::hu)
     return bad_use("density curve " + options.density_curve,
                    "is from CT numbers, and the volume holds densities: leave it out");
-  // labels grown over the skin, what deviations vary, and the borders' marks
-  return admit_memory("inertia table", "what is held beside volume and labels",
-                      4.0 * static_cast<double>(volume.grid.count()));
+  // bytes of labels grown over the skin, labels that the deviations vary, and marks of borders
+  return admit_memory("inertia table", "weighing the parts", 4.0 * static_cast<double>(volume.grid.count()));
 }
 
 std::string in_words(Sampling sampling, double mixed, bool told) {

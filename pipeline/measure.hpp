@@ -63,12 +63,11 @@ inline constexpr std::string_view no_isb_frames =
     "no segment has a frame after the ISB, for want of landmarks: frames are by the joints";
 
 /// A row for each name of the label map but "outside" (absent where it has no voxel), or for each segment
-/// asked for (segment_rows.hpp), and the whole. The two
-/// grids must agree to a hundredth of a voxel; the volume's is used. `completeness` tells of parts by name;
-/// those that it does not tell of are judged by cut_labels (segmentation/edge_contact.hpp). What it says of a
-/// part is the first of its row's notes. Frames after the ISB that want a landmark are noted too; where none
-/// can be laid, the table's source says "joints". A whole body that no person has is doubted in the table's
-/// warnings. Errors: volumes that hold neither CT numbers nor densities,
+/// asked for (segment_rows.hpp), and one for the whole body. The two grids must agree to a hundredth of a
+/// voxel; the volume's is used. `completeness` describes parts by name, and begins the notes of their rows;
+/// cut_labels (segmentation/edge_contact.hpp) judges the other parts. Rows note landmarks that an ISB frame
+/// lacks; if no ISB frame can be laid, the table's source says "joints". The table's warnings name a whole
+/// body whose mass or density no person has. Errors: a volume that holds neither CT numbers nor densities,
 /// another grid, an unknown curve or sex, no labelled voxel.
 Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const Landmarks& landmarks,
                              const MeasureOptions& options = {}, const PartCompleteness& completeness = {});

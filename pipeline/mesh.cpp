@@ -39,7 +39,7 @@ constexpr double largest_loss = 0.005;  // of a part's volume
 struct VoxelBox {
   std::array<std::int64_t, 3> first{1, 1, 1}, last{0, 0, 0};
   std::size_t voxels = 0;
-  std::size_t runs = 0;  // of voxels along the first axis
+  std::size_t runs = 0;  // rows of adjacent voxels along the first axis
 };
 
 std::vector<VoxelBox> boxes_of(const LabelMap& labels) {
@@ -230,8 +230,8 @@ Mesh part_mesh(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, 
   return to_mesh(surface, labels.names[label]);
 }
 
-// What all surfaces take while they are made, each by a thread: of a run of voxels two faces along its axis,
-// and as many along the other two; a point for a face. VTK and we hold it several times over.
+// Bytes that all surfaces take when threads make them at once. A run of voxels has about six faces, two for
+// each axis, and each face about one point. VTK and this file hold several copies of a point.
 double bytes_of_surfaces(const std::vector<VoxelBox>& boxes, const Grid& grid, const MeshOptions& options) {
   constexpr double bytes_a_point = 400;
   double points = 0;
@@ -255,7 +255,8 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
     all += boxes[label].voxels;
   }
 
-  if (auto fits = admit_memory("meshes", "their surfaces", bytes_of_surfaces(boxes, labels.grid, options));
+  if (auto fits =
+          admit_memory("meshes", "making their surfaces", bytes_of_surfaces(boxes, labels.grid, options));
       !fits)
     return tl::unexpected(fits.error());
 
@@ -282,7 +283,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
   try {
     in_slabs(std::ssize(present), options.threads, [&](std::int64_t, std::int64_t) { make(); });
   } catch (const std::bad_alloc&) {
-    return out_of_memory("meshes", "their triangles, of which a coarser grid has fewer,");
+    return out_of_memory("meshes", "making their triangles (a coarser grid has fewer)");
   }
   if (stopped) return failure("meshes", "were stopped");
   return meshes;

@@ -118,7 +118,7 @@ Result<Mesh> parsed_vtp(const std::string& path) {
     cells->GetCurrentCell(count, ids);
     if (count != 3) return failure(path, "holds a face of other than three corners");
     if (std::any_of(ids, ids + 3, [&](vtkIdType id) { return id < 0 || id >= std::ssize(mesh.points); }))
-      return failure(path, "holds a face with a corner that is no point of it");
+      return failure(path, "has a face with a corner that is not one of its points");
     mesh.triangles.push_back({static_cast<std::uint32_t>(ids[0]), static_cast<std::uint32_t>(ids[1]),
                               static_cast<std::uint32_t>(ids[2])});
   }
@@ -127,7 +127,7 @@ Result<Mesh> parsed_vtp(const std::string& path) {
 
 }  // namespace
 
-// Damaged files crash VTK: a child process tries first, and what went well there goes the same way here.
+// Damaged files crash VTK, so a child process reads the file first.
 Result<Mesh> read_vtp(const std::string& path) {
   if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
   const auto attempt = [&]() -> Result<void> {

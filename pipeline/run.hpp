@@ -48,7 +48,7 @@ struct RunSettings {
   double integrator_tolerance = 1e-6;  ///< where the integrator chooses its steps
   std::optional<double> step;          ///< fixed, or the first one tried, s; none: the scene's default
   double mesh_tolerance_mm = 1;
-  bool keep_paths = false;         ///< of inputs, in what is written; else their files' names alone
+  bool keep_paths = false;         ///< outputs name inputs by whole paths, not by file names alone
   bool deface = false;             ///< meshes, picture and report show no face (deface.hpp)
   bool untrusted_is_fine = false;  ///< go on with a motion whose certificate says untrusted
   Leap leap;

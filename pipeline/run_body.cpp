@@ -39,7 +39,7 @@ Result<json> read_object(const fs::path& path) {
   if (!bytes) return tl::unexpected(bytes.error());
   auto object = parse_json(*bytes, path.string());
   if (!object || !object->is_object())
-    return failure(path.string(), "is not whole: remove it, and it is made anew");
+    return failure(path.string(), "is damaged: remove it, and the next run makes it again");
   return object;
 }
 

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// a volume's own file or folder, and the files beside it that hold its voxels
+// a volume's own file or folder, and the other files that hold its voxels
 Result<std::vector<std::string>> files_of_volume(const std::string& path) {
   std::error_code problem;
   if (fs::is_directory(path, problem) || is_dicom_file(path)) return std::vector{path};

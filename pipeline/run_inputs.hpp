@@ -13,17 +13,17 @@ namespace borelli {
 
 struct RunInput {
   std::string role;                ///< "volume", "labels", "label_names", "label_mapping" or "landmarks"
-  std::vector<std::string> files;  ///< the one that was named, and the one that its header names, if any
+  std::vector<std::string> files;  ///< the user's file, then files of voxels that its header names
 };
 
-/// How what it reads is named in what it writes.
+/// The names of a run's inputs in its outputs.
 InputNames input_names(const RunSettings& settings);
 
-/// Of volumes the headers are read, which say where the voxels are (.mhd, .nhdr). Errors: a file that is
-/// missing; those of read_image_header.
+/// The files that a run reads. Reads the headers of volumes, which may name other files for the voxels (.mhd,
+/// .nhdr, .hdr). Errors: those of read_image_header and check_input_file.
 Result<std::vector<RunInput>> inputs_of(const RunSettings& settings);
 
-/// {"volume": [{"file": name, "sha256": hex}, ...], ...}, of a folder as digest_of. Errors: not readable.
+/// {"volume": [{"file": name, "sha256": hex}, ...], ...}; digest_of digests a folder. Errors: not readable.
 Result<nlohmann::json> digests_of(const std::vector<RunInput>& inputs, const InputNames& names);
 
 }  // namespace borelli

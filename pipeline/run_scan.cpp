@@ -119,7 +119,7 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   if (!scan) return tl::unexpected(scan.error());
   auto labels = read_labels(data.settings.labels, data.settings.label_names, {}, &(*scan)->volume.grid);
   if (!labels) return tl::unexpected(labels.error());
-  const Warnings of_labels = labels->warnings;
+  const Warnings label_warnings = labels->warnings;
   const std::string sides = compare_sides(*labels);
   GivenLandmarks given;
   if (!data.settings.landmarks.empty()) {
@@ -133,7 +133,7 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
       segmentation_of(std::move(*labels), std::move(landmarks), (*scan)->volume, data.settings.threads);
   for (const auto& list : {given.warnings, (*scan)->warnings})
     found.warnings.insert(found.warnings.begin(), list.begin(), list.end());
-  for (const std::string& warning : of_labels)
+  for (const std::string& warning : label_warnings)
     found.warnings.push_back(data.settings.labels + ": " + warning);
   if (!sides.empty()) found.warnings.push_back(sides);
   if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
@@ -173,8 +173,8 @@ Result<json> integrate_parts(RunData& data) {
   if (!table) return tl::unexpected(table.error());
   Warnings warnings = table->warnings;
   if (options.frames == "isb" && table->source.frames != "isb") warnings.emplace_back(no_isb_frames);
-  const Warnings& before = (*segmentation)->warnings;
-  table->warnings.insert(table->warnings.begin(), before.begin(), before.end());
+  const Warnings& earlier = (*segmentation)->warnings;
+  table->warnings.insert(table->warnings.begin(), earlier.begin(), earlier.end());
   for (std::string& warning : table->warnings) warning = data.names.without_folders(std::move(warning));
   table->source.volume = data.names.name_of(data.settings.volume);
   table->source.quantity = (*scan)->reading;

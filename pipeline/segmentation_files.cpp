@@ -15,6 +15,18 @@ namespace borelli {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
+namespace {
+
+// The object in segmentation.json; an empty one where the file is damaged. Errors: as read_whole.
+Result<json> read_account(const fs::path& path) {
+  const auto bytes = read_whole(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  auto account = parse_json(*bytes, path.string());
+  return account && account->is_object() ? *account : json::object();
+}
+
+}  // namespace
+
 json segmentation_account(const Segmentation& segmentation, const std::string& input,
                           const std::string& reading) {
   json all = json::object(), segments = json::object();
@@ -81,22 +93,20 @@ Result<void> write_segmentation(const fs::path& folder, const Segmentation& segm
 }
 
 Result<std::string> read_convention(const fs::path& path) {
-  const auto bytes = read_whole(path);
-  if (!bytes) return tl::unexpected(bytes.error());
-  const auto parsed = parse_json(*bytes, path.string());
-  if (!parsed || !parsed->is_object() || !parsed->contains("convention")) return std::string();
-  const json& account = *parsed;
-  if (!account["convention"].is_string()) return failure(path.string(), "\"convention\" must be text");
-  return account["convention"].get<std::string>();
+  const auto account = read_account(path);
+  if (!account) return tl::unexpected(account.error());
+  if (!account->contains("convention")) return std::string();
+  const json& convention = (*account)["convention"];
+  if (!convention.is_string()) return failure(path.string(), "\"convention\" must be text");
+  return convention.get<std::string>();
 }
 
 Result<std::vector<std::string>> read_warnings(const fs::path& path) {
-  const auto bytes = read_whole(path);
-  if (!bytes) return tl::unexpected(bytes.error());
-  const json account = json::parse(*bytes, nullptr, false);
+  const auto account = read_account(path);
+  if (!account) return tl::unexpected(account.error());
   std::vector<std::string> warnings;
-  if (account.is_object() && account.contains("warnings"))
-    for (const json& warning : account["warnings"])
+  if (account->contains("warnings"))
+    for (const json& warning : (*account)["warnings"])
       if (warning.is_string()) warnings.push_back(warning.get<std::string>());
   return warnings;
 }
@@ -114,7 +124,7 @@ Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path
   for (const auto& [name, entry] : (*parsed)["parts"].items()) {
     const std::string where = path.string() + ": " + name;
     const int label = part_label(name);
-    if (label == 0) return failure(path.string(), "names a part that is none: " + name);
+    if (label == 0) return failure(path.string(), "names an unknown part: " + name);
     if (!entry.is_object() || !entry.contains("coverage"))
       return failure(where, "has no \"coverage\": expected absent, cut or whole");
     const json kinds{{"coverage", ""}, {"volume_mm3", 0}, {"confidence", 0}, {"note", ""}};

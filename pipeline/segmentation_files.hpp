@@ -38,11 +38,11 @@ Result<void> write_label_files(const std::filesystem::path& path, const LabelMap
 Result<void> write_segmentation(const std::filesystem::path& folder, const Segmentation& segmentation,
                                 const nlohmann::json& account, const std::string& given = "");
 
-/// By which convention the parts were cut, from segmentation.json; empty where an older one does not say.
-/// Errors: no such file, another thing than text.
+/// The convention by which the parts were cut, from segmentation.json; empty where an older file does not
+/// say. Errors: no such file, a convention that is not text.
 Result<std::string> read_convention(const std::filesystem::path& path);
 
-/// What was warned of, from segmentation.json. Errors: no such file.
+/// The warnings in segmentation.json; none where it is damaged. Errors: no such file.
 Result<std::vector<std::string>> read_warnings(const std::filesystem::path& path);
 
 /// The parts' findings from segmentation.json. Errors: missing or damaged file, an unknown part or coverage.

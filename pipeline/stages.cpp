@@ -81,7 +81,7 @@ struct ChangeByHand {
 // What was done by the entry's run, against what lies in the folder.
 struct Standing {
   bool same_key = false;   // done with these settings and inputs
-  bool all_there = false;  // every file is, those that nobody edits with the bytes that the stage left
+  bool all_there = false;  // every file exists; those that users may not edit are unchanged
   std::vector<ChangeByHand> by_hand;
 
   bool done() const { return same_key && all_there && by_hand.empty(); }
@@ -395,7 +395,7 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
         parsed = tl::unexpected(fine.error());
     if (!parsed)
       return failure(parsed.error().where,
-                     parsed.error().what + ": this is no run's record; remove it or use --force");
+                     parsed.error().what + ": this is not the record of a run; remove it or use --force");
     before = std::move(*parsed);
   }
   sweep_partial_files_below(folder);

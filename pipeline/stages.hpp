@@ -1,12 +1,12 @@
 // Runs a list of stages that leave files, skips those that are done already, and keeps the account in
 // run.json.
 //
-// A stage is done when run.json records it under the same key and its files are there with the bytes that it
-// left, as their digests tell. The key is a digest of the stage's name, its settings, and the keys of the
-// stages before it that it needs, so that a change reruns exactly what depends on it.
+// A stage is done when run.json records it under the same key and its files have the digests recorded there.
+// The key is a digest of the stage's name, its settings, and the keys of the stages that it needs, so that a
+// change reruns exactly what depends on it.
 //
-// A file that a user may edit and that is no longer as the stage left it was changed by hand: it stays as the
-// stage's result, with a warning, and what depends on it is done again.
+// An editable file with another digest was changed by hand: it stays as the stage's result, with a warning,
+// and what depends on it is done again.
 #pragma once
 
 #include <filesystem>
@@ -58,7 +58,8 @@ struct StageObserver {
   std::function<void(const Stage&, const Error&)> fails = [](const Stage&, const Error&) {};
 };
 
-/// The kinds of what is read again of a run.json (error/json_text.hpp).
+/// The members of run.json that later runs and the report read: a pattern for check_kinds
+/// (error/json_text.hpp).
 nlohmann::json run_record_kinds();
 
 /// Runs the stages inside the locked folder, each as soon as those that it needs are done, up to `threads`

@@ -49,7 +49,7 @@ struct VolumeEconomy {
   double tolerance = 0;
   std::string curve = {};  ///< by which the scan's densities are told; empty: its voxels are densities
   std::vector<VolumeTrial> trials = {};    ///< the first: the scan as it is, on the finest grid
-  std::vector<std::string> warnings = {};  ///< of the first's parts and table
+  std::vector<std::string> warnings = {};  ///< about the parts and table of the first trial
   /// Of the grid next to the finest; null: there is none.
   const VolumeTrial* next_to_reference() const;
   /// By how much the reference and that differ; 0: there is none.

@@ -71,13 +71,13 @@ fs::path folder_of(const fs::path& path) {
 
 constexpr std::string_view partial_prefix = ".partial-";
 
-// what a file of that name is called until it is whole
+// the name of a file while it is being written
 std::string partial_name(const std::string& name) {
   return std::string(partial_prefix) + std::to_string(getpid()) + "-" + name;
 }
 
-// Held while something is written in a folder. It says that a writer lives also to a program that cannot see
-// the writer's process (another container, another machine with the same disk).
+// Shared lock on a folder while a file in it is written. It also shows a living writer to programs that
+// cannot see the writer's process (another container, another machine with the same disk).
 class WriterInFolder {
  public:
   explicit WriterInFolder(const fs::path& folder)
@@ -94,7 +94,7 @@ class WriterInFolder {
   int file_;
 };
 
-// The process in ".partial-PROCESS-NAME", and NAME; 0 where `name` is no such thing.
+// The process in ".partial-PROCESS-NAME", with NAME as `target`; 0 for other names.
 pid_t writer_of(std::string_view name, std::string_view& target) {
   if (!name.starts_with(partial_prefix)) return 0;
   name.remove_prefix(partial_prefix.size());
@@ -105,7 +105,7 @@ pid_t writer_of(std::string_view name, std::string_view& target) {
   return process;
 }
 
-// Removes partial files right in `folder` whose writers are no more: those of one target, or all ("").
+// Removes partial files in `folder` (not below) whose writers have ended: of one target, or of all ("").
 void sweep_folder(const fs::path& folder, std::string_view of_target) {
   std::error_code problem, ignored;
   std::vector<std::pair<fs::path, pid_t>> found;
@@ -128,18 +128,18 @@ void sweep_folder(const fs::path& folder, std::string_view of_target) {
   close(file);
 }
 
-// What was written lies on the disk when this returns.
+// Flushes a file or folder to the disk.
 Result<void> sync(const fs::path& path, bool folder = false) {
   const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | (folder ? O_DIRECTORY : 0));
-  if (file < 0 && (folder || errno == EACCES)) return {};  // may be written to, not read
+  if (file < 0 && (folder || errno == EACCES)) return {};  // no right to read it
   if (file < 0) return failure(path.string(), std::string("cannot be read again: ") + std::strerror(errno));
   const int answer = fsync(file), reason = errno;
   close(file);
-  if (answer == 0 || reason == EINVAL || reason == ENOTSUP) return {};  // some disks cannot
-  return failure(path.string(), std::string("cannot be brought to the disk: ") + std::strerror(reason));
+  if (answer == 0 || reason == EINVAL || reason == ENOTSUP) return {};  // some file systems cannot
+  return failure(path.string(), std::string("cannot be flushed to the disk: ") + std::strerror(reason));
 }
 
-// An error that tells of the file that was asked for, not of the one beside it.
+// The error with the final path in place of the temporary one.
 tl::unexpected<Error> named(Error error, const fs::path& beside, const fs::path& path) {
   for (std::string* text : {&error.where, &error.what}) replace_all(*text, beside.string(), path.string());
   return tl::unexpected(std::move(error));

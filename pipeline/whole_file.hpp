@@ -1,4 +1,4 @@
-// Files appear under their final name only when whole: written beside, brought to the disk, then renamed.
+// Files appear under their final name only when whole: written beside, flushed to the disk, then renamed.
 #pragma once
 
 #include <filesystem>
@@ -14,15 +14,15 @@ namespace borelli {
 
 /// Calls `write` with a temporary path in the same folder and with the same extension, then renames what it
 /// wrote to `path`. On an error nothing stays behind, and the error names `path`. Creates the folder where it
-/// is missing. Removes what a writer of `path` that was killed left behind.
+/// is missing. Removes temporary files that killed writers of `path` left.
 Result<void> write_whole(const std::filesystem::path& path,
                          const std::function<Result<void>(const std::filesystem::path&)>& write);
 
 /// The same for bytes in memory.
 Result<void> write_whole(const std::filesystem::path& path, std::string_view bytes);
 
-/// Files that belong together: calls `write` with an empty folder, in which it is to leave files of these
-/// `names`, then moves them to `folder` in that order. On an error before that `folder` is as it was.
+/// Files that belong together: `write` gets an empty folder and puts files of these `names` into it; then
+/// they move to `folder` in that order. If `write` fails, `folder` stays as it was.
 Result<void> write_whole_set(const std::filesystem::path& folder, const std::vector<std::string>& names,
                              const std::function<Result<void>(const std::filesystem::path&)>& write);
 
@@ -44,13 +44,13 @@ Result<void> check_folder_writable(const std::filesystem::path& folder,
 /// none begins another file. A signal's handler may call it.
 void stop_writing() noexcept;
 
-/// Removes what writers of `path` left behind that were killed; never what a living one is filling.
+/// Removes temporary files that killed writers of `path` left; never those of a living writer.
 void sweep_partial_files(const std::filesystem::path& path);
 
-/// The same for every file in `folder` and below.
+/// The same for every file in `folder` and its subfolders.
 void sweep_partial_files_below(const std::filesystem::path& folder);
 
-/// All bytes of a text input, as read_input_file has it.
+/// All bytes of a text input: read_input_file with its usual limit.
 inline Result<std::string> read_whole(const std::filesystem::path& path) { return read_input_file(path); }
 
 }  // namespace borelli

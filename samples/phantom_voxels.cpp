@@ -417,9 +417,9 @@ Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table
 }
 
 double bytes_of_scan(const Grid& grid, const ScanOptions& options) {
-  const bool of_reals =
+  const bool has_fractions =
       options.partial_volume || options.blur_mm > 0 || options.noise_hu > 0 || options.streaks_hu > 0;
-  double bytes = of_reals ? 7 : 3;  // CT numbers and labels, and float
+  double bytes = has_fractions ? 7 : 3;  // a voxel: int16 CT number, uint8 label, float where needed
   for (const auto size : grid.size) bytes *= static_cast<double>(size);
   return bytes;
 }

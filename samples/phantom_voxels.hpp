@@ -50,7 +50,7 @@ Result<void> check_scan(const GridOptions& grid, const ScanOptions& scan);
 /// margin. The options are such as check_scan lets through.
 Grid phantom_grid(const Phantom& phantom, const GridOptions& options, bool table = false);
 
-/// Bytes that voxelise takes at once.
+/// The most memory that voxelise takes, bytes.
 double bytes_of_scan(const Grid& grid, const ScanOptions& options);
 
 /// Voxelises the phantom on any grid. The same phantom, grid and options give the same bytes.

@@ -9,13 +9,14 @@
 namespace borelli {
 namespace {
 
-constexpr std::chrono::seconds first_writing{1};
-constexpr int fraction = 50;  // of the run's time, that is lost at most; of which writing takes at most one
+constexpr std::chrono::seconds shortest_interval{1};
+constexpr int parts =
+    50;  // writing takes at most 1/parts of the run's time; a killed run loses about as much
 
 }  // namespace
 
 UnfinishedRows::UnfinishedRows(const std::filesystem::path& output, std::string scene)
-    : path_(output), scene_(std::move(scene)), begun_(Clock::now()), next_(begun_ + first_writing) {
+    : path_(output), scene_(std::move(scene)), begun_(Clock::now()), next_(begun_ + shortest_interval) {
   path_.replace_extension(".partial" + output.extension().string());
   sweep_partial_files(path_);
 }
@@ -32,12 +33,11 @@ void UnfinishedRows::watch(Observer& observer) {
 
 void UnfinishedRows::write(const Trajectory& so_far) {
   const auto from = Clock::now();
-  // what cannot be written is no reason to end the run: the output itself may have room yet
+  // a failure here does not end the run: the output itself may still find room
   static_cast<void>(write_whole(
       path_, [&](const std::filesystem::path& beside) { return write_trajectory(so_far, scene_, beside); }));
   const auto now = Clock::now();
-  next_ =
-      now + std::max({Clock::duration(first_writing), (now - begun_) / fraction, (now - from) * fraction});
+  next_ = now + std::max({Clock::duration(shortest_interval), (now - begun_) / parts, (now - from) * parts});
 }
 
 }  // namespace borelli

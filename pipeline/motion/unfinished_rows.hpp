@@ -1,4 +1,4 @@
-// The rows of a run that is not at its end, in a file beside its output: what is left if it is killed.
+// Saves the rows of a running simulation beside its output, so that they survive if the run is killed.
 #pragma once
 
 #include <chrono>
@@ -9,17 +9,17 @@
 
 namespace borelli {
 
-/// `x.partial.h5` for `x.h5`, gone with this object. Each writing of it is whole, so that it can be read at
-/// any time. Writing takes at most a fiftieth of the run's time.
+/// Writes `x.partial.h5` for the output `x.h5`, and removes it in the destructor. The file can be read at any
+/// time. Writing takes at most a fiftieth of the run's time.
 class UnfinishedRows {
  public:
-  /// `scene`: its text, as write_trajectory has it.
+  /// `scene`: the text of the scene, for write_trajectory.
   UnfinishedRows(const std::filesystem::path& output, std::string scene);
   ~UnfinishedRows();
   UnfinishedRows(const UnfinishedRows&) = delete;
   UnfinishedRows& operator=(const UnfinishedRows&) = delete;
 
-  /// `this` must outlive the run.
+  /// Makes the observed run write its rows here. This object must outlive the run.
   void watch(Observer& observer);
 
  private:

@@ -1,4 +1,4 @@
-// SHA-256 of files and bytes, in hex: what tells whether something is still what it was.
+// SHA-256 of files and bytes, as hexadecimal digits: shows whether they changed.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,14 @@
 
 namespace borelli {
 
-/// Of bytes.
+/// Digest of bytes.
 std::string digest_of_bytes(std::string_view bytes);
 
-/// Of a file's bytes, or of all files of a folder (names and bytes, in the order of their names).
+/// Digest of a file's bytes, or of a folder: names and bytes of all files in it, in the order of their names.
+/// Errors: no such file, not a regular file, not readable.
 Result<std::string> digest_of(const std::filesystem::path& path);
 
-/// Of the first `count` bytes of a file.
+/// Digest of the first `count` bytes of a file. Errors: as digest_of.
 Result<std::string> digest_of_start(const std::filesystem::path& file, std::uint64_t count);
 
 }  // namespace borelli

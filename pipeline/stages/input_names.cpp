@@ -9,22 +9,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* name_of_folders = "DICOM folder";
+constexpr const char* folder_name = "DICOM folder";
 
 std::string without_slashes_at_end(std::string path) {
   while (path.size() > 1 && path.back() == '/') path.pop_back();
   return path;
 }
 
-bool is_of_a_name(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; }
+bool is_word_letter(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-'; }
 
-// Whether the path at [begin, end) of `text` is a whole one, or the beginning of one.
-bool is_a_path(const std::string& text, std::size_t begin, std::size_t end, const std::string& path) {
+// Whether `path`, at [begin, end) of `text`, is a path there or the first folders of one, not part of a word.
+bool is_whole_path(const std::string& text, std::size_t begin, std::size_t end, const std::string& path) {
   const char before = begin > 0 ? text[begin - 1] : ' ', after = end < text.size() ? text[end] : ':';
-  if (is_of_a_name(before) || before == '/' || before == '.') return false;
+  if (is_word_letter(before) || before == '/' || before == '.') return false;
   if (path.back() == '/') return true;
-  // a relative one of a single word may be any word
-  return path.find('/') == path.npos ? begin == 0 && after == ':' : !is_of_a_name(after);
+  // a path without a slash may be any word: it counts only as the "where" of a message, "path: ..."
+  return path.find('/') == path.npos ? begin == 0 && after == ':' : !is_word_letter(after);
 }
 
 }  // namespace
@@ -49,13 +49,13 @@ InputNames::InputNames(bool keep_paths, const std::vector<std::string>& paths) :
 std::string InputNames::name_of(const std::string& path) const {
   std::error_code problem;
   if (keep_paths_ || path.empty()) return path;
-  return fs::is_directory(path, problem) ? name_of_folders : fs::path(path).filename().string();
+  return fs::is_directory(path, problem) ? folder_name : fs::path(path).filename().string();
 }
 
 std::string InputNames::without_folders(std::string text) const {
   for (const auto& [path, name] : names_)
     for (std::size_t at = 0; (at = text.find(path, at)) != text.npos;)
-      if (is_a_path(text, at, at + path.size(), path)) {
+      if (is_whole_path(text, at, at + path.size(), path)) {
         text.replace(at, path.size(), name);
         at += name.size();
       } else {

@@ -1,5 +1,5 @@
-// How inputs are named in outputs: by their files' names. The folder that they lie in often bears a patient's
-// name, and outputs are shared.
+// Names inputs in outputs by their file names alone: outputs are shared, and a folder is often named after
+// the patient.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,27 +9,27 @@
 
 namespace borelli {
 
-/// Of the flag --keep-paths.
+/// Help of the flag --keep-paths.
 inline constexpr const char* keep_paths_help =
-    "Write inputs' paths into outputs (without it their files' names alone: a folder often bears a "
-    "patient's)";
+    "Name inputs in outputs by whole paths (default: by file names, since folders are often named after the "
+    "patient)";
 
 class InputNames {
  public:
-  /// `paths`: of files and folders, as the user gave them; those that are not there are left as they are.
-  /// `keep_paths`: everything is.
+  /// `paths`: files and folders as the user gave them; missing ones are ignored. `keep_paths`: texts stay
+  /// unchanged.
   InputNames(bool keep_paths, const std::vector<std::string>& paths);
 
   /// A file's name; "DICOM folder" for a folder.
   std::string name_of(const std::string& path) const;
-  /// Text with the inputs' names in place of their paths, and without the folders of the files beside them.
+  /// Replaces each input's path in a text by its name, and removes the inputs' folders from other paths.
   std::string without_folders(std::string text) const;
-  /// The same of all texts in it.
+  /// The same for every text in a JSON value.
   nlohmann::json without_folders(nlohmann::json value) const;
 
  private:
   bool keep_paths_;
-  std::vector<std::pair<std::string, std::string>> names_;  // in place of what; the longest first
+  std::vector<std::pair<std::string, std::string>> names_;  // path and its replacement; longest path first
 };
 
 }  // namespace borelli

@@ -9,7 +9,6 @@
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
-#include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/landmarks_file.hpp"
@@ -63,7 +62,6 @@ Result<json> run(const ExportAsked& wanted, const Command& command) {
   if (!joints) return tl::unexpected(joints.error());
   const auto labels = read_labels(command, wanted.labels, wanted.names);
   if (!labels) return tl::unexpected(labels.error());
-  for (const auto& warning : labels->warnings) say("warning: {}: {}\n", wanted.labels, warning);
 
   ProgressBar bar(command.json);
   bar.begin("meshes");

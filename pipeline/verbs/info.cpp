@@ -47,7 +47,7 @@ void add_info(CLI::App& program, Command& command) {
       std::error_code problem;
       if (!std::filesystem::exists(*path, problem)) return bad_use(*path, "no such file or folder");
       if (!std::filesystem::is_regular_file(*path, problem) && !std::filesystem::is_directory(*path, problem))
-        return bad_use(*path, "is not a regular file");  // (a pipe would wait for who writes to it)
+        return bad_use(*path, "is not a regular file");  // (opening a pipe waits for its writer)
       const auto is = [&](std::string_view ending) { return path->ends_with(ending); };
       const bool trajectory = is(".h5") || is(".hdf5") || is_trajectory(*path);
       if (trajectory && (!quantity->empty() || options->floating))

@@ -7,9 +7,9 @@
 namespace borelli {
 namespace {
 
-// Passes on the reader's warnings.
+// Passes the reader's warnings on to the Command.
 template <class T>
-Result<T> heard(const Command& command, Result<T> read) {
+Result<T> pass_warnings(const Command& command, Result<T> read) {
   if (read) command.warn(read->warnings);
   return read;
 }
@@ -24,7 +24,7 @@ Result<ScannedVolume> read_volume(const Command& command, const std::string& pat
     if (!parsed) return tl::unexpected(parsed.error());
     options.quantity = *parsed;
   }
-  return heard(command, read_volume(path, options));
+  return pass_warnings(command, read_volume(path, options));
 }
 
 Result<LabelMap> read_labels(const Command& command, const std::string& path, const std::string& names,
@@ -37,12 +37,12 @@ Result<LabelMap> read_labels(const Command& command, const std::string& path, co
 
 Result<ClassMap> read_classes(const Command& command, const std::string& path, const std::string& names,
                               const std::string& mapping) {
-  return heard(command, read_classes(path, names, mapping));
+  return pass_warnings(command, read_classes(path, names, mapping));
 }
 
 Result<GivenLandmarks> read_given_landmarks(const Command& command, const std::string& path) {
   if (path.empty()) return GivenLandmarks();
-  return heard(command, read_given_landmarks(path));
+  return pass_warnings(command, read_given_landmarks(path));
 }
 
 Result<InertiaTable> read_table(const Command& command, const std::string& path) {

@@ -46,7 +46,8 @@ std::string memory_size(const std::string& text) {
   if (text.empty()) return "";  // refused by empty_option
   const auto bytes = borelli::bytes_from(text);
   if (!bytes)
-    return fmt::format("'{}' is no amount of memory; expected a number and a unit, e.g. 4G or 500M", text);
+    return fmt::format("'{}' is not an amount of memory; expected a number and a unit, e.g. 4G or 500M",
+                       text);
   return *bytes < least_memory ? fmt::format("'{}' is too little; expected 100M or more", text) : "";
 }
 

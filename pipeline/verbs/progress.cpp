@@ -15,8 +15,8 @@ namespace {
 constexpr int bar_width = 30;
 std::atomic<const char*> when_stopped = nullptr;
 
-// s: before that nothing is foretold; what is left is said where it is longer
-constexpr double slow = 5, long_time = 120;
+constexpr double first_estimate = 5;   // s: earlier, the time left is too uncertain to show
+constexpr double shortest_left = 120;  // s: less is not worth showing
 
 std::string time_words(double seconds) {
   if (seconds < 7200) return fmt::format("{:.0f} min", seconds / 60);
@@ -65,7 +65,7 @@ void ProgressBar::update(double fraction, std::string_view what) {
 
 std::string progress_words(double seconds, double fraction) {
   const double left = fraction > 0 ? seconds * (1 - fraction) / fraction : 0;
-  if (seconds < slow || left < long_time) return fmt::format("{:.0f} %", 100 * fraction);
+  if (seconds < first_estimate || left < shortest_left) return fmt::format("{:.0f} %", 100 * fraction);
   return fmt::format("{:.2g} %, about {} left", 100 * fraction, time_words(left));
 }
 

@@ -8,7 +8,7 @@
 
 namespace borelli {
 
-/// How far a work has come in so many seconds, "25 %", and where it will take long, how long about:
+/// Progress of a work that has done `fraction` in `seconds`: "25 %"; with the time left where that is long:
 /// "0.0012 %, about 23 h left".
 std::string progress_words(double seconds, double fraction);
 
@@ -23,8 +23,8 @@ class ProgressBar {
 
   /// Works may overlap; a terminal shows the bar of the one under way that began first.
   void begin(const std::string& what);
-  /// 0 to 1; drawn at most twenty times a second on a terminal, else a line every half minute; with how long
-  /// it will take where that is long. `what`: which of the works under way; empty: the only one.
+  /// `fraction`: 0 to 1. Draws at most twenty times a second on a terminal, else a line every half minute,
+  /// as progress_words. `what`: which of the works under way; empty: the only one.
   void update(double fraction, std::string_view what = {});
   void end(const std::string& outcome, std::string_view what = {});  ///< e.g. "1.3 s"; the line stays
 

@@ -41,7 +41,7 @@ struct Found {
   ReportInputs inputs;
 };
 
-/// Reads a file that may be absent; null where it is. Errors: damaged, or not of these kinds.
+/// Reads a file that may be absent; answers null then. Errors: damaged; values not of these `kinds`.
 Result<json> json_if_there(const fs::path& path, const json& kinds) {
   std::error_code problem;
   if (!fs::exists(path, problem)) return json();
@@ -181,7 +181,7 @@ Result<void> show_no_face(Found& found, const Command& command, const fs::path& 
   return {};
 }
 
-/// On the page, beside those of the run.
+/// Puts the verb's warnings beside those of the run, for the page.
 void show_warnings(const Command& command, Found& found) {
   json& run = found.inputs.run;
   if (command.warnings().empty()) return;

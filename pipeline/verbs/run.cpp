@@ -30,8 +30,8 @@ struct RunAsked {
   bool work_grid_chosen = false, integrator_tolerance_chosen = false;
 };
 
-// The subject's name where none is given: the file's without its endings. A folder's name, which often is the
-// patient's, enters no output: the first bytes of its first file's digest stand for it.
+// The subject's name where none is given: the file's name without its endings. A folder's name is often the
+// patient's, so its first file's digest gives the name instead.
 Result<std::string> name_of_input(const std::string& path, bool keep_paths) {
   std::error_code problem;
   fs::path name = fs::path(path).filename();
@@ -53,8 +53,8 @@ Result<std::string> name_of_input(const std::string& path, bool keep_paths) {
   return text.empty() || text == "." || text == ".." ? "subject" : text;
 }
 
-// Settings for settings.toml, which is shared with the results: without paths, and with the words that run it
-// again.
+// The text of settings.toml without paths, since it is shared with the results; its first lines give the
+// command that repeats the run.
 std::string settings_without_paths(CLI::App& verb, const RunSettings& s) {
   std::error_code problem;
   const bool own_mapping = fs::exists(s.label_mapping, problem);
@@ -68,8 +68,8 @@ std::string settings_without_paths(CLI::App& verb, const RunSettings& s) {
     verb.get_option(option)->configurable(false);
     words += fmt::format(" {} {}", option, fs::path(given).filename().string());
   }
-  return "# The paths of what was read are left out (--keep-paths keeps them). Runs again by\n#   " + words +
-         "\n" + settings_text(verb);
+  return "# Paths of inputs are left out (--keep-paths keeps them). To run it again:\n#   " + words + "\n" +
+         settings_text(verb);
 }
 
 // whether what is to be written there would be among the files of a scan's folder
@@ -185,7 +185,7 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   };
   const auto record = run(settings, command.force, observer);
   bar.reset();
-  if (!record) {  // which may well be why
+  if (!record) {  // the warnings may tell why
     command.warn(warnings);
     return record;
   }
@@ -205,7 +205,7 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("volume", s.volume, "A DICOM folder or a volume file (.nii.gz, .nrrd, .mha)")->required();
   verb->add_option("-o,--out", asked->out, "Folder; the results go to <out>/<subject>")->required();
   verb->add_option("--subject", s.subject,
-                   "Name of the subject (default: the file's; of a folder one from its content)");
+                   "Name of the subject (default: the file's name; of a folder, a name from its content)");
   verb->add_option("--quantity", asked->quantity, "What the voxels hold: hu, density_kgm3, density_gcm3, mr");
   verb->add_option("--labels", s.labels, "A label map on the volume's grid, to use instead of segmenting");
   verb->add_option("--label-names", s.label_names, "Its names (TSV; default: beside it)");

@@ -9,7 +9,7 @@
 
 namespace borelli {
 
-/// What is wrong in a settings file, ":LINE: what", to stand behind the file's name.
+/// An error in a settings file: ":LINE: what", to be put after the file's name.
 struct SettingsError : CLI::ParseError {
   SettingsError(unsigned line, const std::string& what);
   explicit SettingsError(const borelli::Error& error);

@@ -39,7 +39,7 @@ json grid_info(const Grid& grid) {
   return info;
 }
 
-// voxels and volume of each label; of its names where a table of them is beside it
+// voxels and volume of each label, with its name where a table of names lies beside the map
 Result<json> label_info(const Command& command, const std::string& path) {
   const auto map = read_labels(command, path);
   if (!map) return tl::unexpected(map.error());

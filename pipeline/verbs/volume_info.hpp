@@ -13,8 +13,8 @@ namespace borelli {
 bool may_be_volume(const std::string& path);
 
 /// Format, grid (voxels, spacing in mm, directions, origin in mm, LPS), what the values are, their range,
-/// labels with their volumes in ml. Where only the quantity is unclear, the rest is told with the reason.
-/// Nothing that names the patient.
+/// labels with their volumes in ml. Nothing that names the patient. Where only the quantity is unclear,
+/// "holds" is null and a warning gives the reason. Errors: as read_volume.
 Result<nlohmann::json> volume_info(const Command& command, const std::string& path,
                                    const std::string& quantity, const Progress& progress);
 
