@@ -168,74 +168,39 @@ Result<void> admit_derivatives(const System& system, std::size_t bodies) {
                      [&] { return fmt::format("the derivatives of {} accelerations", system.nv); });
 }
 
-Result<ForwardDerivatives> find_forward_derivatives(const System& system, const State& state,
-                                                    const Eigen::VectorXd& efforts) {
-  const auto now = evaluate(system, state, efforts);
-  if (!now) return tl::unexpected(now.error());
-  const int n = system.nv;
-  const std::vector<int> bodies = massive_bodies(system);
-  if (auto fits = admit_derivatives(system, bodies.size()); !fits) return tl::unexpected(fits.error());
-  ForwardDerivatives out;
-  out.inertials = names_of(system, bodies);
-  out.acceleration_by_q = out.acceleration_by_v = Rows::Zero(n, n);
-  out.multipliers_by_q = out.multipliers_by_v = out.multipliers_by_efforts = Rows::Zero(system.rows, n);
-  out.acceleration_by_inertia = Rows::Zero(n, 10 * Eigen::Index(bodies.size()));
-  out.multipliers_by_inertia = Rows::Zero(system.rows, 10 * Eigen::Index(bodies.size()));
-  out.acceleration_by_efforts = -Rows::Identity(n, n);  // r holds them with their sign turned
-  Residuals residuals(system, state, now->acceleration, now->multipliers);
-  residuals.by_q(out.acceleration_by_q, out.multipliers_by_q);
-  residuals.by_v(out.acceleration_by_v, out.multipliers_by_v);
-  for (int i = 0; i < int(bodies.size()); ++i)
-    residuals.by_inertia(bodies[i], 10 * i, out.acceleration_by_inertia, out.multipliers_by_inertia);
-  Workspace w(system);
-  if (const Fault fault = update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w))
-    return tl::unexpected(describe(system, fault, state.t));
-  if (system.rows > 0) w.solver.prepare(w.rows.L, w.factor, true);
-  solve(system, w, out.acceleration_by_q, out.multipliers_by_q);
-  solve(system, w, out.acceleration_by_v, out.multipliers_by_v);
-  solve(system, w, out.acceleration_by_efforts, out.multipliers_by_efforts);
-  solve(system, w, out.acceleration_by_inertia, out.multipliers_by_inertia);
-  return out;
-}
-
-Result<InverseDynamics> find_inverse_dynamics(const System& system, const State& state,
-                                              const Eigen::VectorXd& a) {
-  const int n = system.nv;
-  if (a.size() != n)
-    return bad_use("accelerations", fmt::format("are {}; the scene has {} velocities", a.size(), n));
-  if (!a.allFinite()) return bad_use("accelerations", "are not all finite numbers");
-  if (auto fits = check_state(system, state); !fits) return tl::unexpected(fits.error());
-  const std::vector<int> bodies = massive_bodies(system);
-  if (auto fits = admit_derivatives(system, bodies.size()); !fits) return tl::unexpected(fits.error());
-  if (auto fits = admit_workspaces(system, system.settings.equations, 1, true); !fits)
-    return tl::unexpected(fits.error());
-  InverseDynamics out;
-  out.inertials = names_of(system, bodies);
-  out.efforts_by_q = out.efforts_by_v = Rows::Zero(n, n);
-  out.efforts_by_inertia = Rows::Zero(n, 10 * Eigen::Index(bodies.size()));
-  Rows none = Rows::Zero(system.rows, std::max<Eigen::Index>(n, out.efforts_by_inertia.cols()));
-  Residuals residuals(system, state, a, Eigen::VectorXd::Zero(system.rows));
-  residuals.by_q(out.efforts_by_q, none);
-  residuals.by_v(out.efforts_by_v, none);
-  for (int i = 0; i < int(bodies.size()); ++i)
-    residuals.by_inertia(bodies[i], 10 * i, out.efforts_by_inertia, none);
-  Workspace w(system);
-  out.efforts.resize(n);
-  inverse_dynamics(system, system.parameters, system.parameters.inertials, state.t, state.q.data(),
-                   state.v.data(), a.data(), w.kinematics, w.efforts, w.articulation, out.efforts.data());
-  if (const Fault fault =  // A, singular or not
-      update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w);
-      fault.kind == Fault::Kind::no_memory)
-    return tl::unexpected(describe(system, fault, state.t));
-  out.efforts_by_a = w.terms.A.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
-  return out;
-}
-
 }  // namespace
 
 Result<ForwardDerivatives> forward_derivatives(const System& system, const State& state,
                                                const Eigen::VectorXd& efforts) {
-  return at_border(system, [&] { return find_forward_derivatives(system, state, efforts); });
+  return at_border(system, [&]() -> Result<ForwardDerivatives> {
+    const auto now = evaluate(system, state, efforts);
+    if (!now) return tl::unexpected(now.error());
+    const int n = system.nv;
+    const std::vector<int> bodies = massive_bodies(system);
+    if (auto fits = admit_derivatives(system, bodies.size()); !fits) return tl::unexpected(fits.error());
+    ForwardDerivatives out;
+    out.inertials = names_of(system, bodies);
+    out.acceleration_by_q = out.acceleration_by_v = Rows::Zero(n, n);
+    out.multipliers_by_q = out.multipliers_by_v = out.multipliers_by_efforts = Rows::Zero(system.rows, n);
+    out.acceleration_by_inertia = Rows::Zero(n, 10 * Eigen::Index(bodies.size()));
+    out.multipliers_by_inertia = Rows::Zero(system.rows, 10 * Eigen::Index(bodies.size()));
+    out.acceleration_by_efforts = -Rows::Identity(n, n);  // r holds them with their sign turned
+    Residuals residuals(system, state, now->acceleration, now->multipliers);
+    residuals.by_q(out.acceleration_by_q, out.multipliers_by_q);
+    residuals.by_v(out.acceleration_by_v, out.multipliers_by_v);
+    for (int i = 0; i < int(bodies.size()); ++i)
+      residuals.by_inertia(bodies[i], 10 * i, out.acceleration_by_inertia, out.multipliers_by_inertia);
+    Workspace w(system);
+    if (const Fault fault =
+            update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w))
+      return tl::unexpected(describe(system, fault, state.t));
+    if (system.rows > 0) w.solver.prepare(w.rows.L, w.factor, true);
+    solve(system, w, out.acceleration_by_q, out.multipliers_by_q);
+    solve(system, w, out.acceleration_by_v, out.multipliers_by_v);
+    solve(system, w, out.acceleration_by_efforts, out.multipliers_by_efforts);
+    solve(system, w, out.acceleration_by_inertia, out.multipliers_by_inertia);
+    return out;
+  });
 }
 
 Result<Rows> residual_by_q(const System& system, const State& state, const Eigen::VectorXd& a,
@@ -250,7 +215,37 @@ Result<Rows> residual_by_q(const System& system, const State& state, const Eigen
 }
 
 Result<InverseDynamics> inverse_dynamics(const System& system, const State& state, const Eigen::VectorXd& a) {
-  return at_border(system, [&] { return find_inverse_dynamics(system, state, a); });
+  return at_border(system, [&]() -> Result<InverseDynamics> {
+    const int n = system.nv;
+    if (a.size() != n)
+      return bad_use("accelerations", fmt::format("are {}; the scene has {} velocities", a.size(), n));
+    if (!a.allFinite()) return bad_use("accelerations", "are not all finite numbers");
+    if (auto fits = check_state(system, state); !fits) return tl::unexpected(fits.error());
+    const std::vector<int> bodies = massive_bodies(system);
+    if (auto fits = admit_derivatives(system, bodies.size()); !fits) return tl::unexpected(fits.error());
+    if (auto fits = admit_workspaces(system, system.settings.equations, 1, true); !fits)
+      return tl::unexpected(fits.error());
+    InverseDynamics out;
+    out.inertials = names_of(system, bodies);
+    out.efforts_by_q = out.efforts_by_v = Rows::Zero(n, n);
+    out.efforts_by_inertia = Rows::Zero(n, 10 * Eigen::Index(bodies.size()));
+    Rows none = Rows::Zero(system.rows, std::max<Eigen::Index>(n, out.efforts_by_inertia.cols()));
+    Residuals residuals(system, state, a, Eigen::VectorXd::Zero(system.rows));
+    residuals.by_q(out.efforts_by_q, none);
+    residuals.by_v(out.efforts_by_v, none);
+    for (int i = 0; i < int(bodies.size()); ++i)
+      residuals.by_inertia(bodies[i], 10 * i, out.efforts_by_inertia, none);
+    Workspace w(system);
+    out.efforts.resize(n);
+    inverse_dynamics(system, system.parameters, system.parameters.inertials, state.t, state.q.data(),
+                     state.v.data(), a.data(), w.kinematics, w.efforts, w.articulation, out.efforts.data());
+    if (const Fault fault =  // A, singular or not
+        update_terms(system, system.parameters, state.t, state.q.data(), state.v.data(), w);
+        fault.kind == Fault::Kind::no_memory)
+      return tl::unexpected(describe(system, fault, state.t));
+    out.efforts_by_a = w.terms.A.topLeftCorner(n, n).selfadjointView<Eigen::Lower>();
+    return out;
+  });
 }
 
 }  // namespace borelli

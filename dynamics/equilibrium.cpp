@@ -153,7 +153,7 @@ Result<Equilibrium> balanced_state(const System& system, const State& start) {
         "is a contact, which the search for an equilibrium does not know; hold what it holds by a "
         "constraint or a limit_spring");
   if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so it rests where it is");
-  // (the answer's slope, and twice as many rows damped)
+  // The search also holds its slope, and a damped copy with twice the rows.
   if (auto fits = admit_workspaces(system, system.settings.equations, 4, true); !fits)
     return tl::unexpected(fits.error());
   Equilibrium out;

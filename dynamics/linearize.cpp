@@ -103,47 +103,45 @@ std::vector<Mode> modes_of(const MatrixXd& state_matrix, const Rows& basis, cons
   return out;
 }
 
-Result<Linearization> find_linearization(const System& system, const State& state) {
-  if (!system.contacts.empty())
-    return bad_use(
-        fmt::format("constraint '{}'", system.constraint_names[std::size_t(system.contacts[0].constraint)]),
-        "is a contact, and small deviations open and close it: there is no state matrix");
-  if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so nothing deviates");
-  const auto now = evaluate(system, state);
-  if (!now) return tl::unexpected(now.error());
-  if (system.rows > 0 && state.v.cwiseAbs().maxCoeff() > 0)
-    return bad_use(system.scene,
-                   "has constraints, whose small deviations are found at rest only: give zero velocities");
-  const auto d = forward_derivatives(system, state);
-  if (!d) return tl::unexpected(d.error());
-  if (auto fine = check_steady(system, state, *now, *d); !fine) return tl::unexpected(fine.error());
-
-  const VectorXd scale = Eigen::Map<const VectorXd>(system.velocity_scale.data(), system.nv);
-  const MatrixXd N = free_directions(system, now->constraint_jacobian, scale);
-  Linearization out;
-  out.basis = scale.asDiagonal() * N;
-  const MatrixXd back = N.transpose() * scale.cwiseInverse().asDiagonal();
-  const Eigen::Index m = N.cols();
-  if (m == 0)
-    return bad_use(system.scene, "is held in all directions by its constraints, so nothing deviates");
-  out.state_matrix.setZero(2 * m, 2 * m);
-  out.state_matrix.topLeftCorner(m, m) = back * transport(system, state) * out.basis;
-  out.state_matrix.topRightCorner(m, m).setIdentity();
-  out.state_matrix.bottomLeftCorner(m, m) = back * d->acceleration_by_q * out.basis;
-  out.state_matrix.bottomRightCorner(m, m) = back * d->acceleration_by_v * out.basis;
-  double largest = 0, growth = 0;
-  out.modes = modes_of(out.state_matrix, out.basis, scale, largest, growth);
-  const double zero = zero_real_part * largest;
-  out.stability = growth > zero    ? Stability::unstable
-                  : growth < -zero ? Stability::stable
-                                   : Stability::neutral;
-  return out;
-}
-
 }  // namespace
 
 Result<Linearization> linearize(const System& system, const State& state) {
-  return at_border(system, [&] { return find_linearization(system, state); });
+  return at_border(system, [&]() -> Result<Linearization> {
+    if (!system.contacts.empty())
+      return bad_use(
+          fmt::format("constraint '{}'", system.constraint_names[std::size_t(system.contacts[0].constraint)]),
+          "is a contact, and small deviations open and close it: there is no state matrix");
+    if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so nothing deviates");
+    const auto now = evaluate(system, state);
+    if (!now) return tl::unexpected(now.error());
+    if (system.rows > 0 && state.v.cwiseAbs().maxCoeff() > 0)
+      return bad_use(system.scene,
+                     "has constraints, whose small deviations are found at rest only: give zero velocities");
+    const auto d = forward_derivatives(system, state);
+    if (!d) return tl::unexpected(d.error());
+    if (auto fine = check_steady(system, state, *now, *d); !fine) return tl::unexpected(fine.error());
+
+    const VectorXd scale = Eigen::Map<const VectorXd>(system.velocity_scale.data(), system.nv);
+    const MatrixXd N = free_directions(system, now->constraint_jacobian, scale);
+    Linearization out;
+    out.basis = scale.asDiagonal() * N;
+    const MatrixXd back = N.transpose() * scale.cwiseInverse().asDiagonal();
+    const Eigen::Index m = N.cols();
+    if (m == 0)
+      return bad_use(system.scene, "is held in all directions by its constraints, so nothing deviates");
+    out.state_matrix.setZero(2 * m, 2 * m);
+    out.state_matrix.topLeftCorner(m, m) = back * transport(system, state) * out.basis;
+    out.state_matrix.topRightCorner(m, m).setIdentity();
+    out.state_matrix.bottomLeftCorner(m, m) = back * d->acceleration_by_q * out.basis;
+    out.state_matrix.bottomRightCorner(m, m) = back * d->acceleration_by_v * out.basis;
+    double largest = 0, growth = 0;
+    out.modes = modes_of(out.state_matrix, out.basis, scale, largest, growth);
+    const double zero = zero_real_part * largest;
+    out.stability = growth > zero    ? Stability::unstable
+                    : growth < -zero ? Stability::stable
+                                     : Stability::neutral;
+    return out;
+  });
 }
 
 const char* word_for(Stability stability) {

@@ -108,7 +108,7 @@ ChildLimits limits_for(const std::filesystem::path& path) {
   std::error_code problem;
   const double size = static_cast<double>(std::filesystem::file_size(path, problem));
   ChildLimits limits;
-  limits.processor_seconds = 0.5 + size / 20e6;
+  limits.processor_seconds = 0.2 + size / 20e6;
   limits.seconds = 5 + size / 5e6;
   limits.bytes = std::min<std::uint64_t>(
       memory_limit(), (std::uint64_t{256} << 20) + static_cast<std::uint64_t>(1000 * size));

@@ -248,9 +248,10 @@ Result<void> write_whole_set(const fs::path& folder, const std::vector<std::stri
   sweep_partial_files(folder / names.front());
   std::error_code problem, ignored;
   fs::remove_all(beside, ignored);
-  fs::create_directories(beside, problem);
-  if (problem) return failure(folder.string(), "cannot be written to: " + problem.message());
+  fs::create_directories(folder, problem);
   const WriterInFolder writer(folder);
+  if (!problem) fs::create_directories(beside, problem);
+  if (problem) return failure(folder.string(), "cannot be written to: " + problem.message());
   auto done = write(beside);
   for (const std::string& name : names)
     if (done) done = sync(beside / name);

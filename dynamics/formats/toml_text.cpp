@@ -100,7 +100,7 @@ std::string told(std::string_view description) {
 Result<toml::table> parse_toml(std::string_view text, const std::string& file) {
   if (const std::size_t line = NestingScan(text).line_too_deep(); line > 0)
     return bad_use(fmt::format("{}:{}", file, line),
-                   fmt::format("more than {} tables and lists stand in each other", deepest));
+                   fmt::format("tables and lists are nested deeper than {}", deepest));
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& e) {

@@ -22,7 +22,7 @@ TEST(TomlText, NestingWithoutEndIsRefusedWithItsLine) {
         "x = \"\"\"a\\\"\"\"\"\na = [" + times(100, "[") + times(100, "]") + "]"}) {
     const auto read = parse_toml(text, "f.toml");
     ASSERT_FALSE(read) << text.substr(0, 40);
-    EXPECT_EQ(read.error().message(), "f.toml:2: more than 100 tables and lists stand in each other");
+    EXPECT_EQ(read.error().message(), "f.toml:2: tables and lists are nested deeper than 100");
   }
 }
 
