@@ -410,7 +410,7 @@ class UrdfReader {
   ModelFile model_;
   std::map<std::string, const XmlElement*> links_, joint_names_;
   std::vector<const XmlElement*> joints_;  // in file order
-  XmlElement world_{.name = "link"};  // of a file without a link of that name; its place is the first mention's
+  XmlElement world_{.name = "link"};       // implied by a joint, at the place of its first mention
   std::vector<std::string> without_size_;  // where such shapes stand
   std::set<std::string> coordinates_;
 };

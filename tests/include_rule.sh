@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The include rule: a folder includes only its own headers and the data type that the stage before it hands on,
-# besides error/, threads/ and process/, which are no stage's.
+# besides error/, threads/ and process/, which belong to no stage.
 # ITK headers stay in segmentation's .cpp files, VTK headers in pipeline's. Give another root to check that instead.
 set -u
 root=${1:-$(cd "$(dirname "$0")/.." && pwd)}

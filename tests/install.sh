@@ -15,7 +15,7 @@ fi
 cmake -G Ninja -S "$here/consumer" -B "$work/build" -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix" \
   >"$work/log" 2>&1 || { tail -n 30 "$work/log"; exit 1; }
 cmake --build "$work/build" >"$work/log" 2>&1 || { tail -n 30 "$work/log"; exit 1; }
-for consumer in "$work"/build/consumer*; do  # compiled for several processors
+for consumer in "$work"/build/consumer*; do  # one per instruction set; not every processor has AVX2
   case $consumer in
     *_mfma | *_mavx2 | *_v3) grep -q avx2 /proc/cpuinfo && grep -q fma /proc/cpuinfo || continue ;;
   esac

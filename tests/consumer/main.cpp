@@ -1,5 +1,5 @@
-// Uses public names of two folders, and has Eigen's types made here and freed there and the other way about;
-// answers 0 when they do what they say.
+// Uses public names of two folders. Eigen's types cross the library's border in both directions: allocated on
+// one side, freed on the other. Exit code 0: every check holds.
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -13,14 +13,14 @@
 
 namespace {
 
-bool fails(const char* what) {
+bool fail(const char* what) {
   std::fprintf(stderr, "%s\n", what);
   return false;
 }
 
-bool near(double x, double expected, double room) { return std::abs(x - expected) < room; }
+bool near(double x, double expected, double tolerance) { return std::abs(x - expected) < tolerance; }
 
-// A bar of 1 kg and 1 m on a hinge, hanging a little aside: it swings with (3 g / 2 l)^1/2.
+// A bar of 1 kg and 1 m that hangs on a hinge, turned by `angle` (rad).
 borelli::Scene pendulum(double angle) {
   borelli::Scene scene;
   borelli::Solid bar;
@@ -41,26 +41,26 @@ borelli::Scene pendulum(double angle) {
 
 bool dynamics_works() {
   const auto system = borelli::compile(pendulum(0.5));
-  if (!system) return fails(system.error().message().c_str());
-  borelli::System copy = *system;  // its types are copied, moved and freed here
+  if (!system) return fail(system.error().message().c_str());
+  borelli::System copy = *system;  // copied, moved and freed on this side
   const borelli::System moved = std::move(copy);
   const auto now = borelli::evaluate(moved, moved.initial);
-  if (!now || !near(now->acceleration[0], -1.5 * 9.81 * std::sin(0.5), 1e-12)) return fails("evaluate");
+  if (!now || !near(now->acceleration[0], -1.5 * 9.81 * std::sin(0.5), 1e-12)) return fail("evaluate");
   borelli::State hanging{0, Eigen::VectorXd::Zero(1), Eigen::VectorXd::Zero(1)};
   const auto linear = borelli::linearize(moved, hanging);
-  if (!linear || linear->modes.empty()) return fails("linearize");
+  if (!linear || linear->modes.empty()) return fail("linearize");
   auto motion = borelli::simulate(moved);
-  if (!motion || !motion->certificate.trusted) return fails("simulate");
+  if (!motion || !motion->certificate.trusted) return fail("simulate");
   const borelli::Trajectory kept = *motion;
   const auto members = std::vector<borelli::Member>(20, {moved.initial, {}, {}});
   const auto endings = borelli::simulate_ensemble(moved, members, moved.settings, 1);
-  if (!endings) return fails(endings.error().message().c_str());
+  if (!endings) return fail(endings.error().message().c_str());
   for (const auto& ending : *endings)
     if (ending.state.q.size() != 1 || !near(ending.state.q[0], kept.q(kept.q.rows() - 1, 0), 1e-6))
-      return fails("simulate_ensemble");
-  // products in Eigen's blocks, whose code here and in the library has the same names
+      return fail("simulate_ensemble");
+  // Eigen's blocked product: its functions exist under the same names here and in the library
   const Eigen::MatrixXd a = Eigen::MatrixXd::Constant(300, 300, 2.);
-  if (!near((a * a)(299, 299), 1200, 1e-9)) return fails("product");
+  if (!near((a * a)(299, 299), 1200, 1e-9)) return fail("product");
   return true;
 }
 

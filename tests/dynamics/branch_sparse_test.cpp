@@ -64,6 +64,7 @@ TEST(BranchSparse, FactorsLongBranches) {
 
 TEST(BranchSparse, FillsInNothingBetweenIndependentSolids) {
   const System system = compiled(bars(4));
+  EXPECT_EQ(system.branches().first_ancestor.size(), 5u);  // nv + 1
   EXPECT_TRUE(system.branches().ancestors.empty());
 }
 

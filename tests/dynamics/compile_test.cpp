@@ -180,7 +180,7 @@ TEST(CompileRefuses, EffortsAndConstraintsOnWhatIsNotThere) {
 
 // ---- many solids ----
 
-// Of n solids, one on the other; the first hangs from the world.
+// A chain of n links; the first hangs from the world.
 Scene long_chain(int n) {
   Scene scene;
   scene.name = "long chain";
@@ -194,9 +194,9 @@ Scene long_chain(int n) {
   return scene;
 }
 
-// What a chain takes grows with its length, but for the mass matrix, which nothing asks for: of 100 000
-// solids it would be 160 GB.
-TEST(Compile, LongChainsCostByTheirLength) {
+// Memory grows linearly with the chain's length. Only the mass matrix would grow with its square, to 80 GB
+// for 100 000 coordinates, and compile() does not make it.
+TEST(Compile, MemoryOfLongChainsIsLinearInTheirLength) {
   const int n = 100000;
   const System system = compiled(long_chain(n));
   ASSERT_EQ(system.nv, n);
@@ -208,7 +208,7 @@ TEST(Compile, LongChainsCostByTheirLength) {
       << matrix.error().message();
 }
 
-// Hanging straight it turns about its own length like one rod, at an even rate.
+// The straight chain spins about its own length like one rod, at a constant rate.
 TEST(Compile, LongChainsAreSimulated) {
   const int n = 20000;
   Scene scene = long_chain(n);
@@ -240,17 +240,17 @@ TEST(Compile, SixtyThousandFreeSolidsFall) {
   }
 }
 
-TEST(Compile, CouplingsMayFollowEachOtherByTheThousands) {
+TEST(Compile, ResolvesThousandsOfChainedCouplings) {
   const int n = 20000;
   Scene scene;
   for (int i = 0; i < n; ++i) {
-    Solid& one = scene.solids.emplace_back(
+    Solid& cart = scene.solids.emplace_back(
         solid(fmt::format("s{}", i), "world",
               {slide(fmt::format("x{}", i), Vector3d::UnitX(), i == n - 1 ? 3. : 0.)},
               {inertial(1, {0, 0, 0}, {1, 1, 1})}));
     if (i == n - 1) continue;
-    one.switches[0].q = one.switches[0].v = {};
-    one.switches[0].motion = Coupled{fmt::format("x{}", i + 1), Polynomial{{1e-4, 1}}};
+    cart.switches[0].q = cart.switches[0].v = {};
+    cart.switches[0].motion = Coupled{fmt::format("x{}", i + 1), Polynomial{{1e-4, 1}}};
   }
   const auto whole = without_coupled_switches(scene);
   ASSERT_TRUE(whole) << whole.error().message();

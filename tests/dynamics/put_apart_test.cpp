@@ -145,9 +145,8 @@ TEST(PutApart, WhatHasNowhereToGoEndsByName) {
       << out.error().message();
 }
 
-// A ball on a slide across the plane's normal, and one that is welded: no coordinate parts them from the
-// plane.
-TEST(PutApart, WhatNoCoordinateMovesEndsByName) {
+// A ball on a slide parallel to the plane, and a welded ball: no coordinate moves them off the plane.
+TEST(PutApart, NamesAContactThatNoCoordinateParts) {
   for (const bool slides : {true, false}) {
     Scene scene;
     scene.solids = {solid("ball", "world", {fixed({0, 0, 0.05})}, {inertial(1, {0, 0, 0}, {1, 1, 1})})};

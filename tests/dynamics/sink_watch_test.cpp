@@ -39,8 +39,8 @@ TEST(SinkWatch, StepsThatStayTinyAreTold) {
   }
 }
 
-TEST(SinkWatch, MoreStepsThanARunMayTakeAreForetold) {
-  // 10 s by steps of 5e-9 s are twice 1e9 of them: told after 200 000; by 2e-8 s half as many as may be
+TEST(SinkWatch, PredictsMoreStepsThanARunMayTake) {
+  // at most 1e9 steps: 10 s are 2e9 steps of 5e-9 s (reported after 200 000), but only 0.5e9 of 2e-8 s
   for (const auto& [step, verdict] : {std::pair(5e-9, Verdict::stalled), std::pair(2e-8, Verdict::fine)}) {
     SinkWatch watch;
     Verdict worst = Verdict::fine;
@@ -152,7 +152,7 @@ TEST(Sinking, AJumpOfAForceIsPassed) {
   }
 }
 
-TEST(SinkWatch, ATopThatTurnsTooFastIsNamed) {
+TEST(SinkWatch, NamesATopThatSpinsTooFast) {
   Scene scene;
   scene.gravity.setZero();
   scene.solids = {solid("top", "world", {ball("turn", identity_quaternion(), {1e9, 1e8, 1e8})},

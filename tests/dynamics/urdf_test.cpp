@@ -33,7 +33,7 @@ std::string joint_text(const std::string& name, const std::string& type, const s
       name, type, parent, child, inside);
 }
 
-// izz > ixx + iyy: of no body
+// izz > ixx + iyy: no body has such moments
 std::string impossible_text(double mass, double moment = 1) {
   return fmt::format(
       "<inertial><mass value='{}'/><inertia ixx='{}' iyy='{}' izz='{}' ixy='0' ixz='0' iyz='0'/></inertial>",
@@ -45,6 +45,11 @@ std::string robot(const std::string& inside) { return "<robot name='r'>" + insid
 ModelFile read_text(const std::string& xml, const ModelOptions& options = {}) {
   const Folder folder;
   return need(read_model(folder.write("robot.urdf", xml), options));
+}
+
+bool any_holds(const std::vector<std::string>& lines, const std::string& part) {
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return line.find(part) != std::string::npos; });
 }
 
 #ifdef BORELLI_MUJOCO
@@ -174,28 +179,21 @@ TEST(Urdf, LimitsShapesAndWhatIsNotModelled) {
   const Switch& joint = scene.solids[1].switches.back();
   EXPECT_EQ(joint.ranges.at(0).upper, .5);
   EXPECT_EQ(joint.q, std::vector{.2});  // 0 lies outside
-  const auto listed = [](const std::vector<std::string>& lines, const std::string& part) {
-    return std::any_of(lines.begin(), lines.end(),
-                       [&](const std::string& line) { return line.find(part) != std::string::npos; });
-  };
   const NotModelled& found = model.not_modelled;
   for (const char* part : {"starts at 0.2", "friction of <dynamics>: at", "contacts of 2 <collision>",
                            "<transmission> in <robot>: at", "<mu1> in <gazebo>: at"})
-    EXPECT_TRUE(listed(found.motion, part)) << part << "\n"
-                                            << fmt::format("{}", fmt::join(found.motion, "\n"));
+    EXPECT_TRUE(any_holds(found.motion, part)) << part << "\n"
+                                               << fmt::format("{}", fmt::join(found.motion, "\n"));
   EXPECT_EQ(found.motion.size(), 5u) << fmt::format("{}", fmt::join(found.motion, "\n"));
   for (const char* part :
        {"(effort, velocity)", "<mesh> in <geometry>", "<gazebo> in <robot> with 1 <material>"})
-    EXPECT_TRUE(listed(found.other, part)) << part << "\n" << fmt::format("{}", fmt::join(found.other, "\n"));
+    EXPECT_TRUE(any_holds(found.other, part)) << part << "\n"
+                                              << fmt::format("{}", fmt::join(found.other, "\n"));
   EXPECT_EQ(found.other.size(), 3u) << fmt::format("{}", fmt::join(found.other, "\n"));
 }
 
 bool lists(const ModelFile& model, const std::string& part) {
-  const auto among = [&](const std::vector<std::string>& lines) {
-    return std::any_of(lines.begin(), lines.end(),
-                       [&](const std::string& line) { return line.find(part) != std::string::npos; });
-  };
-  return among(model.not_modelled.motion) || among(model.not_modelled.other);
+  return any_holds(model.not_modelled.motion, part) || any_holds(model.not_modelled.other, part);
 }
 
 Rows mass_matrix(const ModelFile& model) {
@@ -203,7 +201,7 @@ Rows mass_matrix(const ModelFile& model) {
   return need(evaluate(system, system.initial)).mass_matrix;
 }
 
-TEST(Urdf, ImpossibleInertiasOfWhatIsFixedDoNotCount) {
+TEST(Urdf, IgnoresImpossibleInertiasOfFixedLinks) {
   const std::string hinge = joint_text("j", "continuous", "base", "arm", "<axis xyz='0 0 1'/>");
   const Rows alone = mass_matrix(read_text(robot(link_text("base", "") + link_text("arm") + hinge)));
   const ModelFile fixed = read_text(robot(link_text("base", impossible_text(1)) + link_text("arm") +
@@ -213,8 +211,8 @@ TEST(Urdf, ImpossibleInertiasOfWhatIsFixedDoNotCount) {
   EXPECT_TRUE(lists(fixed, "of no possible body, of what is fixed to the world: base, eye"));
 }
 
-// An impossible part of a possible body counts with its mass and moments, as the file has them.
-TEST(Urdf, WhatAFixedJointJoinsIsJudgedAsOneBody) {
+// An impossible link on a fixed joint adds the mass and moments of the file to a body that is possible.
+TEST(Urdf, JudgesLinksOnFixedJointsAsOneBody) {
   const ModelFile model = read_text(robot(
       link_text("base", "") +
       link_text("arm",
@@ -228,7 +226,7 @@ TEST(Urdf, WhatAFixedJointJoinsIsJudgedAsOneBody) {
   ASSERT_EQ(model.scene.solids.size(), 3u);  // the eye keeps its name and pose
 }
 
-TEST(Urdf, ABaseOfPlaceholdersFloatsWithAMinimumMass) {
+TEST(Urdf, MinimumMassLetsAPlaceholderBaseFloat) {
   const std::string ones = "ixx='1e-6' iyy='1e-6' izz='1e-6' ixy='1e-6' ixz='1e-6' iyz='1e-6'";
   const std::string xml =
       robot(link_text("base", "<inertial><mass value='1e-6'/><inertia " + ones + "/></inertial>") +
@@ -249,7 +247,7 @@ TEST(Urdf, ABaseOfPlaceholdersFloatsWithAMinimumMass) {
   EXPECT_NEAR(ball.tensor(0, 0), .4 * .1 * std::pow(.1 / (4. / 3 * M_PI * 1000), 2. / 3), 1e-18);
 }
 
-TEST(Urdf, FingersWithoutMassThatCarryNoneAreLocked) {
+TEST(Urdf, LocksMasslessFingersThatCarryNoMass) {
   const std::string hand = link_text("base") + link_text("arm") +
                            joint_text("j", "continuous", "base", "arm", "<axis xyz='0 1 0'/>");
   const std::string fingers =
@@ -262,13 +260,13 @@ TEST(Urdf, FingersWithoutMassThatCarryNoneAreLocked) {
   EXPECT_TRUE(lists(model, "moments of inertia without mass, left out: thumb"));
   const System system = compiled(model.scene);
   EXPECT_EQ(system.nv, 1);
-  EXPECT_EQ(system.rows, 0);  // the mimic holds the arm no more
+  EXPECT_EQ(system.rows, 0);  // the mimic no longer holds the arm
   EXPECT_EQ(mass_matrix(model)(0, 0), mass_matrix(read_text(robot(hand)))(0, 0));
   EXPECT_EQ(compiled(read_text(robot(hand + fingers), {.minimum_mass = .01}).scene).nv, 4);
 }
 
-// A joint without mass that one with mass follows is none to be locked: the other would stand still.
-TEST(Urdf, AJointThatOthersFollowIsNotLocked) {
+// A massless joint that a mimic with mass follows stays free: a lock would stop the mimic too.
+TEST(Urdf, DoesNotLockAJointThatAMimicFollows) {
   const ModelFile model =
       read_text(robot(link_text("base") + link_text("knob", "") + link_text("arm") +
                       joint_text("turn", "continuous", "base", "knob") +
@@ -278,7 +276,7 @@ TEST(Urdf, AJointThatOthersFollowIsNotLocked) {
   EXPECT_NE(system.error().message().find("moves no mass"), std::string::npos) << system.error().message();
 }
 
-TEST(Urdf, ALockedJointIsAFixedOne) {
+TEST(Urdf, ALockedJointEqualsAFixedOne) {
   const auto arm = [](const char* type) {
     return robot(link_text("base") + link_text("upper") + link_text("lower") + link_text("hand") +
                  joint_text("j1", "continuous", "base", "upper") +
@@ -299,8 +297,8 @@ TEST(Urdf, ALockedJointIsAFixedOne) {
       << wrong.error().message();
 }
 
-// Of robots of which some joints were made fixed.
-TEST(Urdf, MimicOfAFixedJoint) {
+// Robots in which the mimic, or the joint that it follows, was made fixed.
+TEST(Urdf, ReadsMimicsOfFixedJoints) {
   const std::string links = link_text("base") + link_text("a") + link_text("b");
   EXPECT_EQ(compiled(read_text(robot(links + joint_text("ja", "continuous", "base", "a") +
                                      joint_text("jb", "fixed", "base", "b", "<mimic joint='ja'/>")))
@@ -314,17 +312,17 @@ TEST(Urdf, MimicOfAFixedJoint) {
   EXPECT_EQ(held.rows, 1);
 }
 
-TEST(Urdf, WhatOnlyLooksOrLimitsIsNoReasonToRefuse) {
+TEST(Urdf, ToleratesEmptyVisualsAndReversedLimits) {
   const ModelFile model = read_text(
       robot(link_text("arm", inertial_text + "<visual><geometry><box size='0 0 0'/></geometry></visual>") +
             joint_text("j", "revolute", "world", "arm", "<limit lower='1' upper='-1'/>")));
   EXPECT_TRUE(lists(model, "shapes without size: 1 times"));
   EXPECT_TRUE(lists(model, "limits of joint 'j', from 1 to -1"));
   EXPECT_TRUE(model.scene.solids.at(0).switches.back().ranges.empty());
-  EXPECT_EQ(model.scene.solids[0].parent, "world");  // named, though there is no such link
+  EXPECT_EQ(model.scene.solids[0].parent, "world");  // a parent that the file names without a <link>
 }
 
-TEST(Urdf, ElementsOfOtherProgramsAreListed) {
+TEST(Urdf, ListsElementsOfOtherPrograms) {
   const ModelFile model = read_text(robot(
       link_text("base", inertial_text + "<gravity/><audio_source/>") + link_text("arm") +
       "<frame name='f'/>" +
@@ -380,8 +378,8 @@ TEST(Urdf, BadFilesEndInOneSentence) {
   }
 }
 
-// The way up from each link to the root is gone once.
-TEST(Urdf, LongChainsAreReadByTheirLength) {
+// A walk from each link up to the root would take quadratic time.
+TEST(Urdf, ReadsLongChainsInLinearTime) {
   const int n = 30000;
   std::string text = link_text("l0");
   for (int i = 1; i < n; ++i)

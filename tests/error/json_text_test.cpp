@@ -12,7 +12,7 @@ std::string repeated(const std::string& text, int count) {
   return out;
 }
 
-TEST(JsonText, ParsesValuesAndKeepsTheOrderOfMembersIfAsked) {
+TEST(JsonText, ParsesValuesAndKeepsMemberOrderOnRequest) {
   const auto read = parse_json(R"({"a": [1, -2.5, true, null], "b": {"c": "x\n"}})", "f.json");
   ASSERT_TRUE(read);
   EXPECT_EQ(*read, (nlohmann::json{{"a", {1, -2.5, true, nullptr}}, {"b", {{"c", "x\n"}}}}));
@@ -54,7 +54,7 @@ TEST(JsonText, ObjectsOfManyMembersAreReadInLinearTime) {
   EXPECT_FALSE(parse_ordered_json(text + "\"7\":1}", "f.json"));
 }
 
-TEST(JsonText, KindsAreComparedWithAPattern) {
+TEST(JsonText, ChecksKindsAgainstAPattern) {
   using nlohmann::json;
   const json pattern{{"name", ""}, {"stages", json::array({{{"seconds", 0}, {"any", nullptr}}})}};
   EXPECT_TRUE(check_kinds({{"name", "x"}, {"stages", json::array()}, {"more", 1}}, pattern, "f"));

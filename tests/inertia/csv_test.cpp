@@ -23,7 +23,7 @@ TEST(Csv, ReadsCommentsHeaderAndQuotedFields) {
   EXPECT_EQ(table->field(0, "no such column"), "");
 }
 
-TEST(Csv, FieldsComeBackAsTheyWere) {
+TEST(Csv, FieldsRoundTrip) {
   for (const std::string field : {"plain", "a,b", "say \"x\"", "two\nlines", "# no comment", "", "=1+1",
                                   "@SUM(A1)", "-2", "'=1+1", "''+x", "'s", "\tx", "\rx"}) {
     const auto table = parse_csv("first,second\n" + csv_field(field) + ",x\n", "text");

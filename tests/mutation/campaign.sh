@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # A long campaign over all readers: N mutations of each, then coverage-guided fuzzing, and a table of both.
 #   campaign.sh FOLDER [RUNS [MINUTES [JOBS [READER...]]]]      defaults: 100000 mutations, 10 minutes, 1 job, all readers
-# FOLDER gets failures/ (cases), corpus/READER (libFuzzer's, kept for the next campaign), logs/ and table.md. A reader's
-# minutes are of one processor. Needs build/release/mutation and build/fuzz/fuzz (cmake --preset fuzz; ninja -C build/fuzz).
+# FOLDER gets failures/ (cases), corpus/READER (libFuzzer's, kept for the next campaign), logs/ and table.md. Each reader
+# fuzzes for MINUTES on one core. Needs build/release/mutation and build/fuzz/fuzz (cmake --preset fuzz; ninja -C build/fuzz).
 set -euo pipefail
 [ $# -ge 1 ] || { sed -n 2,5p "$0" >&2; exit 2; }
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -12,7 +12,7 @@ out=$(cd "$1" && pwd) runs=${2:-100000} minutes=${3:-10} jobs=${4:-1}
 readers=("${@:5}")
 [ ${#readers[@]} -gt 0 ] || mapfile -t readers < <("$mutation" --list)
 
-# libFuzzer ends at the first fault: it goes on without that one until its time is over
+# libFuzzer ends at the first fault: start it again until the time is over
 fuzz_reader() {  # reader
   local corpus=$out/corpus/$1 log=$out/logs/$1.fuzz left=$((60 * minutes)) begun status
   mkdir -p "$corpus" "$out/artifacts/$1"

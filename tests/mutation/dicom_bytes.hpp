@@ -1,4 +1,4 @@
-// DICOM files put together element by element after PS3.5 and PS3.10, explicit little-endian.
+// Builds DICOM files element by element (PS3.5, PS3.10), explicit VR, little-endian.
 #pragma once
 
 #include <cstdint>
@@ -25,21 +25,22 @@ struct DataSet {
     return *this;
   }
   DataSet& number(std::uint32_t tag, std::uint16_t value) { return add(tag, "US", little_endian(value)); }
-  /// Of lengths that their ends tell, or of known ones.
+  /// `undefined`: delimiters end the sequence and its items; otherwise lengths do (PS3.5, 7.5).
   DataSet& sequence(std::uint32_t tag, const std::vector<DataSet>& items, bool undefined = false) {
     std::string value;
     for (const DataSet& item : items) {
-      value += item_head(undefined ? endless : static_cast<std::uint32_t>(item.bytes.size())) + item.bytes;
+      value += item_head(undefined ? undefined_length : static_cast<std::uint32_t>(item.bytes.size())) +
+               item.bytes;
       if (undefined) value += "\xfe\xff\x0d\xe0" + std::string(4, '\0');
     }
     if (!undefined) return add(tag, "SQ", value);
-    head(tag, "SQ", endless);
+    head(tag, "SQ", undefined_length);
     bytes += value + "\xfe\xff\xdd\xe0" + std::string(4, '\0');
     return *this;
   }
-  /// Pixels in fragments, one a frame (PS3.5, A.4).
+  /// Encapsulated pixels, one fragment per frame (PS3.5, A.4).
   DataSet& packed_pixels(const std::vector<std::string>& frames) {
-    head(0x7fe00010, "OB", endless);
+    head(0x7fe00010, "OB", undefined_length);
     bytes += item_head(0);
     for (std::string frame : frames) {
       if (frame.size() % 2) frame += '\0';
@@ -50,7 +51,7 @@ struct DataSet {
   }
 
  private:
-  static constexpr std::uint32_t endless = 0xffffffff;
+  static constexpr std::uint32_t undefined_length = 0xffffffff;
   void head(std::uint32_t tag, const std::string& vr, std::uint32_t size) {
     bytes += little_endian(static_cast<std::uint16_t>(tag >> 16)) +
              little_endian(static_cast<std::uint16_t>(tag)) + vr;

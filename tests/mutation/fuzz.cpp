@@ -1,5 +1,5 @@
-// The readers as a target of libFuzzer: fuzz --reader=NAME CORPUS ... An input is a test case as joined() has
-// it; seeds come from `mutation NAME --seeds FOLDER`.
+// libFuzzer target of the readers: fuzz --reader=NAME CORPUS ... An input is a test case as joined() writes
+// it; `mutation NAME --seeds FOLDER` writes seeds.
 #include <unistd.h>
 
 #include <cstdio>
@@ -23,7 +23,7 @@ void remove_folder() {
 
 }  // namespace
 
-// (seeds are made by `mutation`)
+// only seeds need these folders, and this target makes none
 std::string borelli::test::source_folder() { return ""; }
 std::string borelli::test::shared_folder() { return ""; }
 

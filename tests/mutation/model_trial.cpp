@@ -27,7 +27,6 @@ Result<void> try_model(const fs::path& path) {
   std::vector<std::string> words{"info", file};
   if (floating) words.emplace_back("--floating");
   if (auto info = run_verb(words); !info) return info;
-  // what is written of it is read again
   if (const auto text = write_scene(model->scene))
     if (const auto again = parse_scene(*text, file); !again)
       return defect("the scene that is written of it is refused: " + again.error().message());

@@ -1,18 +1,20 @@
-// What the verbs do with a scene or a model of any kind.
+// Does with a scene or a model (TOML, MJCF, URDF) what the verbs do.
 #pragma once
 
 #include "tests/mutation/reader.hpp"
 
 namespace borelli::mutation {
 
-/// Says what `info` says; reads, compiles, evaluates at the start, and moves by a few steps.
+/// Reads, compiles, runs `info`, writes the scene and reads it again, evaluates the start and takes a few
+/// steps.
 Result<void> try_model(const std::filesystem::path& file);
 
-/// An error of the engine with the file before it, as the verbs say it.
+/// An error of the engine with the file's name put first, as the verbs print it.
 tl::unexpected<Error> in_file(const std::string& file, Error error);
 
-/// A file of `samples/`, or of ../shared where it is there, as a case; else nothing.
+/// These files of `samples/`, each a case.
 std::vector<TestCase> sample_cases(const std::vector<std::string>& names);
+/// These files of ../shared, each a case. Absent files are left out.
 std::vector<TestCase> shared_cases(const std::vector<std::string>& paths);
 
 /// A tetrahedron, as binary STL.

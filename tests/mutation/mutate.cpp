@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t most_bytes = std::size_t{1} << 20;
 
-// SplitMix64 (Steele, Lea, Flood 2014): a generator of which every seed is good.
+// SplitMix64 (Steele, Lea, Flood 2014): every seed is good.
 class Chance {
  public:
   explicit Chance(std::uint64_t seed) : state_(seed) {}
@@ -25,14 +25,14 @@ class Chance {
   /// 0 to count - 1
   std::size_t below(std::size_t count) { return count == 0 ? 0 : next() % count; }
   bool one_in(std::size_t count) { return below(count) == 0; }
-  /// 1 to most, small ones as likely as large ones
+  /// 1 to most, uniform on a logarithmic scale
   std::size_t length(std::size_t most) {
     const double power = std::log2(static_cast<double>(std::max<std::size_t>(most, 1)));
     const double share = static_cast<double>(next() >> 11) * 0x1p-53;
     return std::max<std::size_t>(1, static_cast<std::size_t>(std::exp2(power * share)));
   }
   template <class List>
-  decltype(auto) of(const List& list) {
+  decltype(auto) pick(const List& list) {
     return list[below(std::size(list))];
   }
 
@@ -51,7 +51,7 @@ Range some_block(Chance& chance, const std::string& bytes) {
   return {begin, begin + std::min(chance.length(bytes.size()), bytes.size() - begin)};
 }
 
-// The longest run of characters that `belongs` takes, around or after a place drawn at random.
+// The run of characters that `belongs` accepts, at or after a random place.
 template <class Belongs>
 Range some_run(Chance& chance, const std::string& bytes, Belongs belongs) {
   const std::size_t drawn = chance.below(bytes.size());
@@ -70,10 +70,10 @@ Range some_line(Chance& chance, const std::string& bytes) {
   return {before == bytes.npos ? 0 : before + 1, after == bytes.npos ? bytes.size() : after + 1};
 }
 
-bool of_number(char c) {
+bool in_number(char c) {
   return std::isdigit(static_cast<unsigned char>(c)) || c == '.' || c == '-' || c == '+';
 }
-bool of_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
+bool in_word(char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; }
 
 using Edit = void (*)(Chance&, std::string& bytes, const std::string& other);
 
@@ -84,13 +84,13 @@ void flip_bit(Chance& chance, std::string& bytes, const std::string&) {
 
 void set_byte(Chance& chance, std::string& bytes, const std::string&) {
   constexpr std::array values{'\0', '\1', '\x7f', '\x80', '\xff', ' ', '\n', '"', '<', '-', '\\', '\x1b'};
-  bytes[chance.below(bytes.size())] = chance.of(values);
+  bytes[chance.below(bytes.size())] = chance.pick(values);
 }
 
 // An integer of 2, 4 or 8 bytes becomes a boundary value or moves by a little, in either byte order.
 void set_integer(Chance& chance, std::string& bytes, const std::string&) {
   constexpr std::array<std::size_t, 3> sizes{2, 4, 8};
-  const std::size_t size = std::min(chance.of(sizes), bytes.size());
+  const std::size_t size = std::min(chance.pick(sizes), bytes.size());
   const std::size_t at = chance.below(bytes.size() - size + 1);
   const bool big_endian = chance.one_in(4);
   const auto place = [&](std::size_t n) { return at + (big_endian ? size - 1 - n : n); };
@@ -100,7 +100,7 @@ void set_integer(Chance& chance, std::string& bytes, const std::string&) {
   const std::uint64_t all = ~std::uint64_t{0} >> (64 - 8 * size), half = all / 2;
   const std::array<std::uint64_t, 11> values{
       0, 1, 2, half, half + 1, all, all - 1, value + 1, value - 1, value * 2, std::uint64_t{1} << 30};
-  value = chance.of(values);
+  value = chance.pick(values);
   for (std::size_t n = 0; n < size; ++n) bytes[place(n)] = static_cast<char>(value >> 8 * n);
 }
 
@@ -146,14 +146,14 @@ void absurd_number(Chance& chance, std::string& bytes, const std::string&) {
       "0",     "-0.0", "",     "1",     "2",      "99999999999", "2147483648",   "-2147483649",
       "65536", "1e9",  "1e17", "0.5",   "1e-20",  "1,5",         "0x1p9",        "18446744073709551616",
       "+3",    "1e",   "--1",  "3 4",   "1e30",   "-1e-300",     "4294967295.0", std::string(400, '9')};
-  const Range r = some_run(chance, bytes, of_number);
-  bytes.replace(r.begin, r.size(), chance.of(numbers));
+  const Range r = some_run(chance, bytes, in_number);
+  bytes.replace(r.begin, r.size(), chance.pick(numbers));
 }
 
 void token_of_other(Chance& chance, std::string& bytes, const std::string& other) {
   if (other.empty()) return;
-  const auto of = chance.one_in(3) ? of_number : of_word;
-  const Range from = some_run(chance, other, of), to = some_run(chance, bytes, of);
+  const auto belongs = chance.one_in(3) ? in_number : in_word;
+  const Range from = some_run(chance, other, belongs), to = some_run(chance, bytes, belongs);
   bytes.replace(to.begin, to.size(), other.substr(from.begin, from.size()));
 }
 
@@ -201,9 +201,9 @@ void nest(Chance& chance, std::string& bytes, const std::string&) {
       {"\0\x52\x30\x92SQ\0\0\xff\xff\xff\xff\xfe\xff\0\xe0\xff\xff\xff\xff"s, ""},  // a DICOM sequence
       {"\xfe\xff\0\xe0\xff\xff\xff\xff"s, "\xfe\xff\x0d\xe0\0\0\0\0"s},             // an item of one
   };
-  const auto& [open, close] = chance.of(brackets);
+  const auto& [open, close] = chance.pick(brackets);
   const std::size_t depth = chance.length(std::min<std::size_t>(100000, most_bytes / 2 / open.size()));
-  const Range held = chance.one_in(2) ? some_run(chance, bytes, of_word) : Range{};
+  const Range held = chance.one_in(2) ? some_run(chance, bytes, in_word) : Range{};
   const std::size_t at = held.size() > 0 ? held.begin : chance.below(bytes.size() + 1);
   std::string deep;
   for (std::size_t n = 0; n < depth; ++n) deep += open;
@@ -213,11 +213,11 @@ void nest(Chance& chance, std::string& bytes, const std::string&) {
   bytes.replace(at, held.size(), deep);
 }
 
-constexpr std::array<Edit, 10> of_any{flip_bit,     flip_bit, set_byte,       set_byte,      delete_block,
-                                      double_block, cut_off,  token_of_other, tail_of_other, move_block};
-constexpr std::array<Edit, 9> of_binary{set_integer, set_integer, set_integer,  set_integer,  flip_bit,
-                                        noise,       nest,        repeat_block, absurd_number};
-constexpr std::array<Edit, 14> of_text{
+constexpr std::array<Edit, 10> any_edits{flip_bit,     flip_bit, set_byte,       set_byte,      delete_block,
+                                         double_block, cut_off,  token_of_other, tail_of_other, move_block};
+constexpr std::array<Edit, 9> binary_edits{set_integer, set_integer, set_integer,  set_integer,  flip_bit,
+                                           noise,       nest,        repeat_block, absurd_number};
+constexpr std::array<Edit, 14> text_edits{
     absurd_number, absurd_number, absurd_number, absurd_number, token_of_other, token_of_other, double_line,
     delete_line,   move_line,     line_of_other, nest,          repeat_block,   noise,          double_block};
 
@@ -230,9 +230,9 @@ void edit(Chance& chance, std::string& bytes, const std::string& other) {
     bytes = other;
     return;
   }
-  const Edit change = chance.one_in(3) ? chance.of(of_any)
-                      : is_text(bytes) ? chance.of(of_text)
-                                       : chance.of(of_binary);
+  const Edit change = chance.one_in(3) ? chance.pick(any_edits)
+                      : is_text(bytes) ? chance.pick(text_edits)
+                                       : chance.pick(binary_edits);
   change(chance, bytes, other);
   if (bytes.size() > most_bytes) bytes.resize(most_bytes);
 }
@@ -253,11 +253,11 @@ TestCase mutated(const std::vector<TestCase>& seeds, std::string_view reader, st
   test.name += "-" + std::to_string(number);
   const std::size_t edits = chance.one_in(3) ? chance.length(16) : 1;
   for (std::size_t n = 0; n < edits; ++n) {
-    // the file that is read, more often than those that it names
+    // the main file more often than the files that it names
     TestFile& file = test.files[chance.one_in(3) ? chance.below(test.files.size()) : 0];
-    const TestCase& other = chance.of(seeds);
+    const TestCase& other = chance.pick(seeds);
     if (file.pack && chance.one_in(3)) file.bytes = file.on_disk(), file.pack = nullptr;
-    edit(chance, file.bytes, chance.of(other.files).bytes);
+    edit(chance, file.bytes, chance.pick(other.files).bytes);
   }
   return test;
 }

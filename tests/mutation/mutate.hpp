@@ -1,5 +1,4 @@
-// Damages inputs: what a disk, a transfer, an editor or a careless program does to a file, and what an
-// attacker tries.
+// Damages inputs as a disk, a transfer, an editor, a careless program or an attacker might.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +9,9 @@
 
 namespace borelli::mutation {
 
-/// The mutation of this number of one of the seeds: bits flipped, bytes and integers set to boundary values,
+/// Mutation `number` of one of the seeds: bits flipped, bytes and integers set to boundary values,
 /// blocks deleted, doubled, moved, repeated or cut off, numbers in text replaced by absurd ones, tokens and
-/// tails taken from other seeds, lines doubled and swapped, deep nesting inserted. The same reader's name,
+/// tails taken from other seeds, lines doubled, deleted and moved, deep nesting inserted. The same reader,
 /// campaign and number give the same mutation.
 TestCase mutated(const std::vector<TestCase>& seeds, std::string_view reader, std::uint64_t campaign,
                  std::uint64_t number);

@@ -1,4 +1,4 @@
-// Mutation tests of what reads files: see README.md.
+// Mutation tests of the file readers: see README.md.
 #include <fmt/core.h>
 #include <unistd.h>
 
@@ -25,18 +25,20 @@ namespace fs = std::filesystem;
 
 constexpr const char* usage =
     "usage: mutation READER|all [--runs N] [--seconds S] [--campaign C] [--first N] [--failures FOLDER]\n"
-    "       mutation READER --case FILE|FOLDER       reads one case, here and now\n"
-    "       mutation READER --seeds FOLDER           writes the seeds, for libFuzzer\n"
-    "       mutation --list\n";
+    "       mutation READER --case FILE|FOLDER       reads one case in this process\n"
+    "       mutation READER --seeds FOLDER           writes the seeds for libFuzzer\n"
+    "       mutation --list\n"
+    "FOLDER of --failures: where failing cases go; default: borelli-mutation in the folder for temporary "
+    "files\n";
 
-struct Asked {
+struct Options {
   std::string reader, one_case, seeds;
   std::uint64_t runs = 2000, first = 0, campaign = 1;
   double seconds = 1e8;
-  fs::path failures = "failures";
+  fs::path failures = fs::temp_directory_path() / "borelli-mutation";
 };
 
-// A folder of its own, in memory where that can be had, gone with it.
+// A scratch folder, in memory if possible, removed with the object.
 class Scratch {
  public:
   Scratch() {
@@ -59,7 +61,7 @@ class Scratch {
   fs::path path_;
 };
 
-// Earlier crashers: those of corpus/READER, and what of shared/cases the reader is given.
+// Inputs that once crashed this reader: the files of corpus/READER, and some of shared/cases.
 std::vector<TestCase> corpus_of(const Reader& reader) {
   static const std::map<std::string_view, std::vector<const char*>> shared_cases{
       {"dicom", {"rle_sigfpe"}},
@@ -83,23 +85,24 @@ std::vector<TestCase> corpus_of(const Reader& reader) {
   return out;
 }
 
-// Failures that differ by numbers and places alone are one kind.
+// The message with each number as 0: failures that differ in numbers only are one kind.
 std::string kind_of(const std::string& what) {
   std::string kind;
   for (const char c : what.substr(0, 160)) {
-    const char of = c >= '0' && c <= '9' ? '0' : c;
-    if (of != '0' || kind.empty() || kind.back() != '0') kind += of;
+    const char plain = c >= '0' && c <= '9' ? '0' : c;
+    if (plain != '0' || kind.empty() || kind.back() != '0') kind += plain;
   }
   return kind;
 }
 
-void tell_failures(const Reader& reader, const std::vector<Failure>& failures,
-                   const std::function<TestCase(std::uint64_t)>& case_of, const Asked& asked) {
+void print_failures(const Reader& reader, const std::vector<Failure>& failures,
+                    const std::function<TestCase(std::uint64_t)>& case_of, const Options& options) {
   std::map<std::string, int> kinds;
   for (const Failure& failure : failures) {
     if (++kinds[kind_of(failure.what)] > 2) continue;
     TestCase test = case_of(failure.number);
-    const fs::path folder = asked.failures / fmt::format("{}-{}-{}", reader.name, asked.campaign, test.name);
+    const fs::path folder =
+        options.failures / fmt::format("{}-{}-{}", reader.name, options.campaign, test.name);
     write_case(test, folder);
     fmt::print("  {}\n    reproduce: mutation {} --case {}\n", failure.what, reader.name,
                fs::absolute(folder).string());
@@ -108,8 +111,8 @@ void tell_failures(const Reader& reader, const std::vector<Failure>& failures,
     if (count > 2) fmt::print("  {} times: {}\n", count, kind);
 }
 
-// Corpus and seeds as they are, then mutations of both. True: no failure.
-bool run(const Reader& reader, const Asked& asked) {
+// Reads seeds and corpus as they are, then mutations of both. True: no failure.
+bool run(const Reader& reader, const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const Scratch scratch;
   const std::vector<TestCase> seeds = reader.seeds(), corpus = corpus_of(reader);
@@ -120,12 +123,12 @@ bool run(const Reader& reader, const Asked& asked) {
   const fs::path folder = scratch / fmt::format("case_of_{}", reader.name);
 
   const auto as_it_is = [&](std::uint64_t n) { return all[n]; };
-  const Trials whole = run_trials(reader, as_it_is, 0, all.size(), asked.seconds, limits, folder);
-  const auto mutation = [&](std::uint64_t n) { return mutated(all, reader.name, asked.campaign, n); };
-  const Trials trials =
-      run_trials(reader, mutation, asked.first, asked.first + asked.runs, asked.seconds, limits, folder);
+  const Trials whole = run_trials(reader, as_it_is, 0, all.size(), options.seconds, limits, folder);
+  const auto mutation = [&](std::uint64_t n) { return mutated(all, reader.name, options.campaign, n); };
+  const Trials trials = run_trials(reader, mutation, options.first, options.first + options.runs,
+                                   options.seconds, limits, folder);
 
-  // a seed that is refused would test nothing
+  // a refused seed tests nothing
   std::vector<Failure> failures = whole.failures;
   for (std::uint64_t n = 0; n < seeds.size(); ++n) {
     const Trials one = run_trials(reader, as_it_is, n, n + 1, 1e8, limits, folder);
@@ -138,8 +141,8 @@ bool run(const Reader& reader, const Asked& asked) {
       "{} failed\n",
       reader.name, trials.runs, seeds.size(), corpus.size(), seconds, double(trials.runs) / seconds,
       trials.runs - trials.refused, trials.refused, trials.failures.size() + failures.size());
-  tell_failures(reader, failures, as_it_is, asked);
-  tell_failures(reader, trials.failures, mutation, asked);
+  print_failures(reader, failures, as_it_is, options);
+  print_failures(reader, trials.failures, mutation, options);
   std::fflush(stdout);
   return trials.failures.empty() && failures.empty();
 }
@@ -169,39 +172,39 @@ int run_words(std::vector<std::string> words) {
     for (const Reader& reader : readers()) fmt::print("{}\n", reader.name);
     return 0;
   }
-  Asked asked;
+  Options options;
   if (words.empty() || words.size() % 2 == 0) return fmt::print(stderr, "{}", usage), 2;
-  asked.reader = words[0];
+  options.reader = words[0];
   for (std::size_t n = 1; n + 1 < words.size(); n += 2) {
     const std::string &name = words[n], &value = words[n + 1];
     if (name == "--runs")
-      asked.runs = std::stoull(value);
+      options.runs = std::stoull(value);
     else if (name == "--seconds")
-      asked.seconds = std::stod(value);
+      options.seconds = std::stod(value);
     else if (name == "--campaign")
-      asked.campaign = std::stoull(value);
+      options.campaign = std::stoull(value);
     else if (name == "--first")
-      asked.first = std::stoull(value);
+      options.first = std::stoull(value);
     else if (name == "--failures")
-      asked.failures = value;
+      options.failures = value;
     else if (name == "--case")
-      asked.one_case = value;
+      options.one_case = value;
     else if (name == "--seeds")
-      asked.seeds = value;
+      options.seeds = value;
     else
       return fmt::print(stderr, "{}", usage), 2;
   }
-  if (asked.reader != "all" && !find_reader(asked.reader))
-    return fmt::print(stderr, "{}: no such reader (mutation --list)\n", asked.reader), 2;
+  if (options.reader != "all" && !find_reader(options.reader))
+    return fmt::print(stderr, "{}: no such reader (mutation --list)\n", options.reader), 2;
   bool fine = true;
   for (const Reader& reader : readers()) {
-    if (asked.reader != "all" && asked.reader != reader.name) continue;
-    if (!asked.one_case.empty()) return run_case(reader, asked.one_case);
-    if (!asked.seeds.empty())
+    if (options.reader != "all" && options.reader != reader.name) continue;
+    if (!options.one_case.empty()) return run_case(reader, options.one_case);
+    if (!options.seeds.empty())
       write_seeds(reader,
-                  asked.reader == "all" ? fs::path(asked.seeds) / reader.name : fs::path(asked.seeds));
+                  options.reader == "all" ? fs::path(options.seeds) / reader.name : fs::path(options.seeds));
     else
-      fine = run(reader, asked) && fine;
+      fine = run(reader, options) && fine;
   }
   return fine ? 0 : 1;
 }
@@ -210,7 +213,7 @@ int run_words(std::vector<std::string> words) {
 }  // namespace borelli::mutation
 
 int main(int argc, char** argv) {
-  borelli::all_threads = 1;  // no thread is there when a worker is forked
+  borelli::all_threads = 1;  // a fork copies no other thread
   borelli::set_memory_limit(std::uint64_t{1} << 30);
   try {
     return borelli::mutation::run_words({argv + 1, argv + argc});

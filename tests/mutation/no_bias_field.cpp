@@ -1,4 +1,4 @@
-// In place of bias_field.cpp, which needs ITK, for the fuzz target.
+// Replaces bias_field.cpp, which needs ITK, in the fuzz target.
 #include "segmentation/bias_field.hpp"
 
 namespace borelli {

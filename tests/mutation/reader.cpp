@@ -13,7 +13,7 @@
 namespace borelli::mutation {
 namespace {
 
-// What stands in the errors of the libraries that are used here, and of the standard library.
+// Words that occur only in errors of the libraries and of the standard library.
 constexpr std::array library_words{"json.exception",
                                    "filesystem error",
                                    "basic_string",
@@ -107,11 +107,11 @@ std::string fault_in_reading(const Reader& reader, const std::filesystem::path& 
     said = answer.error().message();
     return fault_in(answer.error(), file);
   } catch (const std::bad_alloc&) {
-    return "an exception: more memory than there is was asked for";
+    return "an exception: out of memory";
   } catch (const std::exception& thrown) {
     return std::string("an exception: ") + thrown.what();
   } catch (...) {
-    return "an exception of no known kind";
+    return "an exception of unknown type";
   }
 }
 
@@ -125,10 +125,10 @@ Result<void> run_verb(const std::vector<std::string>& words) {
   add_info(program, command);
   add_evaluate(program, command);
   add_report(program, command);
-  program.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // which it takes from the end
+  program.parse(std::vector<std::string>(words.rbegin(), words.rend()));  // CLI11 takes words from the end
   const auto answer = command.work(command);
   if (!answer) return tl::unexpected(answer.error());
-  // (bytes that are no UTF-8 are replaced, as the program does)
+  // like the program, replaces bytes that are not UTF-8
   static_cast<void>(answer->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   return {};
 }

@@ -1,5 +1,4 @@
-// What reads files that may be damaged, as a function of a file: the table that mutation tests and fuzz
-// targets go through.
+// The file readers, as a table for the mutation tests and the fuzz target.
 #pragma once
 
 #include <filesystem>
@@ -14,35 +13,35 @@ namespace borelli::mutation {
 
 struct Reader {
   std::string_view name;
-  /// Valid inputs, small ones of each kind.
+  /// Small valid inputs of each kind.
   std::vector<TestCase> (*seeds)();
-  /// Reads `file`, which lies in its folder with the files it names, and does with it what a verb would do
-  /// first: a volume has as many voxels as its grid, a scene is compiled, evaluated and moved by a few steps.
-  /// Errors: what the program would tell the user; `defect()` where what was read is not sane.
+  /// Reads `file`, whose folder holds the files it names, and does what a verb would do first: check a
+  /// volume's voxel count, or compile and evaluate a scene and take a few steps. Errors: those that the
+  /// program would tell the user; `defect()` if the values read are not sane.
   Result<void> (*read)(const std::filesystem::path& file);
-  bool may_print = false;  ///< it is a verb, which says things beside its answer
+  bool may_print = false;  ///< a verb, which may also print
 };
 
-/// Of readers.def, in its order.
+/// All readers, in the order of readers.def.
 const std::vector<Reader>& readers();
-/// Null where there is none.
+/// Null if there is no such reader.
 const Reader* find_reader(std::string_view name);
 
-/// An answer that is wrong in itself, whatever was in the file. Errors that begin so are failures.
+/// A result that is wrong whatever the file holds. Errors at `defect_place` are failures of the test.
 tl::unexpected<Error> defect(const std::string& what);
 inline constexpr std::string_view defect_place = "DEFECT";
 
-/// What is wrong with an error as words for the user: a library's own text, no sentence, no file named.
-/// Empty: nothing. `file`: the one that was read.
+/// What makes an error unfit for the user: a library's own text, no sentence, no file named. Empty: nothing.
+/// `file`: the one that was read.
 std::string fault_in(const Error& error, const std::filesystem::path& file);
 
-/// Reads and judges; what a library throws is caught and named. Empty: all is well. `refused`: the reader
-/// answered an error.
+/// Reads a file and judges the answer; exceptions are caught and named. Empty: no fault. `refused`: the
+/// reader returned an error, whose message is `said`.
 std::string fault_in_reading(const Reader& reader, const std::filesystem::path& file, bool& refused,
                              std::string& said);
 
-/// The program's verb with these words, as --json answers it. Where the whole program is not there (in the
-/// fuzz target) nothing is done.
+/// Runs a verb of the program with these arguments and --json. Does nothing in the fuzz target, which lacks
+/// the program.
 Result<void> run_verb(const std::vector<std::string>& words);
 
 #define BORELLI_READER(name) Reader name##_reader();

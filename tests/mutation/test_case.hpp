@@ -1,4 +1,4 @@
-// An input of a reader: one file or several, of which the first by name is the one to read.
+// An input of a reader: one or several files, of which the first is read.
 #pragma once
 
 #include <filesystem>
@@ -10,28 +10,28 @@ namespace borelli::mutation {
 
 struct TestFile {
   std::string name, bytes;
-  /// What packs `bytes` on their way to the disk (gzip, a checksum), where a mutation of what is packed goes
-  /// deeper than one of the packed; null: nothing does.
+  /// Packs `bytes` on the way to the disk (gzip, a checksum), so that mutations reach what is packed. Null:
+  /// no packing.
   std::string (*pack)(const std::string& bytes) = nullptr;
 
   std::string on_disk() const { return pack ? pack(bytes) : bytes; }
 };
 
 struct TestCase {
-  std::string name;             ///< fit for a file's name
-  std::vector<TestFile> files;  ///< the first by name first
-  bool may_be_refused = false;  ///< a seed of a kind that need not be read
+  std::string name;             ///< valid as a file name
+  std::vector<TestFile> files;  ///< the file to read comes first
+  bool may_be_refused = false;  ///< a seed that readers need not accept
 };
 
-/// Writes the files into a folder, which is made anew.
+/// Empties `folder` and writes the files into it.
 void write_case(const TestCase& test, const std::filesystem::path& folder);
 
-/// A file, or all files of a folder, as a case of that name.
+/// A file, or all files of a folder sorted by name, as a case.
 TestCase read_case(const std::filesystem::path& path);
 
 /// All files in one text for libFuzzer: "==> NAME <==" before each.
 std::string joined(const TestCase& test);
-/// The same back, of any bytes. Names are mended: no folders, nothing hidden.
+/// Inverse of joined(), for any bytes. Makes names safe: no folders, no hidden files.
 TestCase parted(std::string_view text);
 
 std::string bytes_of(const std::filesystem::path& path);

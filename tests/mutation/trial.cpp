@@ -23,11 +23,11 @@
 namespace borelli::mutation {
 namespace {
 
-constexpr std::uint64_t readings_of_worker = 500;  // what leaks in it goes with it
+constexpr std::uint64_t readings_of_worker = 500;  // then a fresh worker: bounds leaks
 
-// what a worker shares with the program
+// shared memory of the worker and the program
 struct Board {
-  std::atomic<std::uint64_t> number;           // being read
+  std::atomic<std::uint64_t> number;           // the case that is being read
   std::atomic<std::int64_t> clock, processor;  // ns, when its reading began
   std::atomic<std::uint64_t> runs, refused;
 };
@@ -48,7 +48,7 @@ std::uint64_t mapped_bytes() {
 }
 
 void limit_memory([[maybe_unused]] std::uint64_t bytes) {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose shadows are mapped, too
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map shadow memory
   rlimit mappings{};
   getrlimit(RLIMIT_AS, &mappings);
   mappings.rlim_cur = mapped_bytes() + bytes;
@@ -56,7 +56,7 @@ void limit_memory([[maybe_unused]] std::uint64_t bytes) {
 #endif
 }
 
-// What was written to standard output and error since this was asked last.
+// Takes what standard output and error got since the last call.
 std::string printed(int file) {
   struct stat status {};
   std::fflush(stdout);
@@ -68,7 +68,7 @@ std::string printed(int file) {
 }
 
 void tell(int pipe, std::uint64_t number, const std::string& what) {
-  // (one write, so that no other's comes between: at most PIPE_BUF)
+  // one write of less than PIPE_BUF is atomic
   std::string line = std::to_string(number) + " " + what.substr(0, 1500);
   for (char& c : line)
     if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
@@ -131,7 +131,7 @@ std::string overdue(Board& board, pid_t worker, const TrialLimits& limits) {
   return "";
 }
 
-// Takes the failures that are whole in `text` out of it.
+// Moves the complete lines of `text` to `failures`.
 void take_lines(std::string& text, std::vector<Failure>& failures) {
   for (auto end = text.find('\n'); end != text.npos; end = text.find('\n')) {
     const auto blank = text.find(' ');

@@ -1,5 +1,4 @@
-// Reads mutations in child processes, so that none can end the program: workers that are forked from it, each
-// of which reads many.
+// Reads mutations in forked workers, so that a crash does not end the program. Each worker reads many.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +12,8 @@
 namespace borelli::mutation {
 
 struct TrialLimits {
-  double seconds = 10;  ///< of the processor, for one reading; three times of the clock
-  std::uint64_t bytes = std::uint64_t{2} << 30;  ///< of memory beyond what this program has mapped
+  double seconds = 10;  ///< processor time of one reading; the clock may take three times as long
+  std::uint64_t bytes = std::uint64_t{2} << 30;  ///< memory beyond what this program has mapped
 };
 
 struct Failure {

@@ -1,4 +1,4 @@
-// What the verbs do first with a volume.
+// Does with a volume what the verbs do first.
 #pragma once
 
 #include <functional>
@@ -9,16 +9,16 @@
 
 namespace borelli::mutation {
 
-/// Reads it as CT numbers, and says what `info` says, as JSON and as text.
+/// Reads it as CT numbers, checks its grid and runs `info`.
 Result<void> try_volume(const std::filesystem::path& path);
 
-/// A grid of a few voxels, oblique where asked, and CT numbers of air, flesh and bone on it.
+/// A few voxels with CT numbers of air, flesh and bone.
 GreyVolume small_volume(bool oblique);
 
-/// The bytes of a file that `write` leaves at the path it is given, by its name.
+/// The bytes of the file `name` that `write` leaves at its path. Throws where it fails.
 std::string written(const std::string& name, const std::function<Result<void>(const std::string&)>& write);
 
-/// RFC 1952
+/// The bytes as gzip (RFC 1952).
 std::string gzipped(const std::string& bytes);
 
 }  // namespace borelli::mutation

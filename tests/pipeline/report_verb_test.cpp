@@ -180,7 +180,8 @@ TEST_F(ReportVerb, RefusesWhatItCannotDraw) {
   std::ofstream(folder / "inertia/table.json") << whole.substr(0, whole.size() / 2);
   run();
   EXPECT_EQ(exit_code, 1);
-  EXPECT_NE(said.find("table.json:"), std::string::npos);
+  EXPECT_NE(said.find("table.json:"), std::string::npos) << said;
+  EXPECT_NE(said.find("is not JSON"), std::string::npos) << said;
   EXPECT_FALSE(fs::exists(folder / "report.html"));
   fs::remove_all(folder);
   run();

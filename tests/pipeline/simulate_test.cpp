@@ -23,6 +23,14 @@ std::string text_of(const std::filesystem::path& path) {
   return std::string{std::istreambuf_iterator<char>(file), {}};
 }
 
+// Starts a program and runs `command` (sh; $p is the program's id) once `file` exists, after 60 s at the
+// latest.
+std::string when_there(const std::string& file, const std::string& command) {
+  return "sh -c 'p=$$; (n=0; while [ ! -e " + file +
+         " ] && kill -0 $p && [ $n -lt 1200 ]; do sleep 0.05; n=$((n + 1)); done; " + command +
+         ") 2>/dev/null & exec \"$@\"' sh";
+}
+
 // One line on standard error, nothing on standard output, no file left.
 void expect_refused(const std::string& arguments, int code, const std::string& said, const TestFolder& folder,
                     int files) {
@@ -196,30 +204,28 @@ TEST(Simulate, SignalsEndTheProgramAndLeaveNoMoreThanTheRowsSoFar) {
   }
 }
 
-TEST(Simulate, AKilledRunLeavesTheRowsThatItHadWritten) {
+TEST(Simulate, AKilledRunLeavesItsRowsSoFar) {
   const TestFolder folder;
   for (const char* ending : {".h5", ".csv"}) {
     const auto file = [&](const char* name) { return (folder / name).string() + ending; };
     const std::string command = "simulate " + samples +
                                 "pendulum_7.toml --method rk4 --step 1e-3 --output-interval 0.1 -o " +
                                 file("a") + " --end ";
-    // killed while it writes or between, whichever it is at
-    EXPECT_NE(run_program(command + "1e5", "timeout --foreground -s KILL 3").code, 0);
+    // the kill comes at any moment, in the middle of a write or between two
+    EXPECT_NE(run_program(command + "1e5", when_there(file("a.partial"), "sleep 1; kill -KILL $p")).code, 0);
     EXPECT_FALSE(std::filesystem::exists(file("a")));
     ASSERT_TRUE(std::filesystem::exists(file("a.partial")));
-    double last = 0;
     if (std::string(ending) == ".h5") {
       const auto rows = read_trajectory(file("a.partial"));
       ASSERT_TRUE(rows) << rows.error().message();
       const Trajectory& t = rows->trajectory;
       ASSERT_GT(t.times.size(), 10u);
-      last = t.times.back();
       EXPECT_FALSE(t.certificate.trusted);
       EXPECT_NE(t.certificate.reason.find("broken off"), std::string::npos) << t.certificate.reason;
       const ProgramRun info = run_program("info " + file("a.partial"));
       EXPECT_EQ(info.code, 0) << info.err;
-      // as far as it came it is the motion of a run that comes to its end
-      const std::string end = std::to_string(last + 0.5);
+      // the rows are those of a run that ends
+      const std::string end = std::to_string(t.times.back() + 0.5);
       ASSERT_EQ(run_program(command + end).code, 0);
       const auto whole = read_trajectory(file("a"));
       ASSERT_TRUE(whole);
@@ -233,14 +239,14 @@ TEST(Simulate, AKilledRunLeavesTheRowsThatItHadWritten) {
   }
 }
 
-TEST(Simulate, AKilledCheckpointsPartialFileIsSweptByTheRunThatGoesOn) {
+TEST(Simulate, AResumedRunRemovesThePartialCheckpointOfAKilledOne) {
   const TestFolder folder;
   const std::string kept = folder / "run.checkpoint";
   const std::string command =
       "simulate " + samples + "pendulum_7.toml --method rk4 --end 20 --step 1e-4 --output-interval 0.1";
-  const std::string until_kept = "sh -c '\"$@\" & p=$!; while [ ! -e " + kept +
-                                 " ] && kill -0 $p; do sleep 0.05; done; kill -KILL $p; wait $p' sh";
-  EXPECT_NE(run_program(command + " --checkpoint-every 0.05 --checkpoint " + kept, until_kept).code, 0);
+  const ProgramRun first = run_program(command + " --checkpoint-every 0.05 --checkpoint " + kept,
+                                       when_there(kept, "kill -KILL $p"));
+  EXPECT_NE(first.code, 0);
   ASSERT_TRUE(std::filesystem::exists(kept));
   const pid_t killed = fork();
   if (killed == 0) _exit(0);
@@ -256,7 +262,7 @@ TEST(Simulate, AKilledCheckpointsPartialFileIsSweptByTheRunThatGoesOn) {
   EXPECT_TRUE(std::filesystem::exists(living));
 }
 
-TEST(Simulate, StoppedWithACheckpointTheSameCommandGoesOnExactly) {
+TEST(Simulate, AStoppedRunResumesExactlyFromItsCheckpoint) {
   const TestFolder folder;
   const auto command = [&](const std::string& output, const std::string& more) {
     // 2 10^5 steps are some seconds
@@ -266,7 +272,7 @@ TEST(Simulate, StoppedWithACheckpointTheSameCommandGoesOnExactly) {
   };
   const std::string kept = folder / "run.checkpoint";
   const std::string broken = command("a.csv", " --checkpoint " + kept);
-  const ProgramRun first = run_program(broken, "timeout --foreground --preserve-status -s INT 0.5");
+  const ProgramRun first = run_program(broken + " --checkpoint-every 0.05", when_there(kept, "kill -INT $p"));
   EXPECT_EQ(first.code, 1) << first.err;
   EXPECT_NE(first.err.find("the same command goes on from " + kept), std::string::npos) << first.err;
   EXPECT_EQ(folder.count(), 1);
@@ -305,13 +311,15 @@ TEST(Simulate, KeepsItsCheckpointUntilTheResultIsWritten) {
   EXPECT_EQ(folder.count(), 1);
 }
 
-// As batch systems do: the second would have ended it before it had kept itself.
+// Batch systems send several signals at once: the second must not end the run before its checkpoint is
+// written.
 TEST(Simulate, SignalsThatComeTogetherStopARunOnce) {
   const TestFolder folder;
   const std::string kept = folder / "run.checkpoint";
   const ProgramRun stopped = run_program(
-      "simulate " + samples + "pendulum_7.toml --method rk4 --end 100 --step 1e-4 --checkpoint " + kept,
-      "sh -c '\"$@\" & p=$!; sleep 0.7; kill -TERM $p; kill -HUP $p; kill -TERM $p; wait $p' sh");
+      "simulate " + samples +
+          "pendulum_7.toml --method rk4 --end 100 --step 1e-4 --checkpoint-every 0.05 --checkpoint " + kept,
+      when_there(kept, "kill -TERM $p; kill -HUP $p; kill -TERM $p"));
   EXPECT_EQ(stopped.code, 1) << stopped.err;
   EXPECT_NE(stopped.err.find("the same command goes on from " + kept), std::string::npos) << stopped.err;
   EXPECT_EQ(folder.count(), 1);

@@ -1,5 +1,4 @@
-// Nesting without end is refused before the library follows it by recursion; faults are told with their
-// place.
+// Deep nesting is refused before the library recurses into it. Faults are reported with their place.
 #include "dynamics/formats/toml_text.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +12,7 @@ std::string times(int count, const std::string& text) {
   return out;
 }
 
-TEST(TomlText, NestingWithoutEndIsRefusedWithItsLine) {
+TEST(TomlText, RefusesDeepNestingWithItsLine) {
   for (const std::string& text :
        {"x = 1\n" + times(100'000, "a.") + "a = 1", "x = 1\n[" + times(100'000, "a.") + "a]",
         "x = 1\n[[" + times(100'000, "a . ") + "a]]", "x = 1\n" + times(100'000, "'a b'.") + "a = 1",
@@ -26,7 +25,7 @@ TEST(TomlText, NestingWithoutEndIsRefusedWithItsLine) {
   }
 }
 
-TEST(TomlText, WhatOnlyLooksNestedIsRead) {
+TEST(TomlText, ReadsTextThatOnlyLooksNested) {
   const auto read =
       parse_toml(times(99, "a.") + "a = 1\n# " + times(200, "[.") + "\nb = \"" + times(200, "{.") +
                      "\"\nc = '''\n" + times(200, "[.") + "'''\nd = [" + times(200, "1.5, ") + "]\ne = [" +
@@ -37,7 +36,7 @@ TEST(TomlText, WhatOnlyLooksNestedIsRead) {
   EXPECT_EQ((*read)["h"]["i"].as_array()->size(), 200u);
 }
 
-TEST(TomlText, FaultsAreToldWithLineAndColumn) {
+TEST(TomlText, ReportsFaultsWithLineAndColumn) {
   const auto read = parse_toml("a = 1\nb =\n", "f.toml");
   ASSERT_FALSE(read);
   EXPECT_EQ(read.error().message().find("f.toml:2: is not TOML at column 4, in key-value pair: "), 0u)

@@ -1,4 +1,4 @@
-// Checkpoints of a run that was broken off.
+// Checkpoints of an interrupted run.
 #include "pipeline/verbs/checkpoint.hpp"
 
 #include "dynamics/keeper.hpp"
@@ -21,15 +21,15 @@ Run run_of(const std::string& sample) {
   return {text, compile(parse_scene(text, sample).value()).value()};
 }
 
-// The last eight bytes are a checksum of those before, without the first line.
+// Appends eight bytes: the checksum of all bytes after the first line.
 std::string with_checksum(const std::string& bytes) {
   const auto line = bytes.find('\n');
   return bytes +
          little_endian(checksum_of(std::string_view(bytes).substr(line == bytes.npos ? 0 : line + 1)));
 }
 
-// Goes on from the file, if it is there, to its fifth step.
-Result<void> go_on(const Run& run, const fs::path& file) {
+// Resumes from the file, if it exists, and stops at the fifth step.
+Result<void> resume(const Run& run, const fs::path& file) {
   CheckpointFile kept(file.string(), 1e9);
   Observer observer;
   int steps = 0;
@@ -50,7 +50,7 @@ std::vector<TestCase> seeds() {
     const fs::path folder = fs::temp_directory_path() / ("borelli-checkpoint-" + test.name);
     write_case(test, folder);
     const fs::path file = folder / "a.checkpoint";
-    static_cast<void>(go_on(run_of((folder / test.files[0].name).string()), file));
+    static_cast<void>(resume(run_of((folder / test.files[0].name).string()), file));
     const std::string bytes = bytes_of(file);
     fs::remove_all(folder);
     if (bytes.size() < 8) continue;
@@ -68,7 +68,7 @@ Result<void> read(const fs::path& file) {
     if (!scene) return tl::unexpected(scene.error());
     auto system = compile(*scene);
     if (!system) return failure(entry.path().string(), system.error().message());
-    return go_on({text, std::move(*system)}, file);
+    return resume({text, std::move(*system)}, file);
   }
   return {};
 }

@@ -1,4 +1,4 @@
-// Tables from somebody else's classes to parts, as text and as JSON.
+// Tables from foreign classes to parts, as text and as JSON.
 #include "segmentation/class_mapping.hpp"
 
 #include "tests/mutation/reader.hpp"

@@ -32,7 +32,7 @@ std::string raw_bytes(const std::vector<std::uint16_t>& pixels) {
   return {reinterpret_cast<const char*>(pixels.data()), 2 * pixels.size()};
 }
 
-// What a slice says before its pixels.
+// All elements of a slice before its pixels.
 DataSet slice_header(int slice, Size size = {}) {
   DataSet d;
   d.add(0x00080008, "CS", "ORIGINAL\\PRIMARY\\AXIAL").add(0x00080016, "UI", ct);
@@ -105,8 +105,8 @@ std::string deflated_slice(const std::string& data_set) {
   return dicom_head(ct, deflated) + out;
 }
 
-// The slices as a codec of GDCM packs them; empty where it has none. (Its JPEG 2000 crashes on fewer than 32
-// x 32.)
+// The slices packed by a codec of GDCM; no files where it lacks the codec. Its JPEG 2000 crashes below 32
+// x 32.
 TestCase packed_by_gdcm(const std::string& name, gdcm::TransferSyntax::TSType syntax) {
   gdcm::Trace::WarningOff(), gdcm::Trace::ErrorOff();
   TestCase test{name, {}};
@@ -170,7 +170,7 @@ TestCase folder_of(const std::string& name, std::string (*slice)(int)) {
 
 std::vector<TestCase> seeds() {
   std::vector<TestCase> out{folder_of("plain", plain_slice), folder_of("rle", rle_slice)};
-  // (the inner bytes are mutated more often than the stream)
+  // mutations reach the bytes before deflation
   TestCase stream{"deflated", {}, true};
   for (int n = 0; n < 3; ++n) {
     DataSet d = slice_header(n);

@@ -31,7 +31,7 @@ Result<void> read(const std::filesystem::path& file) {
   for (const auto& triangle : mesh->triangles)
     for (const int corner : triangle)
       if (corner < 0 || corner >= std::ssize(mesh->vertices))
-        return defect("a triangle has a corner that is none");
+        return defect("a triangle names a vertex that does not exist");
   return {};
 }
 

@@ -58,7 +58,7 @@ std::vector<TestCase> seeds() {
          "<equality><connect body1=\"p\" body2=\"q\" anchor=\".5 0 0\"/></equality></mujoco>\n"}}}};
   for (TestCase& test : shared_cases({"models/bench/chain3d2.xml", "models/bench/roundabout.xml",
                                       "models/bench/human_contact.xml", "models/humanoid.xml"})) {
-    // (whose includes are in another folder)
+    // its includes lie in another folder
     test.may_be_refused = test.name == "humanoid";
     out.push_back(std::move(test));
   }

@@ -40,7 +40,7 @@ std::vector<TestCase> seeds() {
                             return write_trajectory(motion, write_scene(scene).value(), path);
                           })});
   }
-  // each of them the one that is damaged most often
+  // one case per file: the first file of a case is damaged most often
   std::vector<TestCase> out;
   for (std::size_t n = 0; n < test.files.size(); ++n) {
     out.push_back(test);

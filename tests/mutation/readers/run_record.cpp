@@ -1,4 +1,4 @@
-// run.json as a later run finds it, and the account of a segmentation that stages read.
+// run.json as a later run finds it, and segmentation.json, which stages read.
 #include <filesystem>
 
 #include "pipeline/segmentation_files.hpp"
@@ -12,7 +12,7 @@ namespace of_run_record {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Three stages as those of a run: one after another, the second's file for a person to edit.
+// Three stages that depend on each other, like those of a run. A person may edit the second one's file.
 std::vector<Stage> stages_in(const fs::path& folder) {
   const auto leave = [folder](const std::string& name) {
     return [=](const StageProgress&, const json& record) -> Result<json> {
@@ -58,7 +58,7 @@ Result<void> read(const fs::path& file) {
 std::vector<TestCase> seeds() {
   const fs::path folder = fs::temp_directory_path() / "borelli-run-record";
   fs::remove_all(folder);
-  const auto record = run_in(folder);
+  static_cast<void>(run_in(folder).value());
   TestCase whole = read_case(folder);
   std::erase_if(whole.files, [](const TestFile& f) { return f.name.starts_with('.'); });
   whole.name = "whole";

@@ -45,7 +45,6 @@ Result<void> read(const std::filesystem::path& file) {
   }
   const auto table = read_table(file);
   if (!table) return tl::unexpected(table.error());
-  // what is written of it is read again
   static_cast<void>(to_csv(*table));
   const auto again = table_from_json(to_json(*table), file.string());
   if (!again) return defect("what is written of it is refused: " + again.error().message());

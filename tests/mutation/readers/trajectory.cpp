@@ -1,4 +1,4 @@
-// Trajectories as HDF5, and those that a chart takes as reference: HDF5 or CSV.
+// Trajectories as HDF5, and reference trajectories of charts as HDF5 or CSV.
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
 #include "pipeline/reference_file.hpp"
@@ -21,7 +21,7 @@ std::vector<TestCase> seeds() {
                                                                  motion, write_scene(scene).value(), path);
                                                            })}}});
   }
-  // without the digest that our files end in, a damaged one gets as far as HDF5
+  // without the digest at its end, a damaged file reaches HDF5
   for (TestCase test : std::vector(out)) {
     std::string& bytes = test.files[0].bytes;
     const auto digest = bytes.rfind("\nborelli sha256 ");

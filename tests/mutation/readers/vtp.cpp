@@ -19,7 +19,7 @@ Result<void> read(const std::filesystem::path& file) {
   if (!mesh) return tl::unexpected(mesh.error());
   for (const auto& triangle : mesh->triangles)
     for (const auto corner : triangle)
-      if (corner >= mesh->points.size()) return defect("a triangle has a corner that is none");
+      if (corner >= mesh->points.size()) return defect("a triangle names a vertex that does not exist");
   return {};
 }
 

@@ -1,4 +1,4 @@
-// Broken texts for every reader of JSON and TOML: one sentence with file and place, quickly, and no library's
+// Broken texts for every reader of JSON and TOML: one quick sentence with file and place, without a library's
 // words.
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ std::string repeated(const std::string& text, int count) {
   return out;
 }
 
-// What each reader of JSON in the library says of a text.
+// The errors of all JSON readers for one text.
 std::vector<std::string> said_of_json(const std::string& text) {
   const TestFolder folder;
   const std::string file = folder.write("f.json", text);
@@ -54,7 +54,7 @@ TEST(BrokenText, EveryReaderOfJsonTellsFileAndPlace) {
     }
 }
 
-TEST(BrokenText, EveryReaderOfTomlRefusesNestingWithoutEnd) {
+TEST(BrokenText, EveryReaderOfTomlRefusesDeepNesting) {
   const TestFolder folder;
   for (const std::string& text :
        {"x = 1\n" + repeated("a.", 100'000) + "a = 1", "x = 1\n[" + repeated("a.", 100'000) + "a]",
@@ -73,8 +73,8 @@ TEST(BrokenText, EveryReaderOfTomlRefusesNestingWithoutEnd) {
   }
 }
 
-// Findings of other kinds than `borelli segment` writes.
-TEST(BrokenText, FindingsTellWhatIsOfAnotherKind) {
+// Findings whose values have other types than `borelli segment` writes.
+TEST(BrokenText, NamesFindingsOfAWrongType) {
   const TestFolder folder;
   for (const auto& [text, what] : std::initializer_list<std::pair<const char*, const char*>>{
            {R"({"parts": {"head": {"coverage": 3}}})",
@@ -89,10 +89,10 @@ TEST(BrokenText, FindingsTellWhatIsOfAnotherKind) {
   }
 }
 
-TEST(BrokenText, PathsThatTheSystemRefusesAreNamed) {
+TEST(BrokenText, PathsThatAreTooLongEndInASentence) {
   const std::string far = "/" + repeated("long", 2000);
   for (const std::string verb :
-       {"info ", "report ", "simulate ", "economy ", "skeleton --landmarks x --table "}) {
+       {"info ", "report ", "simulate ", "economy ", "skeleton --landmarks x -o x.toml "}) {
     const ProgramRun run = run_program(verb + far);
     EXPECT_NE(run.code, 0) << verb;
     for (const char* words : {"filesystem error", "std::", "exception"})

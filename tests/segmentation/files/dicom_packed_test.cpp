@@ -1,4 +1,5 @@
-// Packed pixels of DICOM: RLE by hand, after PS3.5, annex G; codecs and deflated data sets that are damaged.
+// Compressed pixels of DICOM: RLE streams made by hand (PS3.5, annex G), damaged codec streams, deflated data
+// sets.
 #include <gdcmImageChangeTransferSyntax.h>
 #include <gdcmImageReader.h>
 #include <gdcmImageWriter.h>
@@ -26,7 +27,7 @@ std::string words(const std::vector<std::uint32_t>& values) {
     for (int n = 0; n < 4; ++n) bytes += static_cast<char>(v >> 8 * n);
   return bytes;
 }
-// the header of a stream whose segments start at these bytes
+// the header of a stream whose segments start at these offsets
 std::string rle_header(std::vector<std::uint32_t> starts) {
   const auto count = static_cast<std::uint32_t>(starts.size());
   starts.insert(starts.begin(), count);
@@ -35,20 +36,24 @@ std::string rle_header(std::vector<std::uint32_t> starts) {
 }
 std::string unpacked(const std::string& stream, std::size_t width, std::size_t pixels) {
   std::string to(width * pixels, '\0');
-  const auto wrong =
-      unpack_rle(std::as_bytes(std::span(stream)), width, std::as_writable_bytes(std::span(to)));
-  return wrong.empty() ? to : std::string(wrong);
+  EXPECT_EQ(unpack_rle(std::as_bytes(std::span(stream)), width, std::as_writable_bytes(std::span(to))), "");
+  return to;
+}
+std::string refusal(const std::string& stream, std::size_t width, std::size_t pixels) {
+  std::string to(width * pixels, '\0');
+  return std::string(
+      unpack_rle(std::as_bytes(std::span(stream)), width, std::as_writable_bytes(std::span(to))));
 }
 
 TEST(DicomRle, RunsAndLiterals) {
-  // three as they are, nothing said, five times 'z', two as they are
+  // three literals, no operation, 'z' five times, two literals
   const std::string segment = "\2abc\x80\xFCz\1xy";
   EXPECT_EQ(unpacked(rle_header({64}) + segment, 1, 10), "abczzzzzxy");
-  EXPECT_EQ(unpacked(rle_header({64}) + segment + '\0', 1, 10), "abczzzzzxy");  // of even length
-  // of two bytes the high one first
+  EXPECT_EQ(unpacked(rle_header({64}) + segment + '\0', 1, 10), "abczzzzzxy");  // padded
+  // the most significant byte comes first
   EXPECT_EQ(unpacked(rle_header({64, 66}) + "\xFEH\2abc", 2, 3), "aHbHcH");
   EXPECT_EQ(unpacked(rle_header({64, 68, 70}) + "\2ABC\xFEy\xFEz", 3, 3), "zyAzyBzyC");
-  // the longest of both
+  // the longest run and the longest literal
   const std::string long_run = std::string("\x81q") + '\x7f' + std::string(128, 'r');
   EXPECT_EQ(unpacked(rle_header({64}) + long_run, 1, 256), std::string(128, 'q') + std::string(128, 'r'));
 }
@@ -57,18 +62,18 @@ TEST(DicomRle, DamagedStreamsAreRefused) {
   const std::string whole = rle_header({64, 66}) + "\xFEH\2abc";
   ASSERT_EQ(unpacked(whole, 2, 3), "aHbHcH");
   for (std::size_t cut = 0; cut < whole.size(); ++cut)
-    EXPECT_NE(unpacked(whole.substr(0, cut), 2, 3), "aHbHcH");
+    EXPECT_NE(refusal(whole.substr(0, cut), 2, 3), "") << cut;
   for (const auto& starts : std::vector<std::vector<std::uint32_t>>{
            {}, {64}, {64, 66, 67}, {0, 66}, {66, 64}, {64, 0xffffffff}, {0xffffffff, 66}, {64, 71}})
-    EXPECT_NE(unpacked(rle_header(starts) + "\xFEH\2abc", 2, 3), "aHbHcH");
-  EXPECT_NE(unpacked(whole, 2, 4), "aHbHcH");                                           // too few pixels
-  EXPECT_EQ(unpacked(whole, 2, 2), "a segment does not hold one byte for each pixel");  // too many
+    EXPECT_NE(refusal(rle_header(starts) + "\xFEH\2abc", 2, 3), "");
+  EXPECT_NE(refusal(whole, 2, 4), "");                                                 // too few pixels
+  EXPECT_EQ(refusal(whole, 2, 2), "a segment does not hold one byte for each pixel");  // too many
   std::mt19937 random(5);
   for (int round = 0; round < 20000; ++round) {
     std::string bytes = whole;
     for (unsigned flips = 1 + random() % 4; flips > 0; --flips)
       bytes[random() % bytes.size()] = static_cast<char>(random());
-    unpacked(bytes, 2, 3);  // ends, within its bounds (a sanitizer sees them)
+    refusal(bytes, 2, 3);  // must end within its bounds, which a sanitizer checks
   }
 }
 
@@ -111,7 +116,7 @@ TEST(DicomPacked, EverySyntaxHoldsTheSamePixels) {
   }
 }
 
-// A library's codec is left to a child process, of which one does several slices; RLE needs none.
+// Codecs of libraries run in a child process that decodes several slices; RLE needs none.
 TEST(DicomPacked, CodecsRunInAProcessOfTheirOwn) {
   const auto children = [](gdcm::TransferSyntax::TSType syntax) {
     const ScratchFolder folder;
@@ -126,7 +131,7 @@ TEST(DicomPacked, CodecsRunInAProcessOfTheirOwn) {
   EXPECT_EQ(children(gdcm::TransferSyntax::RLELossless), 0);
 }
 
-// Bytes anywhere in the pixels and in the fields before them.
+// Random bytes in the second half of the file, which holds the pixels.
 TEST(DicomPacked, DamagedPixelsNeverEndTheProgram) {
   std::mt19937 random(7);
   for (const auto syntax : syntaxes) {
@@ -157,7 +162,7 @@ TEST(DicomPacked, RleWithoutSegmentsIsRefused) {
       << read.error().message();
 }
 
-// A deflated data set (PS3.5, A.5) of these bytes.
+// Writes these bytes as a deflated data set (PS3.5, A.5).
 void write_deflated(const std::string& path, const std::string& data_set) {
   std::string packed(compressBound(static_cast<uLong>(data_set.size())) + 64, '\0');
   z_stream stream{};
@@ -174,7 +179,7 @@ void write_deflated(const std::string& path, const std::string& data_set) {
                                         << static_cast<char>(syntax.size()) << '\0' << syntax << packed;
 }
 
-// A slice's plain file without its preamble and group 2, which GDCM writes with its length first.
+// A plain file without its preamble and group 2. GDCM writes the length of group 2 first.
 std::string data_set_of(const std::string& path) {
   const auto bytes = file_bytes(path);
   const std::string text(bytes.begin(), bytes.end());
@@ -208,7 +213,7 @@ TEST(DicomPacked, DeflatedDataSetsAreRead) {
   }
 }
 
-// 100 kB that inflate to 100 MB of a value that nobody needs.
+// 100 kB that inflate to a 100 MB value of no use.
 TEST(DicomPacked, DeflatedBombsAreRefused) {
   const ScratchFolder folder;
   const std::uint32_t length = 100'000'000;

@@ -1,5 +1,5 @@
-// Slices to volumes: what is a copy, what belongs together, and how far apart slices lie. Series are written
-// here, so that the right volume is known.
+// Slices to volumes: copies, series and slice spacing. The tests write the series, so the right volume is
+// known.
 #include "segmentation/files/dicom_volumes.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Slice k of its series, all of whose pixels are `value` but the first, which is air.
+// Slice k of its series. All pixels are `value`, except the first: air.
 TestSlice flat(int k, double z, int value, TestSlice slice = {}) {
   slice.columns = 3, slice.rows = 2;
   slice.position.z() = z;
@@ -40,7 +40,7 @@ std::string all_said(const ScannedVolume& scan) {
   return all;
 }
 
-// the CT numbers of slice k
+// one CT number per slice
 std::vector<std::int16_t> values(const ScannedVolume& scan) {
   std::vector<std::int16_t> along;
   for (std::int64_t k = 0; k < scan.volume.grid.size[2]; ++k) along.push_back(scan.volume.at(1, 1, k));
@@ -110,7 +110,7 @@ TEST(DicomVolumes, SlicesWithASeriesEachAreOneSeries) {
   }
 }
 
-// Positions that somebody overwrote: nothing tells for sure how far apart the slices are.
+// Overwritten positions: the slice spacing is unknown.
 TEST(DicomVolumes, SlicesOfOnePositionAndOtherLocationsAreRefused) {
   const ScratchFolder folder;
   for (int k = 0; k < 4; ++k) {
@@ -124,8 +124,8 @@ TEST(DicomVolumes, SlicesOfOnePositionAndOtherLocationsAreRefused) {
       << read.error().message();
 }
 
-// Two tables' stops of one body: acquisition 1 from 0 to 30 mm, acquisition 2 from 24 to 57 mm; in the second
-// round its slices lie between the first one's.
+// Two table positions: acquisition 1 from 0 to 30 mm, acquisition 2 from 24 to 57 mm. The second round shifts
+// acquisition 2 by 1 mm, between the slices of the first.
 TEST(DicomVolumes, AcquisitionsThatOverlapALittleAreJoined) {
   for (const double shift : {0.0, 1.0}) {
     const ScratchFolder folder;
@@ -218,7 +218,7 @@ TEST(DicomVolumes, MissingSlicesAreToldBetweenRoundedPositions) {
   for (int k = 0; k < 450; ++k) EXPECT_EQ(values(*read)[std::size_t(k)], k - 24);
 }
 
-// A step of the table that is no rounding: 3 mm, then 3.3 mm, in steps of 0.1 mm.
+// Slice spacing of 3 mm, then 3.3 mm, with positions to 0.1 mm: too large a change for rounding.
 TEST(DicomVolumes, RoundingHidesNoChangeOfSpacing) {
   const ScratchFolder folder;
   for (int k = 0; k < 60; ++k) {
@@ -231,7 +231,7 @@ TEST(DicomVolumes, RoundingHidesNoChangeOfSpacing) {
   EXPECT_TRUE(says(*read, "unevenly spaced, 3 mm to 3.3 mm apart")) << all_said(*read);
 }
 
-// What is said of ten slices 2 mm apart whose headers say this too.
+// The warnings about ten slices 2 mm apart with these header fields.
 std::string said_of(const TestSlice& also, double slope_of_location = 0) {
   const ScratchFolder folder;
   for (int k = 0; k < 10; ++k) {

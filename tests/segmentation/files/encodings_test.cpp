@@ -1,4 +1,4 @@
-// Encodings of voxels in text headers: text, bzip2, lists of files; and packed streams without end.
+// Encodings of voxels (text, bzip2, lists of files) and decompression bombs.
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -41,7 +41,7 @@ std::string refusal(const std::string& path) {
   return read ? "was read" : read.error().message();
 }
 
-TEST(TextVoxels, OfEveryTypeWithAnySeparators) {
+TEST(TextVoxels, ReadsEveryTypeWithAnySeparators) {
   ScratchFolder folder;
   const GreyVolume volume = noise();
   std::string text;
@@ -62,8 +62,8 @@ TEST(TextVoxels, OfEveryTypeWithAnySeparators) {
   EXPECT_EQ(detached->volume.voxels, volume.voxels);
 }
 
-// more than one block of the reader's, so that numbers lie across its borders
-TEST(TextVoxels, LongOnesKeepEveryDigit) {
+// Several blocks of the reader, so that numbers cross block borders.
+TEST(TextVoxels, KeepsDigitsAcrossBlocks) {
   ScratchFolder folder;
   std::string text;
   std::vector<std::int16_t> expected;
@@ -79,7 +79,7 @@ TEST(TextVoxels, LongOnesKeepEveryDigit) {
   EXPECT_EQ(read->volume.voxels, expected);
 }
 
-TEST(TextVoxels, WhatIsNoNumberOfTheirTypeIsNamed) {
+TEST(TextVoxels, NamesValuesOutsideTheType) {
   ScratchFolder folder;
   std::string fine;
   for (int n = 0; n < 139; ++n) fine += "7 ";
@@ -99,7 +99,7 @@ TEST(TextVoxels, WhatIsNoNumberOfTheirTypeIsNamed) {
 
 class Bzip2 : public ::testing::Test {
  protected:
-  // what Python's own module makes of it
+  // the bytes packed by Python's bz2
   std::vector<char> packed(const std::vector<char>& bytes) const {
     put_bytes(folder / "plain", bytes);
     const std::string command =
@@ -111,7 +111,7 @@ class Bzip2 : public ::testing::Test {
   ScratchFolder folder;
 };
 
-TEST_F(Bzip2, AttachedDetachedAndOfSeveralStreams) {
+TEST_F(Bzip2, ReadsAttachedDetachedAndSeveralStreams) {
   const GreyVolume volume = noise();
   const auto raw = raw_bytes(volume);
   const auto whole = packed(raw);
@@ -141,7 +141,7 @@ TEST_F(Bzip2, AttachedDetachedAndOfSeveralStreams) {
   EXPECT_NE(damaged.find("damaged compressed data"), std::string::npos) << damaged;
 }
 
-TEST(SliceLists, OfNrrdNamedOneByOneOrCounted) {
+TEST(SliceLists, NrrdListsOrNumbersItsFiles) {
   ScratchFolder folder;
   const GreyVolume volume = noise();
   const auto raw = raw_bytes(volume);
@@ -171,7 +171,7 @@ TEST(SliceLists, OfNrrdNamedOneByOneOrCounted) {
       << refusal(folder / "a.nhdr");
 }
 
-// zeros, packed some hundreds to one
+// this many MiB of zeros as gzip
 std::vector<char> gzip_zeros(std::size_t megabytes) {
   std::vector<unsigned char> zeros(std::size_t{1} << 20, 0), out(megabytes * 10000 + 1000);
   z_stream stream{};
@@ -190,7 +190,7 @@ TEST(Bombs, AreRefusedBeforeMemoryOrTimeIsSpent) {
   ScratchFolder folder;
   const std::uint64_t before = memory_limit();
   set_memory_limit(std::uint64_t{200} << 20);
-  // a header that tells the truth, of more than fits
+  // an honest header whose volume does not fit
   const auto packed = gzip_zeros(256);
   EXPECT_LT(packed.size(), std::size_t{2} << 20);
   std::string header = nrrd_header("short", "encoding: gzip\n\n");
@@ -203,7 +203,7 @@ TEST(Bombs, AreRefusedBeforeMemoryOrTimeIsSpent) {
             std::string::npos)
       << large;
   EXPECT_NE(large.find("--max-memory"), std::string::npos) << large;
-  // one that promises little: its stream is not unpacked to its end
+  // a header of a small volume: the reader stops early in the long stream
   header = nrrd_header("short", "encoding: gzip\n\n");
   bytes.assign(header.begin(), header.end());
   bytes.insert(bytes.end(), packed.begin(), packed.end());

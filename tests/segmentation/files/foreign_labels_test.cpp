@@ -40,7 +40,7 @@ void put_scaled(const std::string& path, const std::string& type, double slope,
   put_bytes(path, bytes);
 }
 
-TEST(ForeignLabels, BesideWholeNumbersAreRoundedAndThatIsTold) {
+TEST(ForeignLabels, RoundsNearlyWholeNumbersWithAWarning) {
   ScratchFolder folder;
   put_nrrd<float>(folder / "a.nrrd", "float", {0, 14.9999F, 15, 15.0001F, -0.0001F, 3});
   const auto read = read_labels(folder / "a.nrrd");
@@ -52,7 +52,7 @@ TEST(ForeignLabels, BesideWholeNumbersAreRoundedAndThatIsTold) {
   EXPECT_TRUE(read_labels(folder / "b.nrrd")->warnings.empty());
 }
 
-// int16 of a map of 0 to 117, as programs scale floating point to the type's range: 117 / 65535 a step
+// Labels 0 to 117 scaled to the range of uint16: one step is 117 / 65535.
 TEST(ForeignLabels, ScaledIntegersAreRoundedWithinHalfAStep) {
   ScratchFolder folder;
   const double slope = 117. / 65535;
@@ -69,7 +69,7 @@ TEST(ForeignLabels, ScaledIntegersAreRoundedWithinHalfAStep) {
   EXPECT_EQ(read->warnings.size(), 1U);
 }
 
-TEST(ForeignLabels, BetweenWholeNumbersAreRefusedWithTheirDigits) {
+TEST(ForeignLabels, RefusesFractionsWithTheirDigits) {
   ScratchFolder folder;
   const auto refusal = [&](float value) {
     put_nrrd<float>(folder / "a.nrrd", "float", {0, 15, value});
@@ -101,9 +101,9 @@ Grid turned(const Grid& grid, const std::array<int, 3>& order, const std::array<
   return out;
 }
 
-// All 48 ways to lay the axes, of a sheared oblique grid, written and read as NRRD: each voxel is told by its
-// place in the patient, which needs no order of axes.
-TEST(ForeignLabels, AlongOtherAxesArePutInTheScansOrder) {
+// All 48 orders and directions of the axes of a sheared oblique grid. A voxel's label follows from its place
+// in the patient, whatever the order of axes.
+TEST(ForeignLabels, ReordersAxesToTheScans) {
   ScratchFolder folder;
   const Grid scan = oblique_grid(false, 0.5);
   const auto label_at = [&](const Eigen::Vector3d& point) {
@@ -139,14 +139,14 @@ TEST(ForeignLabels, AlongOtherAxesArePutInTheScansOrder) {
   EXPECT_EQ(turns, 48);
 }
 
-TEST(ForeignLabels, OfAnotherGridAreRefusedBeforeTheyAreRead) {
+TEST(ForeignLabels, RefusesAnotherGridBeforeReadingVoxels) {
   ScratchFolder folder;
   LabelMap map;
   map.grid = oblique_grid(false, 0);
   map.voxels.assign(map.grid.count(), 1);
   map.names = {"outside", "one"};
   ASSERT_TRUE(write_labels(folder / "a.nrrd", map));
-  // no voxel is there to be read
+  // cut off the voxels
   auto bytes = file_bytes(folder / "a.nrrd");
   bytes.resize(bytes.size() - 40);
   put_bytes(folder / "a.nrrd", bytes);

@@ -1,5 +1,4 @@
-// Headers that say the voxels' size more than once: files of each format written by hand, whose right size is
-// known.
+// Headers that give the voxel size more than once. Files are written by hand, so the right size is known.
 #include "segmentation/files/voxel_size.hpp"
 
 #include <gtest/gtest.h>
