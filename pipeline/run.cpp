@@ -166,7 +166,11 @@ Result<json> run(const RunSettings& settings, bool force, const StageObserver& o
   json head{
       {"program", "borelli " BORELLI_VERSION}, {"inputs", *digests}, {"settings", settings_of(settings)}};
   RunData data(settings);
-  return run_stages(*lock, head, stages_of(data), force, settings.threads, observer);
+  const std::vector<Stage> stages = stages_of(data);
+  auto record = run_stages(*lock, head, stages, force, settings.threads, observer);
+  if (!record)
+    for (const std::string& warning : data.reader_warnings()) observer.warns(stages.front(), warning);
+  return record;
 }
 
 }  // namespace borelli

@@ -47,9 +47,20 @@ Result<const T*> RunData::once(std::optional<T>& held, Make make) {
   return &*held;
 }
 
+void RunData::add_reader_warnings(const std::vector<std::string>& warnings) {
+  const std::lock_guard lock(mutex_);
+  reader_warnings_.insert(reader_warnings_.end(), warnings.begin(), warnings.end());
+}
+
+std::vector<std::string> RunData::reader_warnings() {
+  const std::lock_guard lock(mutex_);
+  return reader_warnings_;
+}
+
 Result<const ScannedVolume*> RunData::scan(const Progress& progress) {
   return once(scan_, [&]() -> Result<ScannedVolume> {
     auto read = read_volume(settings.volume, {settings.quantity, progress});
+    if (read) add_reader_warnings(read->warnings);
     if (read && !settings.density_curve.empty() && read->volume.quantity != Quantity::hu)
       return bad_use("--density-curve",
                      "is from CT numbers, and " + settings.volume + " holds none: leave it out");
@@ -59,8 +70,11 @@ Result<const ScannedVolume*> RunData::scan(const Progress& progress) {
 
 Result<const ClassMap*> RunData::classes() {
   if (settings.label_mapping.empty()) return nullptr;
-  return once(classes_,
-              [&] { return read_classes(settings.labels, settings.label_names, settings.label_mapping); });
+  return once(classes_, [&] {
+    auto read = read_classes(settings.labels, settings.label_names, settings.label_mapping);
+    if (read) add_reader_warnings(read->warnings);
+    return read;
+  });
 }
 
 Result<const MrReading*> RunData::mr() {

@@ -60,6 +60,10 @@ class RunData {
   void keep(std::vector<Mesh> made) { put(meshes_, std::move(made)); }
   void keep(ScanViews made) { put(views_, std::move(made)); }
 
+  /// Warnings of the inputs' readers so far. A run that fails needs them: no stage has recorded them yet.
+  void add_reader_warnings(const std::vector<std::string>& warnings);
+  std::vector<std::string> reader_warnings();
+
   /// Where a file of the run's folder is.
   std::filesystem::path file(const std::string& name) const { return settings.folder / name; }
 
@@ -86,6 +90,7 @@ class RunData {
   std::optional<Trajectory> trajectory_;
   std::optional<std::vector<Mesh>> meshes_;
   std::optional<ScanViews> views_;
+  std::vector<std::string> reader_warnings_;
 };
 
 }  // namespace borelli

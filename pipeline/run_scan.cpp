@@ -94,6 +94,7 @@ Result<json> segment_scan(RunData& data, const StageProgress& progress) {
     if (!given) return tl::unexpected(given.error());
     // in MR nothing is found that could stand for points left as they were
     options.given = (*scan)->volume.quantity == Quantity::mr ? given->all() : std::move(given->landmarks);
+    data.add_reader_warnings(given->warnings);
     told = std::move(given->warnings);
   }
   if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
@@ -119,13 +120,17 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   if (!scan) return tl::unexpected(scan.error());
   auto labels = read_labels(data.settings.labels, data.settings.label_names, {}, &(*scan)->volume.grid);
   if (!labels) return tl::unexpected(labels.error());
-  const Warnings label_warnings = labels->warnings;
+  Warnings label_warnings;
+  for (const std::string& warning : labels->warnings)
+    label_warnings.push_back(data.settings.labels + ": " + warning);
+  data.add_reader_warnings(label_warnings);
   const std::string sides = compare_sides(*labels);
   GivenLandmarks given;
   if (!data.settings.landmarks.empty()) {
     auto read = read_given_landmarks(data.settings.landmarks);
     if (!read) return tl::unexpected(read.error());
     given = std::move(*read);
+    data.add_reader_warnings(given.warnings);
   }
   Landmarks landmarks;
   put_given(given.all(), landmarks);
@@ -133,8 +138,7 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
       segmentation_of(std::move(*labels), std::move(landmarks), (*scan)->volume, data.settings.threads);
   for (const auto& list : {given.warnings, (*scan)->warnings})
     found.warnings.insert(found.warnings.begin(), list.begin(), list.end());
-  for (const std::string& warning : label_warnings)
-    found.warnings.push_back(data.settings.labels + ": " + warning);
+  found.warnings.insert(found.warnings.end(), label_warnings.begin(), label_warnings.end());
   if (!sides.empty()) found.warnings.push_back(sides);
   if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
     found.warnings.push_back(doubt);

@@ -2,6 +2,7 @@
 // its JSON answer, and in what it writes.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -41,12 +42,15 @@ class Warnings : public testing::Test {
     const Scan scan = scan_of_body();
     ASSERT_TRUE(write_volume((folder / "scan.nrrd").string(), scan.grey));
     ASSERT_TRUE(write_labels((folder / "labels.nrrd").string(), scan.labels));
-    for (const char* name : {"scan.nrrd", "labels.nrrd"}) {  // slices of 20 mm, 10 mm apart
-      std::string bytes = read_whole(folder / name).value();
-      bytes.insert(bytes.find("dimension"), "thicknesses: nan nan 20\n");
-      ASSERT_TRUE(write_whole(folder / name, bytes));
-    }
+    for (const char* name : {"scan.nrrd", "labels.nrrd"}) contradict_spacing(name);
     ASSERT_TRUE(write_landmarks((folder / "joints.json").string(), body().landmarks));
+  }
+
+  /// The header then says slices of 20 mm, 10 mm apart.
+  void contradict_spacing(const std::string& name) const {
+    std::string bytes = read_whole(folder / name).value();
+    bytes.insert(bytes.find("dimension"), "thicknesses: nan nan 20\n");
+    ASSERT_TRUE(write_whole(folder / name, bytes));
   }
 
   std::string path(const std::string& name) const { return (folder / name).string(); }
@@ -115,6 +119,17 @@ TEST_F(Warnings, ReachRunsAndTheirReports) {
   std::filesystem::remove(folder / "out/s/segmentation/segmentation.json");
   expect_warned("report " + path("out/s") + " --volume " + path("scan.nrrd"), {said});
   expect_in_files({"out/s/report.html"}, {said});
+}
+
+// A scan of air: nothing can be segmented, and the header's contradiction may be the reason.
+TEST_F(Warnings, ReachTheUserOfARunThatFails) {
+  Scan scan = scan_of_body();
+  std::ranges::fill(scan.grey.values, std::int16_t{-1000});
+  ASSERT_TRUE(write_volume(path("air.nrrd"), scan.grey));
+  contradict_spacing("air.nrrd");
+  const ProgramRun run = run_program("run " + path("air.nrrd") + " --subject s -o " + path("out"));
+  EXPECT_EQ(run.code, 1) << run.err;
+  EXPECT_NE(run.err.find("warning: segmentation: " + said), std::string::npos) << run.err;
 }
 
 // Voxels a quarter as long: 75 kg become 1.2 kg, of a scan that holds the whole body.

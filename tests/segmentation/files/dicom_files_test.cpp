@@ -62,7 +62,8 @@ TEST(DicomFiles, AFolderOfNothingElseNamesThem) {
   put_placeholders(folder);
   for (const auto& refusal : {read_volume(folder.path()).error(), read_labels(folder.path()).error()}) {
     EXPECT_EQ(refusal.kind, Error::Kind::use);
-    for (const char* part : {"git annex get", "git lfs pull", "stub.dcm holds no more", "._0.dcm is macOS's"})
+    for (const char* part :
+         {"git annex get", "git lfs pull", "stub.dcm holds no more", "._0.dcm holds metadata of macOS"})
       EXPECT_NE(refusal.message().find(part), std::string::npos) << refusal.message();
   }
 }

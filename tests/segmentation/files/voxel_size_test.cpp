@@ -75,7 +75,7 @@ TEST(VoxelSize, NiftisMajorityIsTakenAndSaid) {
   const auto tie = nifti(thick, right, false);
   ASSERT_FALSE(tie);
   EXPECT_NE(
-      tie.error().message().find("two sizes of its voxels (sform 0.75 x 0.75 x 4, pixdim 0.75 x 0.75 x 3)"),
+      tie.error().message().find("contradictory voxel sizes (sform 0.75 x 0.75 x 4, pixdim 0.75 x 0.75 x 3)"),
       std::string::npos)
       << tie.error().message();
 }
@@ -116,7 +116,7 @@ TEST(VoxelSize, NrrdsDirectionsSpacingsAndThicknesses) {
   }
   const auto tie = nrrd(directions("4") + "spacings: 2 2 3\n");
   ASSERT_FALSE(tie);
-  EXPECT_NE(tie.error().message().find("two sizes of its voxels"), std::string::npos);
+  EXPECT_NE(tie.error().message().find("contradictory voxel sizes"), std::string::npos);
 }
 
 Result<ScannedVolume> metaimage(const std::string& sizes) {
@@ -149,7 +149,7 @@ TEST(VoxelSize, MetaImagesSpacingSizeAndMatrix) {
   }
   const auto tie = metaimage("ElementSpacing = 2 2 4\n" + scaled);
   ASSERT_FALSE(tie);
-  EXPECT_NE(tie.error().message().find("two sizes of its voxels"), std::string::npos);
+  EXPECT_NE(tie.error().message().find("contradictory voxel sizes"), std::string::npos);
 }
 
 }  // namespace
