@@ -124,7 +124,7 @@ TEST_F(Warnings, ReachRunsAndTheirReports) {
 // A scan of air: nothing can be segmented, and the header's contradiction may be the reason.
 TEST_F(Warnings, ReachTheUserOfARunThatFails) {
   Scan scan = scan_of_body();
-  std::ranges::fill(scan.grey.values, std::int16_t{-1000});
+  std::ranges::fill(scan.grey.voxels, std::int16_t{-1000});
   ASSERT_TRUE(write_volume(path("air.nrrd"), scan.grey));
   contradict_spacing("air.nrrd");
   const ProgramRun run = run_program("run " + path("air.nrrd") + " --subject s -o " + path("out"));
