@@ -14,7 +14,7 @@
 namespace borelli {
 namespace {
 
-constexpr std::size_t deepest = 10000;  // readers follow the tree by recursion
+constexpr std::size_t deepest = 2500;  // readers recurse, with up to some kilobytes of stack a level
 
 // Builds the tree from expat's events.
 struct TreeBuilder {

@@ -65,7 +65,7 @@ struct XmlElement {
 };
 
 /// The root element of a file. Refuses (by XmlRefusal) what is missing, a folder, not well-formed, or nested
-/// deeper than 10000 elements.
+/// deeper than 2500 elements.
 XmlElement read_xml(const std::filesystem::path& path);
 
 }  // namespace borelli

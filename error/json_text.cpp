@@ -6,18 +6,12 @@
 #include <unordered_set>
 #include <vector>
 
+#include "error/printable.hpp"
+
 namespace borelli {
 namespace {
 
 constexpr std::size_t deepest = 100;  // lists and objects within each other
-
-// A word for a message: at most 40 characters, all of them printable.
-std::string shown(std::string_view word) {
-  std::string out;
-  for (const char c : word.substr(0, 40))
-    out += c >= ' ' && c <= '~' ? std::string(1, c) : fmt::format("<{:02x}>", static_cast<unsigned char>(c));
-  return word.size() > 40 ? out + "..." : out;
-}
 
 // The text at fault. `read`: what the parser consumed since the last string or number began.
 std::string_view fault_in(std::string_view read) {
@@ -54,7 +48,7 @@ class Builder : public nlohmann::json_sax<Json> {
 
   bool key(string_t& name) override {
     if (!open_.back().names.insert(name).second)
-      return refuse(fmt::format("\"{}\" is there twice", shown(name)));
+      return refuse(fmt::format("\"{}\" is there twice", printable(name)));
     name_ = std::move(name);
     return true;
   }
@@ -64,11 +58,12 @@ class Builder : public nlohmann::json_sax<Json> {
     constexpr int out_of_range = 406;  // nlohmann's out_of_range.406: a number overflows
     position = std::min(std::max<std::size_t>(position, 1) - 1, text_.size());
     line_ = 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(position), '\n');
-    if (problem.id == out_of_range) return refuse(fmt::format("the number {} is too large", shown(token)));
+    if (problem.id == out_of_range)
+      return refuse(fmt::format("the number {} is too large", printable(token)));
     if (text_.find_first_not_of(" \t\r\n") == std::string_view::npos)
       return refuse("is empty, expected JSON");
     if (position == text_.size()) return refuse("is not JSON: ends too early, was it cut off?");
-    return refuse(fmt::format("is not JSON: found '{}'", shown(fault_in(token))));
+    return refuse(fmt::format("is not JSON: found '{}'", printable(fault_in(token))));
   }
 
   Json root;
@@ -177,7 +172,8 @@ Result<void> check_kinds(const nlohmann::json& document, const nlohmann::json& p
 std::string kind_of_json(const nlohmann::json& value) {
   if (value.is_object()) return "an object";
   if (value.is_array()) return fmt::format("a list of {}", value.size());
-  if (value.is_string()) return fmt::format("the text \"{}\"", shown(value.get_ref<const std::string&>()));
+  if (value.is_string())
+    return fmt::format("the text \"{}\"", printable(value.get_ref<const std::string&>()));
   if (value.is_number()) return fmt::format("the number {}", value.get<double>());
   if (value.is_boolean()) return value.get<bool>() ? "true" : "false";
   return "null";

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "error/json_text.hpp"
+#include "error/printable.hpp"
 #include "process/input_file.hpp"
 #include "segmentation/class_mapping.hpp"
 #include "segmentation/header_text.hpp"
@@ -82,7 +83,7 @@ Result<GivenLandmarks> as_landmarks(const std::string& path, const std::vector<P
   if (out.landmarks.empty() && out.unmoved.empty())
     return failure(
         path, "holds no point that is placed and bears a landmark's name (hip_left, knee_right, neck ...)" +
-                  (strange.empty() ? "" : "; found: " + strange));
+                  (strange.empty() ? "" : "; found: '" + printable(strange, 200) + "'"));
   return out;
 }
 
@@ -124,9 +125,9 @@ Result<GivenLandmarks> read_markups(const std::string& path, const json& documen
     const std::string frame = text(list, "coordinateSystem", "LPS"),
                       unit = text(list, "coordinateUnits", "mm");
     if (frame != "LPS" && frame != "RAS")
-      return failure(path, "coordinateSystem is \"" + frame + "\": expected LPS or RAS");
+      return failure(path, "coordinateSystem is \"" + printable(frame) + "\": expected LPS or RAS");
     if (unit != "mm" && unit != "[\"mm\", \"UCUM\", \"millimeter\"]")
-      return failure(path, "coordinateUnits is \"" + unit + "\": expected mm");
+      return failure(path, "coordinateUnits is \"" + printable(unit) + "\": expected mm");
     if (!list.is_object() || !list.contains("controlPoints") || !list["controlPoints"].is_array()) continue;
     for (const json& entry : list["controlPoints"]) {
       Point point{text(entry, "label", ""), {}, read_note(text(entry, "description", "")), true};
@@ -136,8 +137,8 @@ Result<GivenLandmarks> read_markups(const std::string& path, const json& documen
         const json place = entry.is_object() ? entry.value("position", json()) : json();
         if (!place.is_array() || place.size() != 3 ||
             !std::ranges::all_of(place, [](const json& c) { return c.is_number(); }))
-          return failure(path,
-                         "point " + point.name + ": expected \"position\": [x, y, z], three numbers in mm");
+          return failure(path, "point \"" + printable(point.name) +
+                                   "\": expected \"position\": [x, y, z], three numbers in mm");
         for (std::size_t c = 0; c < 3; ++c)
           point.place[static_cast<Eigen::Index>(c)] = place[c].get<double>();
         if (!point.place.allFinite())
@@ -187,7 +188,8 @@ Result<GivenLandmarks> read_fcsv(const std::string& path, std::istream& file) {
       const std::string value(equals == std::string::npos ? "" : trimmed(line.substr(equals + 1)));
       if (key == "coordinatesystem") {
         if (value != "0" && value != "RAS" && value != "1" && value != "LPS")
-          return failure(where, "CoordinateSystem is " + value + ": expected LPS (1) or RAS (0)");
+          return failure(where,
+                         "CoordinateSystem is \"" + printable(value) + "\": expected LPS (1) or RAS (0)");
         sign = value == "1" || value == "LPS" ? 1 : -1;
       }
       if (key == "columns") columns = fields_of(value);
@@ -203,7 +205,7 @@ Result<GivenLandmarks> read_fcsv(const std::string& path, std::istream& file) {
       const std::string text = field(name);
       const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), point.place[axis]);
       if (wrong != std::errc() || end != text.data() + text.size() || !std::isfinite(point.place[axis]))
-        return failure(where, fmt::format("{} is '{}': a number in mm is expected", name, text));
+        return failure(where, fmt::format("{} is '{}': a number in mm is expected", name, printable(text)));
     }
     point.place.head<2>() *= sign;
     if (const auto extra = columns.size(); extra < fields.size() && !trimmed(fields[extra]).empty())

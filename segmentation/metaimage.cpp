@@ -9,6 +9,7 @@
 #include <map>
 #include <optional>
 
+#include "error/printable.hpp"
 #include "segmentation/files/slice_files.hpp"
 #include "segmentation/files/voxel_size.hpp"
 #include "segmentation/header_text.hpp"
@@ -171,8 +172,7 @@ Result<ImageHeader> read_metaimage_header(const std::string& path) {
   std::string_view type = meta->tag("ElementType");
   if (type.ends_with("_ARRAY")) type.remove_suffix(6);
   const auto scalar = scalar_of(type);
-  if (!scalar)
-    return failure(path, "has voxels of type '" + std::string(type) + "', which is not known here");
+  if (!scalar) return failure(path, "has voxels of type '" + printable(type) + "', which is not known here");
   header.scalar = *scalar;
   header.big_endian = meta->is_true({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"});
   header.slope = number_in(meta->tag("ElementToIntensityFunctionSlope")).value_or(header.slope);

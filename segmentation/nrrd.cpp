@@ -11,6 +11,7 @@
 #include <numeric>
 #include <optional>
 
+#include "error/printable.hpp"
 #include "segmentation/files/slice_files.hpp"
 #include "segmentation/files/voxel_size.hpp"
 #include "segmentation/header_text.hpp"
@@ -60,7 +61,7 @@ Result<Nrrd> parse_nrrd(const std::string& path) {
     } else if (const auto colon = line.find(": "); colon != std::string::npos) {
       const std::string field = lower_case(line.substr(0, colon));
       if (!nrrd.fields.try_emplace(field, trimmed(std::string_view(line).substr(colon + 2))).second)
-        return failure(path, "has a damaged header: '" + field + "' stands in it twice");
+        return failure(path, "has a damaged header: '" + printable(field) + "' stands in it twice");
     }
   }
   return nrrd;
@@ -131,7 +132,7 @@ Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrr
     if (segment.value < 1 || segment.layer < 0 || segment.layer >= layers)
       return failure(
           path, fmt::format("has a damaged header: segment {} ('{}') is value {} of layer {}, of {} layers",
-                            n, segment.name, segment.value, segment.layer, layers));
+                            n, printable(segment.name), segment.value, segment.layer, layers));
     segments.push_back(std::move(segment));
   }
 }
@@ -206,7 +207,8 @@ Result<double> millimetres(const std::string& path, std::string_view units) {
   if (unit == "\"um\"" || unit.find("micro") != std::string::npos) return 0.001;
   if (unit == "\"cm\"") return 10;
   if (unit == "\"m\"" || unit == "\"meter\"" || unit == "\"meters\"") return 1000;
-  return failure(path, "has space units of " + unit + "; \"mm\", \"cm\", \"m\" or \"um\" were expected");
+  return failure(path,
+                 "has space units of " + printable(unit) + "; \"mm\", \"cm\", \"m\" or \"um\" were expected");
 }
 
 Result<void> place(const std::string& path, const Nrrd& nrrd, const std::vector<std::size_t>& axes,
@@ -263,7 +265,8 @@ Result<void> locate_voxels(const std::string& path, const Nrrd& nrrd, ImageHeade
   else if (encoding == "bzip2" || encoding == "bz2")
     header.packing = ByteSource::Packing::bzip2;
   else if (encoding != "raw" && !header.text)
-    return failure(path, "is encoded as '" + encoding + "'; raw, ascii, gzip and bzip2 are read here");
+    return failure(path,
+                   "is encoded as '" + printable(encoding) + "'; raw, ascii, gzip and bzip2 are read here");
   const bool packed = header.packing != ByteSource::Packing::plain;
   const std::string_view field = nrrd.data_file();
   header.data_file = path;
@@ -304,7 +307,7 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
 
   const std::string type = lower_case(nrrd->field("type"));
   const auto scalar = scalar_of(type);
-  if (!scalar) return failure(path, "has voxels of type '" + type + "', which is not known here");
+  if (!scalar) return failure(path, "has voxels of type '" + printable(type) + "', which is not known here");
   header.scalar = *scalar;
   const std::string endian = lower_case(nrrd->field("endian"));
   header.big_endian = endian == "big";

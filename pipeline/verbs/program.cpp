@@ -40,6 +40,16 @@ std::string empty_option(const CLI::App& program) {
   return "";
 }
 
+// A sentence as one line of a terminal. It may quote a file: control characters become '?', and what is
+// longer than any sentence is cut.
+std::string one_line(std::string sentence) {
+  constexpr std::size_t longest = 2000;
+  if (sentence.size() > longest) sentence = sentence.substr(0, longest) + "...";
+  for (char& c : sentence)
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f') c = '?';
+  return sentence;
+}
+
 constexpr std::uint64_t least_memory = 100'000'000;  // bytes; the program alone takes about half of that
 
 std::string memory_size(const std::string& text) {
@@ -114,11 +124,11 @@ int run(int argc, char** argv) {
   borelli::set_memory_limit(borelli::bytes_from(max_memory).value_or(borelli::memory_limit()));
   if (command.threads > 0) borelli::all_threads = command.threads;
   const auto answer = command.work(command);
-  for (const std::string& warning : command.warnings()) borelli::say("warning: {}\n", warning);
+  for (const std::string& warning : command.warnings()) borelli::say("warning: {}\n", one_line(warning));
   if (!command.json)
-    for (const std::string& note : command.notes()) borelli::say("note: {}\n", note);
+    for (const std::string& note : command.notes()) borelli::say("note: {}\n", one_line(note));
   if (!answer) {
-    borelli::say("borelli: {}\n", answer.error().message());
+    borelli::say("borelli: {}\n", one_line(answer.error().message()));
     return answer.error().kind == borelli::Error::Kind::use ? 2 : 1;
   }
   if (command.json) fmt::print("{}\n", borelli::json_text(command.complete(*answer), 2));

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "error/printable.hpp"
 #include "segmentation/header_text.hpp"
 
 namespace borelli {
@@ -59,11 +60,12 @@ Result<std::vector<std::string>> by_pattern(const std::string& path, std::string
     return failure(path,
                    fmt::format("names its slices' files by '{}', expected a pattern like 'slice%03d.raw "
                                "1 {} 1' (first number, last, step)",
-                               field, slices));
+                               printable(field), slices));
   std::vector<std::string> files;
   for (std::int64_t n = first; step > 0 ? n <= last : n >= last; n += step) {
     if (std::ssize(files) == slices)
-      return failure(path, fmt::format("names more files than its {} slices by '{}'", slices, field));
+      return failure(path,
+                     fmt::format("names more files than its {} slices by '{}'", slices, printable(field)));
     files.push_back(pattern->name(n));
   }
   return files;
@@ -102,7 +104,11 @@ Result<std::vector<std::string>> named_files(const std::string& path, std::strin
         path,
         fmt::format("names {} files for {} slices, expected one file for each or equally many slices in each",
                     files.size(), slices));
-  for (std::string& file : files) file = (folder / file).string();
+  for (std::string& file : files) {
+    file = (folder / file).string();
+    if (!fs::exists(file, ignored))
+      return bad_use(path, fmt::format("its voxels are to be in '{}': no such file", printable(file, 300)));
+  }
   return files;
 }
 

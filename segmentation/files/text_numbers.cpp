@@ -2,10 +2,10 @@
 
 #include <fmt/core.h>
 
-#include <cctype>
 #include <charconv>
 #include <cstring>
 
+#include "error/printable.hpp"
 #include "segmentation/image_file.hpp"
 
 namespace borelli {
@@ -53,11 +53,8 @@ Result<std::size_t> TextNumbers::read(std::span<std::byte> target) {
       T value{};
       const auto [rest, trouble] = std::from_chars(first, last, value);
       if (trouble != std::errc() || rest != last) {
-        std::string shown(word->substr(0, 40));
-        for (char& c : shown)
-          if (!std::isprint(static_cast<unsigned char>(c))) c = '?';
-        return failure(path_, fmt::format("holds '{}' among its voxels, expected numbers of type {}", shown,
-                                          scalar_name(scalar_)));
+        return failure(path_, fmt::format("holds '{}' among its voxels, expected numbers of type {}",
+                                          printable(*word), scalar_name(scalar_)));
       }
       std::memcpy(target.data() + filled, &value, sizeof value);
     }

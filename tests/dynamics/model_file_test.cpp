@@ -207,9 +207,14 @@ TEST(ModelFile, DeepTreesAreReadAndEndlessOnesRefused) {
   };
   const Folder folder;
   EXPECT_EQ(need(read_model(folder.write("m.xml", nested(2000)))).scene.solids.size(), 2000u);
-  const auto endless = read_model(folder.write("m.xml", nested(20000)));
-  ASSERT_FALSE(endless);
-  EXPECT_NE(endless.error().message().find("nested deeper than 10000"), std::string::npos);
+  std::string frames, ends;
+  for (int i = 0; i < 9000; ++i) frames += "<frame>", ends += "</frame>";
+  for (const std::string& text :
+       {nested(20000), nested(3000), "<mujoco><worldbody>" + frames + ends + "</worldbody></mujoco>"}) {
+    const auto endless = read_model(folder.write("m.xml", text));
+    ASSERT_FALSE(endless);
+    EXPECT_NE(endless.error().message().find("nested deeper than 2500"), std::string::npos);
+  }
 }
 
 }  // namespace

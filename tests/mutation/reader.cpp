@@ -5,6 +5,7 @@
 #include <cctype>
 #include <exception>
 #include <new>
+#include <string_view>
 
 #ifndef BORELLI_FUZZ
 #include "pipeline/verbs/verb.hpp"
@@ -55,6 +56,20 @@ constexpr std::array library_words{"json.exception",
                                    "ARKODE",
                                    "parse error at"};
 
+// The message without what it quotes: a file's own words are no library's.
+std::string without_quotations(std::string_view message) {
+  std::string out;
+  while (!message.empty()) {
+    const char c = message.front();
+    const bool opens = (c == '"' || c == '\'') && (out.empty() || out.back() == ' ' || out.back() == '(');
+    const std::size_t end = opens ? message.find(c, 1) : 0;
+    if (end == message.npos) break;  // a quotation that does not end is all of the rest
+    if (!opens) out += c;
+    message.remove_prefix(end + 1);
+  }
+  return out;
+}
+
 bool is_sentence(const std::string& what) {
   const auto letters = std::ranges::count_if(what, [](unsigned char c) { return std::isalpha(c); });
   return letters >= 8 && std::ranges::count(what, ' ') >= 2;
@@ -85,8 +100,9 @@ tl::unexpected<Error> defect(const std::string& what) { return failure(std::stri
 std::string fault_in(const Error& error, const std::filesystem::path& file) {
   const std::string message = error.message();
   if (error.where == defect_place) return message;
+  const std::string own_words = without_quotations(message);
   for (const char* words : library_words)
-    if (message.find(words) != std::string::npos)
+    if (own_words.find(words) != std::string::npos)
       return std::string("a library's words (") + words + "): " + message;
   if (!is_sentence(error.what)) return "no sentence: " + message;
   std::vector<std::string> names{file.parent_path().filename().string()};

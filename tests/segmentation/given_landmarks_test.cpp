@@ -76,16 +76,16 @@ TEST(GivenLandmarks, WhatIsWrongIsTold) {
     EXPECT_NE(read.error().message().find(said), std::string::npos) << read.error().message();
   };
   const std::string columns = "# columns = id,x,y,z,label\n";
-  expect("p.fcsv", "# CoordinateSystem = 2\n", "p.fcsv:1: CoordinateSystem is 2");
+  expect("p.fcsv", "# CoordinateSystem = 2\n", "p.fcsv:1: CoordinateSystem is \"2\"");
   expect("p.fcsv", columns + "1,2,x,4,neck\n", "p.fcsv:2: y is 'x'");
   expect("p.fcsv", columns + "1,2,nan,4,neck\n", "p.fcsv:2: y is 'nan'");
   expect("p.fcsv", columns + "1,2,3,4,neck\n2,2,3,4,Neck\n", "two points for neck");
-  expect("p.fcsv", columns + "1,2,3,4,nose\n", "found: nose");
+  expect("p.fcsv", columns + "1,2,3,4,nose\n", "found: 'nose'");
   expect("p.fcsv", "", "no point");
   std::string text = list;
   expect("p.mrk.json", text, "coordinateSystem is \"FRAME\"");
   expect("p.mrk.json", R"({"markups": [{"controlPoints": [{"label": "neck", "position": [1, 2]}]}]})",
-         "point neck: expected \"position\"");
+         "point \"neck\": expected \"position\"");
   expect("p.mrk.json", R"({"landmarks": {}})", "holds no \"markups\"");
   expect("p.json", R"({"markups": [{"coordinateUnits": "cm", "controlPoints": []}]})",
          "coordinateUnits is \"cm\"");

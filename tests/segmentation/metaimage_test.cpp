@@ -100,7 +100,7 @@ TEST(MetaImage, RefusesDamageInOneSentence) {
       {"LOCAL", "slice%n.raw 1 1 1", "expected a pattern like 'slice%03d.raw 1 1 1'"},
       {"LOCAL", "slice%d%d.raw 1 1 1", "expected a pattern"},
       {"LOCAL", "slice%9999999d.raw 1 1 1", "expected a pattern"},
-      {"LOCAL", "slice%d.raw 1 1 1", "slice1.raw: no such file"},
+      {"LOCAL", "slice%d.raw 1 1 1", "slice1.raw': no such file"},
       {"LOCAL", "absent.raw", "no such file"},
       {"ElementDataFile = LOCAL", "", "no ElementDataFile"},
       {"ElementType", "ElementNumberOfChannels = 3\nElementType", "3 values per voxel"},

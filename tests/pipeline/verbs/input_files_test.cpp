@@ -19,6 +19,12 @@ std::string small_scan(const TestFolder& folder) {
       .string();
 }
 
+TEST(InputFiles, WhatAMessageQuotesCannotSteerTheTerminal) {
+  const ProgramRun run = run_program("info '\x1b[31mred.nii'");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_EQ(run.err, "borelli: ?[31mred.nii: no such file or folder\n");
+}
+
 TEST(InputFiles, PipesAndDevicesAreRefusedAtOnce) {
   const TestFolder folder;
   const std::string scan = small_scan(folder), pendulum = samples + "pendulum.toml ",

@@ -1,0 +1,16 @@
+#include "error/printable.hpp"
+
+#include <gtest/gtest.h>
+
+namespace borelli {
+namespace {
+
+TEST(Printable, ShowsOtherBytesAsHexAndCutsLongTexts) {
+  EXPECT_EQ(printable("MET_SHORT"), "MET_SHORT");
+  EXPECT_EQ(printable(std::string("a\n\x01\xff", 4)), "a<0a><01><ff>");
+  EXPECT_EQ(printable(std::string(41, 'x')), std::string(40, 'x') + "...");
+  EXPECT_EQ(printable(std::string(41, 'x'), 41), std::string(41, 'x'));
+}
+
+}  // namespace
+}  // namespace borelli
