@@ -230,7 +230,7 @@ TEST_F(RunVerb, AChangedVoxelIsAnotherScan) {
     EXPECT_EQ(record["inputs"]["volume"][1]["file"], "scan.raw");
   }
   fs::remove(folder / "scan.raw");
-  expect_refused("run " + path("scan.mhd") + words(), 2, "scan.raw: no such file");
+  expect_refused("run " + path("scan.mhd") + words(), 2, "scan.raw': no such file");
 }
 
 // Starts the program and leaves it at work.
