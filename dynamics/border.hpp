@@ -13,8 +13,9 @@
 
 namespace borelli {
 
-/// Asks for `bytes` of memory (process/memory.hpp) from 64 MB on: asking takes as long as solving the
-/// equations of a small scene. `what()` names the purpose.
+/// Checks `bytes` against the memory limit (process/memory.hpp) if they are 64 MB or more. A check takes as
+/// long as one evaluation of a small scene, so that small amounts are not checked. `what()` names the
+/// purpose.
 template <class What>
 Result<void> admit_large(const System& system, double bytes, What&& what) {
   constexpr double large = 64e6;

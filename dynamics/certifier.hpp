@@ -31,7 +31,7 @@ class Climb {
 
 /// The energy of the scene or of an independent group of it, followed through a run.
 struct EnergyBalance {
-  Climb drift;             ///< J: kinetic and potential energy less work, against the start
+  Climb drift;             ///< J: change of kinetic and potential energy since the start, less the work
   Climb without_row_work;  ///< J: the same, without the work of constraint rows
   Climb projected;         ///< J: sum of the sizes of energy changes by projections
   double rounding = 0;     ///< J: the part of a drift that may be rounding

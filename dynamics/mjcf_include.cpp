@@ -11,7 +11,6 @@ namespace {
 using std::filesystem::path;
 
 constexpr std::size_t include_costs = 20;  // elements, so that many tiny includes are bounded too
-constexpr int deepest_tree = 2500;         // as of one file (xml_element.cpp)
 
 class Includer {
  public:
@@ -20,7 +19,7 @@ class Includer {
   }
 
   void expand(XmlElement& element, int depth) {
-    if (depth > deepest_tree) element.refuse(fmt::format("elements are nested deeper than {}", deepest_tree));
+    if (depth > deepest_xml) element.refuse(fmt::format("elements are nested deeper than {}", deepest_xml));
     if (std::none_of(element.children.begin(), element.children.end(),
                      [](const XmlElement& c) { return c.name == "include"; })) {
       for (XmlElement& c : element.children) expand(c, depth + 1);

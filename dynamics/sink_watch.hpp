@@ -1,7 +1,6 @@
-// Tells when an adaptive method's steps come to nothing: a motion that runs into a moment where it ends (a
-// velocity that grows without bound in finite time) sends them towards zero, and forces that jump to and fro
-// keep them there. Either way the run would go on for as long as it is let, and not come to its end. Nor
-// would one that turns 1e9 rad in a second.
+// Detects adaptive runs that would not reach their end. Where a velocity grows without bound in finite time,
+// the steps shrink towards zero (sinking). Where a force jumps to and fro, or where the motion is too fast
+// for its duration (1e9 rad/s), more steps would be needed than a run may take (stalled).
 #pragma once
 
 #include <algorithm>
@@ -13,8 +12,8 @@ class SinkWatch {
  public:
   enum class Verdict { fine, sinking, stalled };
 
-  /// After a try for a step, accepted or not, that left the run at time t and proposes `step`; s. `most`: the
-  /// most steps that a run may take.
+  /// Call after each attempt at a step. `t`: the time reached, s; `step`: the next step proposed, s; `most`:
+  /// the number of steps that a run may take.
   Verdict after(double t, double step, bool accepted, double end, double most) {
     if (tries_++ == 0) window_start_ = t;
     longest_ = std::max(longest_, accepted ? step : 0);
@@ -34,7 +33,7 @@ class SinkWatch {
   }
 
   double longest() const { return longest_; }  ///< s: the longest step proposed
-  double made() const { return made_; }        ///< s: what the last tried() tries came on by
+  double made() const { return made_; }        ///< s: the time that the last tried() attempts covered
   int tried() const { return tried_; }
 
   template <class Keeper>

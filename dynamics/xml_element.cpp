@@ -14,8 +14,6 @@
 namespace borelli {
 namespace {
 
-constexpr std::size_t deepest = 2500;  // readers recurse, with up to some kilobytes of stack a level
-
 // Builds the tree from expat's events.
 struct TreeBuilder {
   std::string file;
@@ -30,7 +28,7 @@ struct TreeBuilder {
   static void end(void* self, const XML_Char*) { static_cast<TreeBuilder*>(self)->open.pop_back(); }
 
   void begin(const char* name, const char** attributes) {
-    if (open.size() >= deepest) {
+    if (std::ssize(open) >= deepest_xml) {
       too_deep = true;
       XML_StopParser(parser, XML_FALSE);
     }
@@ -166,7 +164,7 @@ XmlElement read_xml(const std::filesystem::path& path) {
   XML_SetElementHandler(parser.get(), &TreeBuilder::start, &TreeBuilder::end);
   if (XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE) == XML_STATUS_ERROR) {
     const std::string where = fmt::format("{}:{}", path.string(), XML_GetCurrentLineNumber(parser.get()));
-    const std::string what = builder.too_deep ? fmt::format("elements are nested deeper than {}", deepest)
+    const std::string what = builder.too_deep ? fmt::format("elements are nested deeper than {}", deepest_xml)
                                               : fmt::format("is not well-formed XML: {}",
                                                             XML_ErrorString(XML_GetErrorCode(parser.get())));
     throw XmlRefusal{Error{where, what, Error::Kind::use}};

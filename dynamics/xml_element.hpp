@@ -25,6 +25,9 @@ struct XmlAttribute {
   mutable bool read = false;  ///< some reader asked for it
 };
 
+/// Levels of elements, over all included files. Readers recurse, with up to some kilobytes of stack a level.
+inline constexpr int deepest_xml = 2500;
+
 /// An element with its attributes and the elements in it. Text between elements is not kept.
 struct XmlElement {
   std::string name;
@@ -65,7 +68,7 @@ struct XmlElement {
 };
 
 /// The root element of a file. Refuses (by XmlRefusal) what is missing, a folder, not well-formed, or nested
-/// deeper than 2500 elements.
+/// deeper than `deepest_xml` elements.
 XmlElement read_xml(const std::filesystem::path& path);
 
 }  // namespace borelli

@@ -39,7 +39,7 @@ TEST(SinkWatch, StepsThatStayTinyAreTold) {
   }
 }
 
-TEST(SinkWatch, PredictsMoreStepsThanARunMayTake) {
+TEST(SinkWatch, StopsARunThatWouldExceedTheStepLimit) {
   // at most 1e9 steps: 10 s are 2e9 steps of 5e-9 s (reported after 200 000), but only 0.5e9 of 2e-8 s
   for (const auto& [step, verdict] : {std::pair(5e-9, Verdict::stalled), std::pair(2e-8, Verdict::fine)}) {
     SinkWatch watch;

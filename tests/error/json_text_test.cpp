@@ -12,7 +12,7 @@ std::string repeated(const std::string& text, int count) {
   return out;
 }
 
-TEST(JsonText, ParsesValuesAndKeepsMemberOrderOnRequest) {
+TEST(JsonText, ParsesValuesAndOptionallyKeepsTheOrderOfMembers) {
   const auto read = parse_json(R"({"a": [1, -2.5, true, null], "b": {"c": "x\n"}})", "f.json");
   ASSERT_TRUE(read);
   EXPECT_EQ(*read, (nlohmann::json{{"a", {1, -2.5, true, nullptr}}, {"b", {{"c", "x\n"}}}}));
@@ -22,7 +22,7 @@ TEST(JsonText, ParsesValuesAndKeepsMemberOrderOnRequest) {
   EXPECT_TRUE(parse_json(repeated("[", 100) + repeated("]", 100), "f.json"));
 }
 
-TEST(JsonText, ErrorsNameFileLineAndFault) {
+TEST(JsonText, ErrorsNameTheFileTheLineAndTheWrongWord) {
   for (const auto& [text, said] : std::initializer_list<std::pair<std::string, std::string>>{
            {"", "f.json:1: is empty, expected JSON"},
            {"{\"a\":\n [1, 2", "f.json:2: is not JSON: ends too early, was it cut off?"},
