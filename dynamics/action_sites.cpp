@@ -1,12 +1,12 @@
 #include "dynamics/action_sites.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "dynamics/solid_order.hpp"
+#include "error/printable.hpp"
 
 namespace borelli {
 
@@ -194,15 +194,9 @@ Result<const KnownCoordinate*> ActionSites::coordinate(const std::string& name) 
   const auto found = coordinates_.find(name);
   if (found != coordinates_.end()) return &found->second;
   std::vector<std::string> names;
-  for (const auto& [known, ignored] : coordinates_) {
-    if (names.size() == 12) {
-      names.emplace_back("...");
-      break;
-    }
-    names.push_back(known);
-  }
+  for (const auto& [known, ignored] : coordinates_) names.push_back(known);
   return bad_use(name, fmt::format("is on coordinate '{}', which is not in the scene; there are {}", name,
-                                   fmt::join(names, ", ")));
+                                   name_list(names)));
 }
 
 CoordinateSite ActionSites::site_of(const KnownCoordinate& known) const {

@@ -133,7 +133,9 @@ struct Certificate {
   template <class Keeper>
   void keep(Keeper& k) {
     k(trusted, reason, reason_time, stiff_from, impacts, impact_loss, conserved, residuals, constraint_rank,
-      redundant, steps_accepted, steps_rejected, smallest_step, smallest_step_time, events, notes);
+      redundant, steps_accepted, steps_rejected, smallest_step, smallest_step_time);
+    k.growing(events);
+    k.growing(notes);
   }
 };
 

@@ -21,7 +21,8 @@ class Climb {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(largest_, time_, steps_);
+    k(largest_, time_);
+    k.growing(steps_);
   }
 
  private:
@@ -118,6 +119,10 @@ class Certifier {
 
   template <class Keeper>
   void keep(Keeper& k) {
+    const int last_row = system_.rows - 1;
+    for (Group& group : groups_) k.within(group.moved_row, -1, last_row);
+    for (ResidualRows& rows : residual_rows_)
+      k.within(rows.position, -1, last_row), k.within(rows.velocity, -1, last_row);
     k(certificate_, step_squares_, started_, energy_, groups_, residual_rows_, last_time_, momenta_,
       singular_, step_watch_, order_);
   }
@@ -158,7 +163,7 @@ class Certifier {
     int moved_row = -1;
     template <class Keeper>
     void keep(Keeper& k) {
-      k(energy, contacts, largest_speed, moved_most, moved_time, moved_row);
+      k(energy, contacts, largest_speed, moved_most, moved_time);
     }
   };
   std::vector<Group> groups_;
@@ -171,7 +176,7 @@ class Certifier {
     std::string contradicted;
     template <class Keeper>
     void keep(Keeper& k) {
-      k(position, velocity, told, contradicted);
+      k(told, contradicted);
     }
   };
   std::vector<ResidualRows> residual_rows_;

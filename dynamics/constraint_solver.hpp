@@ -86,7 +86,10 @@ class ConstraintSolver {
   void forget();
   template <class Keeper>
   void keep(Keeper& k) {
-    k(rank_, order_, scale_, length_, longest_, remembered_, nearness_, pivot_, largest_, healthy_);
+    k.within(rank_, 0, system_.rows);
+    k.within(remembered_, -1, system_.rows);
+    for (int& row : order_) k.within(row, 0, system_.rows - 1);
+    k(scale_, length_, longest_, nearness_, pivot_, largest_, healthy_);
   }
   /// The last correction (not compromise) in the basis of F, F x = y: its energy where x is a velocity is
   /// y . y / 2, component by component.

@@ -27,7 +27,9 @@ class Extrapolation : public Integrator {
   bool shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y, const Eigen::VectorXd& dy,
                  Eigen::VectorXd& out) override;
   bool keep(Keeper& k) override {
-    k(target_, rejected_, rows_made_, step_, error_);
+    k.within(target_, 1, most_rows);
+    k.within(rows_made_, 0, most_rows);
+    k(rejected_, step_, error_);
     return true;
   }
   void reset() override;

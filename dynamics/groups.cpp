@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "dynamics/joined_sets.hpp"
 
 namespace borelli {
 
@@ -29,20 +30,6 @@ std::vector<int> bodies_of(const System& system, const Action& action,
     if (system.coordinate_sites[i].u >= 0) bodies.push_back(velocity_body[system.coordinate_sites[i].u]);
   return bodies;
 }
-
-/// Sets that are joined (union-find).
-class Sets {
- public:
-  explicit Sets(std::size_t count) : leader_(count) { std::iota(leader_.begin(), leader_.end(), 0); }
-  int find(int i) {
-    for (; leader_[i] != i; i = leader_[i]) leader_[i] = leader_[leader_[i]];
-    return i;
-  }
-  void join(int i, int j) { leader_[find(i)] = find(j); }
-
- private:
-  std::vector<int> leader_;
-};
 
 /// Takes in the points and lengths that an effort or constraint names.
 struct FieldLengths {
@@ -105,7 +92,7 @@ std::vector<double> body_lengths(const System& system) {
 
 void find_groups(System& system) {
   const std::vector<int> velocity_body = velocity_bodies(system);
-  Sets sets(system.bodies.size());
+  JoinedSets sets(system.bodies.size());
   for (std::size_t b = 1; b < system.bodies.size(); ++b)
     if (system.bodies[b].parent != 0) sets.join(int(b), system.bodies[b].parent);
   for (const auto* actions : {&system.efforts, &system.constraints})

@@ -26,12 +26,33 @@ class Keeper {
  public:
   /// Puts things away.
   Keeper() = default;
-  /// Fills things in from what another keeper put away, in the same order.
+  /// Fills things in from what another keeper put away, in the same order. A list or matrix that has entries
+  /// already must have as many there: their number follows from the scene.
   explicit Keeper(std::string bytes) : filling_(true), bytes_(std::move(bytes)) {}
 
   template <class... Things>
   void operator()(Things&... things) {
     (keep(things), ...);
+  }
+
+  /// A whole number that others are found by: one outside of lowest to highest is damage.
+  template <class T>
+  void within(T& number, T lowest, T highest) {
+    T there = number;
+    keep(there);
+    if (there < lowest || there > highest) damaged_ = true;
+    if (!damaged_) number = there;
+  }
+  /// A list that the run adds to: of any number of entries.
+  template <class T>
+  void growing(std::vector<T>& list) {
+    if (filling_) list.clear();
+    keep(list);
+  }
+  /// The number of things that follow, each of `least` bytes at least.
+  void count(std::size_t& number, std::size_t least) {
+    keep(number);
+    if (filling_ && (damaged_ || number > (bytes_.size() - at_) / least)) damaged_ = true, number = 0;
   }
 
   const std::string& bytes() const { return bytes_; }
@@ -48,15 +69,24 @@ class Keeper {
       raw(&thing, sizeof thing);
     }
   }
+  void keep(bool& yes) {
+    char byte = yes ? 1 : 0;
+    within(byte, '\0', '\1');
+    yes = byte != 0;
+  }
   void keep(Pose& X) { keep(X.R), keep(X.p); }
   void keep(std::string& text) {
     std::size_t count = text.size();
-    if (sized(count, 1)) text.resize(count), raw(text.data(), count);
+    this->count(count, 1);
+    text.resize(count);
+    raw(text.data(), count);
   }
   template <class T>
   void keep(std::vector<T>& list) {
     std::size_t count = list.size();
-    if (!sized(count, 1)) return;
+    this->count(count, 1);
+    if (!list.empty() && count != list.size()) damaged_ = true;
+    if (damaged_) return;
     list.resize(count);
     for (T& entry : list) keep(entry);
   }
@@ -70,6 +100,7 @@ class Keeper {
     keep(height), keep(width);
     if (damaged_ || height < 0 || width < 0 || (rows >= 0 && height != rows) ||
         (columns >= 0 && width != columns) ||
+        (matrix.size() > 0 && (height != matrix.rows() || width != matrix.cols())) ||
         (width > 0 && std::size_t(height) > most_ / std::size_t(width))) {
       damaged_ = true;
       return;
@@ -83,12 +114,6 @@ class Keeper {
     raw(matrix.data(), count * sizeof(T));
   }
 
-  /// A count put away or filled in; false where so many things of a byte at least cannot be there.
-  bool sized(std::size_t& count, std::size_t least) {
-    keep(count);
-    if (filling_ && (damaged_ || count > (bytes_.size() - at_) / least)) damaged_ = true;
-    return !damaged_;
-  }
   void raw(void* place, std::size_t size) {
     if (damaged_ || size == 0) return;
     if (!filling_) {

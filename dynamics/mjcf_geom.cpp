@@ -81,7 +81,7 @@ std::vector<Facet> facets_of(const ClosedMesh& mesh) {
   return out;
 }
 
-double signed_volume(const ClosedMesh& mesh) {
+double volume_within(const ClosedMesh& mesh) {
   double volume = 0;
   Vector3d middle = Vector3d::Zero();
   for (const Vector3d& p : mesh.vertices) middle += p / double(mesh.vertices.size());
@@ -312,7 +312,7 @@ const Inertial& MjcfGeoms::weight(Mesh& mesh) {
   Inertial own;
   if (rule == "legacy") {
     own = legacy_mesh_inertial(triangles);
-    const double inside = signed_volume(triangles), excess = own.mass / inside;
+    const double inside = volume_within(triangles), excess = own.mass / inside;
     if (excess > 1.01 && (++overweight_.count, excess > overweight_.excess)) {
       overweight_.excess = excess;
       overweight_.worst = fmt::format(

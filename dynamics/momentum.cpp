@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 
+#include "dynamics/joined_sets.hpp"
 #include "dynamics/processor.hpp"
 
 namespace borelli {
@@ -35,12 +35,11 @@ struct Leading {
 
 class Structure {
  public:
-  Structure(const System& system, const Parameters& parameters) : system_(system), parameters_(parameters) {
+  Structure(const System& system, const Parameters& parameters)
+      : system_(system), parameters_(parameters), sets_(system.bodies.size()) {
     const int count = int(system.bodies.size());
-    leader_.resize(count);
-    std::iota(leader_.begin(), leader_.end(), 0);
     for (int b = 1; b < count; ++b)
-      if (system.bodies[b].parent != 0) leader_[b] = find(system.bodies[b].parent);
+      if (system.bodies[b].parent != 0) sets_.join(b, system.bodies[b].parent);
     tied_.assign(count, false);
     for (std::size_t i = 0; i < system.efforts.size(); ++i)
       join(system.efforts[i], parameters.efforts[i].kind);
@@ -50,9 +49,9 @@ class Structure {
 
   std::vector<Group> groups() {
     std::vector<Group> groups;
-    std::vector<int> number(leader_.size(), -1);  // of each leader's group
-    for (int b = 1; b < int(leader_.size()); ++b) {
-      int& of = number[find(b)];
+    std::vector<int> number(system_.bodies.size(), -1);  // of each leader's group
+    for (int b = 1; b < int(system_.bodies.size()); ++b) {
+      int& of = number[sets_.find(b)];
       if (of < 0) {
         of = int(groups.size());
         groups.emplace_back();
@@ -93,11 +92,6 @@ class Structure {
   }
 
  private:
-  int find(int b) {
-    for (; leader_[b] != b; b = leader_[b]) leader_[b] = leader_[leader_[b]];
-    return b;
-  }
-
   template <class Kind>
   void join(const Action& action, const Kind& kind) {
     int first = -1;
@@ -107,7 +101,7 @@ class Structure {
     for (int i = action.first_site; i < action.first_site + action.site_count; ++i) {
       const int body = system_.sites[i].body;
       if (body <= 0) continue;
-      if (first >= 0) leader_[find(body)] = find(first);
+      if (first >= 0) sets_.join(body, first);
       first = body;
       tied_[body] = tied_[body] || tied;
     }
@@ -124,7 +118,7 @@ class Structure {
 
   const System& system_;
   const Parameters& parameters_;
-  std::vector<int> leader_;
+  JoinedSets sets_;
   std::vector<char> tied_;
   std::set<int> acted_on_;  ///< velocities that an effort or constraint names
 };

@@ -7,7 +7,7 @@
 
 #include "dynamics/lanes.hpp"
 
-#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
 /// For processors with AVX-512, with fused multiply-add, and for any. (Of AVX-512 it is not the width that
 /// numbers one by one gain from, but twice as many registers.)
 #define BORELLI_INLINED_FOR_PROCESSOR \

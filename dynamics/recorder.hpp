@@ -31,12 +31,17 @@ class Recorder {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    make_room(row_);
-    k(out_.times, out_.poses, out_.kinetic, out_.potential, out_.work, out_.step_times, out_.step_sizes,
-      out_.contact_modes, out_.contact_forces, impulses_, forces_, impulses_time_, out_.q, out_.v, out_.a,
-      out_.multipliers, out_.driven_efforts, out_.driven_positions, out_.gravity_centre, out_.linear_momentum,
+    std::size_t rows = row_;
+    k.count(rows, std::size_t(bytes_per_row()));
+    make_room(Eigen::Index(rows));
+    out_.poses.resize(rows * system_.solids.size());
+    k.growing(out_.step_times);
+    k.growing(out_.step_sizes);
+    k(out_.times, out_.poses, out_.kinetic, out_.potential, out_.work, out_.contact_modes,
+      out_.contact_forces, impulses_, forces_, impulses_time_, out_.q, out_.v, out_.a, out_.multipliers,
+      out_.driven_efforts, out_.driven_positions, out_.gravity_centre, out_.linear_momentum,
       out_.angular_momentum);
-    row_ = room_ = Eigen::Index(out_.times.size());
+    row_ = room_;
   }
 
  private:

@@ -13,6 +13,7 @@
 #include "dynamics/scene_file.hpp"
 #include "dynamics/scene_file_switch.hpp"
 #include "dynamics/toml_table.hpp"
+#include "error/printable.hpp"
 #include "process/input_file.hpp"
 
 namespace borelli {
@@ -235,8 +236,7 @@ class Names {
   std::string list() const {
     std::vector<std::string> names;
     for (const auto& [name, node] : first_) names.push_back(name);
-    if (names.size() > 12) names.resize(12), names.emplace_back("...");
-    return fmt::format("{}", fmt::join(names, ", "));
+    return name_list(names);
   }
 
  private:

@@ -516,8 +516,9 @@ class Run {
   /// All that the steps to come depend on. False: the method cannot tell.
   bool keep(Keeper& k, RangeEvents& ranges) {
     k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, sink_, longest_made_, first_overlong_, held_,
-      attempts_, rows_, follow_function_, start_, output_, even_, stiff_, keeping_, last_event_,
-      events_at_once_, motion_, workspace_, probe(), leaps_, *certifier_, recorder_, *watch_, ranges);
+      attempts_, rows_, follow_function_, start_, even_, stiff_, keeping_, last_event_, events_at_once_,
+      motion_, workspace_, probe(), leaps_, *certifier_, recorder_, *watch_, ranges);
+    k.within(output_, 1L, outputs_ + 1);
     if (contacts_) k(*contacts_);
     if (springs_) k(*springs_);
     return integrator_.keep(k);
@@ -548,8 +549,8 @@ class Run {
     if (run != signature())
       return bad_use("checkpoint", "is of another run: another scene, start or settings");
     keep(k, ranges);
-    if (!k.whole())  // its bytes are as they were put away
-      return bad_use("checkpoint", "is of another version of this program; remove it to start anew");
+    if (!k.whole())
+      return bad_use("checkpoint", "does not fit this version of the program; remove it to start anew");
     return {};
   }
 

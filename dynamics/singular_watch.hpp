@@ -41,8 +41,9 @@ class SingularWatch {
 
   template <class Keeper>
   void keep(Keeper& k) {
-    k(inside_, entry_time_, entry_row_, tied_, v_, fastest_, passages_, first_rank_, first_time_,
-      largest_turn_, nearness_, nearness_time_);
+    k.within(entry_row_, -1, system_.rows - 1);
+    k(inside_, entry_time_, tied_, v_, fastest_, passages_, first_rank_, first_time_, largest_turn_,
+      nearness_, nearness_time_);
   }
 
   /// A line of velocities that turns by more, rad, or a projection that changes more of a velocity: a jump.

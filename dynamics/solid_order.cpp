@@ -1,20 +1,15 @@
 #include "dynamics/solid_order.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
+
+#include "error/printable.hpp"
 
 namespace borelli {
 
 std::string solid_list(const Scene& scene) {
   std::vector<std::string> names{world_name};
-  for (const Solid& solid : scene.solids) {
-    if (names.size() == 12) {
-      names.emplace_back("...");
-      break;
-    }
-    names.push_back(solid.name);
-  }
-  return fmt::format("{}", fmt::join(names, ", "));
+  for (const Solid& solid : scene.solids) names.push_back(solid.name);
+  return name_list(names);
 }
 
 Result<SolidOrder> order_solids(const Scene& scene) {

@@ -1,7 +1,6 @@
 #include "dynamics/urdf.hpp"
 
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -10,6 +9,7 @@
 #include "dynamics/formats/placeholder_inertia.hpp"
 #include "dynamics/free_joint.hpp"
 #include "dynamics/unread.hpp"
+#include "error/printable.hpp"
 
 namespace borelli {
 namespace {
@@ -248,13 +248,9 @@ class UrdfReader {
     std::vector<std::string> roots;
     for (const auto& [name, link] : links_)
       if (!above.contains(name)) roots.push_back(name);
-    if (roots.size() > 12) {
-      roots.resize(12);
-      roots.emplace_back("...");
-    }
     if (roots.size() > 1)
       links_.at(roots[1])->refuse(
-          fmt::format("hangs on no joint, as others do: {}; expected one root", fmt::join(roots, ", ")));
+          fmt::format("hangs on no joint, as others do: {}; expected one root", name_list(roots)));
     std::map<std::string, std::size_t> passed;  // the walk, by number, that visited a link first
     for (const auto& [name, joint] : above) {
       const std::size_t start = passed.size() + 1;

@@ -1,12 +1,12 @@
 #include "pipeline/belonging.hpp"
 
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "error/printable.hpp"
 #include "segmentation/body_mask.hpp"
 #include "segmentation/work_grid.hpp"
 
@@ -16,16 +16,6 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double mask_step = 4;  // mm
-
-// the first few of a list, and how many more there are
-std::string few(const std::vector<std::string>& words) {
-  constexpr std::size_t shown = 4;
-  std::string text = fmt::format(
-      "{}", fmt::join(words.begin(),
-                      words.begin() + static_cast<std::ptrdiff_t>(std::min(shown, words.size())), ", "));
-  if (words.size() > shown) text += fmt::format(" and {} more", words.size() - shown);
-  return text;
-}
 
 }  // namespace
 
@@ -83,7 +73,7 @@ std::string in_words(const LabelsInAir& air, const LabelMap& labels) {
   return fmt::format(
       "the labels do not fit the scan: {:.1f} % of what they mark is air outside the body ({}), and {:.0f} % "
       "of the body in view has no label; are they of this scan, and neither moved nor turned?",
-      100 * air.all, few(which), 100 * air.bare);
+      100 * air.all, name_list(which, 4), 100 * air.bare);
 }
 
 std::string classes_in_air(const GreyVolume& volume, const ClassMap& classes, int threads) {
@@ -121,8 +111,9 @@ Result<std::string> compare_volumes(const std::array<PartFinding, parts.size()>&
   if (2 * differ.size() > compared)
     return bad_use("findings", fmt::format("they are of another segmentation than the labels: {} of {} parts "
                                            "have another volume ({})",
-                                           differ.size(), compared, few(differ)));
-  return fmt::format("the labels are not as the findings tell, which count all the same: {}", few(differ));
+                                           differ.size(), compared, name_list(differ, 4)));
+  return fmt::format("the labels are not as the findings tell, which count all the same: {}",
+                     name_list(differ, 4));
 }
 
 std::string compare_sides(const LabelMap& labels) {
@@ -155,7 +146,7 @@ std::string compare_sides(const LabelMap& labels) {
   }
   if (exchanged.empty() || exchanged.size() < compared) return "";
   return fmt::format("left and right are exchanged, or the header is mirrored or turned by half a turn: {}",
-                     few(exchanged));
+                     name_list(exchanged, 4));
 }
 
 Result<std::string> compare_centres(const InertiaTable& table, const Landmarks& landmarks) {
@@ -176,7 +167,7 @@ Result<std::string> compare_centres(const InertiaTable& table, const Landmarks& 
   if (apart.empty()) return "";
   const std::string where =
       fmt::format("of {} of {} parts the gravity centre does not lie near the joint ({})", apart.size(),
-                  compared, few(apart));
+                  compared, name_list(apart, 4));
   if (3 * apart.size() > compared)
     return bad_use("landmarks", "they are of another body or another pose than the table: " + where);
   return where;
@@ -223,7 +214,7 @@ Result<std::string> compare_joints(const Landmarks& landmarks, const LabelMap& l
   if (elsewhere.empty()) return "";
   const std::string where =
       fmt::format("{} of {} joint centres do not lie where the labels of their two parts meet ({})",
-                  elsewhere.size(), compared, few(elsewhere));
+                  elsewhere.size(), compared, name_list(elsewhere, 4));
   if (2 * elsewhere.size() > compared && elsewhere.size() > 1)
     return bad_use("landmarks", "they are of another body or another pose than the labels: " + where);
   return where;

@@ -1,7 +1,6 @@
 #include "dynamics/formats/placeholder_inertia.hpp"
 
 #include <fmt/core.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -11,18 +10,10 @@
 
 #include "dynamics/solid_order.hpp"
 #include "dynamics/switch_check.hpp"
+#include "error/printable.hpp"
 
 namespace borelli {
 namespace {
-
-constexpr std::size_t most_named = 12;
-
-std::string listed(std::vector<std::string> names) {
-  const std::size_t count = names.size();
-  if (count <= most_named) return fmt::format("{}", fmt::join(names, ", "));
-  names.resize(most_named);
-  return fmt::format("{} and {} more", fmt::join(names, ", "), count - most_named);
-}
 
 bool is_free(const Switch& one) {
   return !std::holds_alternative<Fixed>(one.kind) && std::holds_alternative<Free>(one.motion);
@@ -110,7 +101,7 @@ class Settling {
     }
     if (!dropped.empty())
       told_.other.push_back(fmt::format("inertias of no possible body, of what is fixed to the world: {}",
-                                        listed(std::move(dropped))));
+                                        name_list(std::move(dropped))));
     std::vector<std::string> made_heavier, emptied;
     std::vector<char> is_one(scene_.solids.size(), 0);
     for (const int top : order_) {
@@ -130,7 +121,7 @@ class Settling {
       } else {
         told_.other.push_back(
             fmt::format("inertias of no possible body, counted with '{}', which they move with: {}",
-                        scene_.solids[top].name, listed(impossible[top])));
+                        scene_.solids[top].name, name_list(impossible[top])));
       }
       is_one[top] = 1;
     }
@@ -142,10 +133,10 @@ class Settling {
     if (!made_heavier.empty())
       told_.motion.push_back(
           fmt::format("weigh less than {} kg, each taken as a ball of water of that mass: {}", minimum_mass_,
-                      listed(std::move(made_heavier))));
+                      name_list(std::move(made_heavier))));
     if (!emptied.empty())
       told_.motion.push_back(
-          fmt::format("moments of inertia without mass, left out: {}", listed(std::move(emptied))));
+          fmt::format("moments of inertia without mass, left out: {}", name_list(std::move(emptied))));
     return {};
   }
 
@@ -187,8 +178,8 @@ class Settling {
       const auto* tie = std::get_if<CoordinateCoupling>(&constraint.kind);
       return tie && massless.contains(tie->coordinates[0].coordinate);
     });
-    told_.motion.push_back(
-        fmt::format("move no mass, locked (--minimum-mass gives them some): {}", listed(std::move(names))));
+    told_.motion.push_back(fmt::format("move no mass, locked (--minimum-mass gives them some): {}",
+                                       name_list(std::move(names))));
   }
 
   Scene& scene_;
@@ -222,7 +213,7 @@ Result<void> lock_coordinates(Scene& scene, const std::vector<std::string>& name
       return bad_use("--lock " + name, known.empty()
                                            ? "the scene has no free coordinate"
                                            : fmt::format("no free coordinate is named so; there are: {}",
-                                                         listed(std::move(known))));
+                                                         name_list(std::move(known))));
   }
   return {};
 }

@@ -181,7 +181,7 @@ TEST(Checkpoint, OfAnotherRunOrDamagedIsRefused) {
   other.append(reinterpret_cast<const char*>(&digest), sizeof digest);
   observer.checkpoint = other;
   EXPECT_EQ(simulate(system, system.initial, how, observer).error().what,
-            "is of another version of this program; remove it to start anew");
+            "does not fit this version of the program; remove it to start anew");
   observer.checkpoint = kept;
   how.tolerance = 1e-7;
   EXPECT_EQ(simulate(system, system.initial, how, observer).error().what,

@@ -12,5 +12,11 @@ TEST(Printable, ShowsOtherBytesAsHexAndCutsLongTexts) {
   EXPECT_EQ(printable(std::string(41, 'x'), 41), std::string(41, 'x'));
 }
 
+TEST(NameList, TellsTheFirstAndHowManyMore) {
+  EXPECT_EQ(name_list({}), "");
+  EXPECT_EQ(name_list({"a", "b", "c"}, 3), "a, b, c");
+  EXPECT_EQ(name_list({"a", "b", "c", "d", "e"}, 3), "a, b, c and 2 more");
+}
+
 }  // namespace
 }  // namespace borelli

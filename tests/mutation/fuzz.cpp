@@ -8,7 +8,6 @@
 
 #include "process/memory.hpp"
 #include "tests/mutation/reader.hpp"
-#include "tests/paths.hpp"
 #include "threads/slabs.hpp"
 
 namespace {
@@ -22,10 +21,6 @@ void remove_folder() {
 }
 
 }  // namespace
-
-// only seeds need these folders, and this target makes none
-std::string borelli::test::source_folder() { return ""; }
-std::string borelli::test::shared_folder() { return ""; }
 
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
   for (int n = 1; n < *argc; ++n)

@@ -40,14 +40,11 @@ std::string fault_in(const Error& error, const std::filesystem::path& file);
 std::string fault_in_reading(const Reader& reader, const std::filesystem::path& file, bool& refused,
                              std::string& said);
 
-/// Runs a verb of the program with these arguments and --json. Does nothing in the fuzz target, which lacks
-/// the program.
+/// Runs a verb of the program with these arguments and --json.
 Result<void> run_verb(const std::vector<std::string>& words);
 
 #define BORELLI_READER(name) Reader name##_reader();
-#define BORELLI_PROGRAM_READER(name) Reader name##_reader();
 #include "tests/mutation/readers.def"
 #undef BORELLI_READER
-#undef BORELLI_PROGRAM_READER
 
 }  // namespace borelli::mutation
