@@ -35,12 +35,12 @@ class Keeper {
     (keep(things), ...);
   }
 
-  /// A whole number that others are found by: one outside of lowest to highest is damage.
+  /// A number that must lie from lowest to highest: any other is damage.
   template <class T>
   void within(T& number, T lowest, T highest) {
     T there = number;
     keep(there);
-    if (there < lowest || there > highest) damaged_ = true;
+    if (!(there >= lowest && there <= highest)) damaged_ = true;
     if (!damaged_) number = there;
   }
   /// A list that the run adds to: of any number of entries.

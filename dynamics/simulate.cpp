@@ -238,11 +238,16 @@ class Run {
     return {};
   }
 
+  /// The least number of equal steps, no longer than the method's, from one time to another.
+  long equal_steps(double from, double to) const {
+    return std::max(1L, long(std::ceil((to - from) / settings_.step - 1e-9)));
+  }
+
   Result<void> advance_evenly(double target) {
     if (even_.number == 0 || state_.t >= even_.target) {  // the latter where a run taken up stands at its row
       even_.target = target;
       even_.from = state_.t;
-      even_.count = std::max(1L, long(std::ceil((target - even_.from) / settings_.step - 1e-9)));
+      even_.count = equal_steps(even_.from, target);
       even_.number = 1;
       even_.whole = true;
       even_.vain = 0;
@@ -516,9 +521,14 @@ class Run {
   /// All that the steps to come depend on. False: the method cannot tell.
   bool keep(Keeper& k, RangeEvents& ranges) {
     k(state_.t, state_.q, state_.v, work_, y_, dy_, out_, step_, sink_, longest_made_, first_overlong_, held_,
-      attempts_, rows_, follow_function_, start_, even_, stiff_, keeping_, last_event_, events_at_once_,
-      motion_, workspace_, probe(), leaps_, *certifier_, recorder_, *watch_, ranges);
+      attempts_, rows_, follow_function_, start_, stiff_, keeping_, last_event_, events_at_once_, motion_,
+      workspace_, probe(), leaps_, *certifier_, recorder_, *watch_, ranges);
     k.within(output_, 1L, outputs_ + 1);
+    k.within(even_.target, std::min(0., start_state_.t), std::max(0., settings_.end_time));
+    k.within(even_.from, std::min(0., start_state_.t), even_.target);
+    k.within(even_.count, 0L, equal_steps(start_state_.t, settings_.end_time));
+    k.within(even_.number, 0L, even_.count);
+    k(even_.whole, even_.part, even_.made, even_.patience, even_.longer, even_.vain);
     if (contacts_) k(*contacts_);
     if (springs_) k(*springs_);
     return integrator_.keep(k);

@@ -92,9 +92,9 @@ void add_inertial(const XmlElement& link, Solid& solid) {
   Inertial own;
   own.mass = mass.number("value", 0);
   for (const char* key : {"ixx", "iyy", "izz"}) inertia.require(key);
+  const double xx = inertia.number("ixx", 0), yy = inertia.number("iyy", 0), zz = inertia.number("izz", 0);
   const double xy = inertia.number("ixy", 0), xz = inertia.number("ixz", 0), yz = inertia.number("iyz", 0);
-  own.tensor << inertia.number("ixx", 0), xy, xz, xy, inertia.number("iyy", 0), yz, xz, yz,
-      inertia.number("izz", 0);
+  own.tensor << xx, xy, xz, xy, yy, yz, xz, yz, zz;
   if (own.mass == 0 && own.tensor.isZero(0)) return;
   if (own.mass < 0)
     element->refuse(

@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <limits>
 
 #include "segmentation/byte_stream.hpp"
@@ -85,6 +86,10 @@ std::optional<double> number_in(std::string_view text) {
   if (trouble != std::errc() || rest != text.data() + text.size())
     return std::numeric_limits<double>::quiet_NaN();
   return value;
+}
+
+std::int64_t whole_number(double value) {
+  return std::isnan(value) ? 0 : static_cast<std::int64_t>(std::clamp(value, -1e15, 1e15));
 }
 
 std::string exact(double value) {

@@ -32,6 +32,9 @@ std::vector<double> numbers_in(std::string_view text);
 /// The number that `text` is; NaN if it is anything else, nothing if it is empty.
 std::optional<double> number_in(std::string_view text);
 
+/// A header's number without its fraction, at most 1e15 either way; NaN as 0.
+std::int64_t whole_number(double value);
+
 /// The shortest decimal that reads back as the same double.
 std::string exact(double value);
 

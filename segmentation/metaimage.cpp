@@ -117,7 +117,7 @@ Result<void> place(const std::string& path, const MetaImage& meta, ImageHeader& 
   if (!origin.empty() && origin.size() != n)
     return failure(path, fmt::format("has a damaged header: Offset has {} numbers of {}", origin.size(), n));
   for (std::size_t c = 0; c < 3; ++c) {
-    grid.size[c] = static_cast<std::int64_t>(sizes[c]);
+    grid.size[c] = whole_number(sizes[c]);
     for (std::size_t r = 0; r < 3; ++r) {
       const double cosine = matrix.empty() ? (r == c ? 1.0 : 0.0) : matrix[c * n + r];
       grid.axes(static_cast<int>(r), static_cast<int>(c)) = spacing[c] * cosine;

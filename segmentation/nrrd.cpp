@@ -126,9 +126,8 @@ Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrr
     if (key("ID").empty() && key("Name").empty() && key("LabelValue").empty()) return segments;
     // versions without them keep a layer a segment, with ones in it
     const auto value = numbers_in(key("LabelValue")), layer = numbers_in(key("Layer"));
-    ImageSegment segment{
-        std::string(key("Name")), value.empty() ? 1 : static_cast<std::int64_t>(value[0]),
-        layer.empty() ? std::min<std::int64_t>(n, layers - 1) : static_cast<std::int64_t>(layer[0])};
+    ImageSegment segment{std::string(key("Name")), value.empty() ? 1 : whole_number(value[0]),
+                         layer.empty() ? std::min<std::int64_t>(n, layers - 1) : whole_number(layer[0])};
     if (segment.value < 1 || segment.layer < 0 || segment.layer >= layers)
       return failure(
           path, fmt::format("has a damaged header: segment {} ('{}') is value {} of layer {}, of {} layers",
@@ -319,12 +318,11 @@ Result<ImageHeader> read_nrrd_header(const std::string& path) {
   const auto layers = layer_axis(*nrrd, sizes);
   const auto axes = volume_axes(path, sizes, nrrd->field("kinds"), layers);
   if (!axes) return tl::unexpected(axes.error());
-  if (layers)
-    header.layers = static_cast<std::int64_t>(sizes[*layers]), header.layers_interleaved = *layers == 0;
+  if (layers) header.layers = whole_number(sizes[*layers]), header.layers_interleaved = *layers == 0;
   auto segments = segments_of(path, *nrrd, header.layers);
   if (!segments) return tl::unexpected(segments.error());
   header.segments = std::move(*segments);
-  for (std::size_t c = 0; c < 3; ++c) header.grid.size[c] = static_cast<std::int64_t>(sizes[(*axes)[c]]);
+  for (std::size_t c = 0; c < 3; ++c) header.grid.size[c] = whole_number(sizes[(*axes)[c]]);
   if (const auto placed = place(path, *nrrd, *axes, header); !placed) return tl::unexpected(placed.error());
   if (const auto found = locate_voxels(path, *nrrd, header); !found) return tl::unexpected(found.error());
   if (scalar_bytes(*scalar) > 1 && !header.text && endian != "little" && endian != "big")

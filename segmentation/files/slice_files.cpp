@@ -51,8 +51,7 @@ Result<std::vector<std::string>> by_pattern(const std::string& path, std::string
   const auto numbers =
       blank == std::string_view::npos ? std::vector<double>{} : numbers_in(field.substr(blank));
   const auto number = [&](std::size_t n, double otherwise) {
-    const double value = n < numbers.size() && std::isfinite(numbers[n]) ? numbers[n] : otherwise;
-    return static_cast<std::int64_t>(std::clamp(value, -1e15, 1e15));
+    return whole_number(n < numbers.size() && std::isfinite(numbers[n]) ? numbers[n] : otherwise);
   };
   const std::int64_t first = number(0, 1), step = number(2, 1),
                      last = number(1, static_cast<double>(first + slices - 1));

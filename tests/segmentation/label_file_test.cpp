@@ -130,6 +130,14 @@ TEST(LabelFile, LayersOf3dSlicer) {
     ASSERT_FALSE(bad);
     EXPECT_NE(bad.error().message().find("segment 1 ('skin') is value 1 of layer 4"), std::string::npos)
         << bad.error().message();
+
+    // one that no whole number counts
+    text.replace(text.find("Segment1_Layer:=4"), 17, "Segment1_Layer:=1e19");
+    put("c.seg.nrrd", text);
+    const auto huge = read_labels(folder / "c.seg.nrrd");
+    ASSERT_FALSE(huge);
+    EXPECT_NE(huge.error().message().find("is value 1 of layer 1000000000000000,"), std::string::npos)
+        << huge.error().message();
   }
 }
 
