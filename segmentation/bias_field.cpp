@@ -1,7 +1,5 @@
 #include "segmentation/bias_field.hpp"
 
-#include "segmentation/itk_compiler.hpp"  // first
-
 #include <itkImage.h>
 #include <itkN4BiasFieldCorrectionImageFilter.h>
 

@@ -4,8 +4,6 @@
 // Two volumes: `body`, an elliptic body of 16 parts that fills 40 % of its box, and `full`, where every voxel
 // is in a part; and `body` of up to 2000 slices. ITK runs on a 256 x 256 x 128 cut of them, since it takes
 // long. All report voxels of the volume per second.
-#include "segmentation/itk_compiler.hpp"  // first
-
 #include <benchmark/benchmark.h>
 #include <itkImage.h>
 #include <itkLabelImageToStatisticsLabelMapFilter.h>

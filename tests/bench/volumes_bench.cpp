@@ -9,8 +9,6 @@
 // voxels along each of its own. DICOM is read as 150 slices of 512 x 512, plain and packed (JPEG lossless);
 // ITK is told the slices' files and their order, which ours finds. Unpacking one file is not shared among
 // cores, what is done with its voxels is.
-#include "segmentation/itk_compiler.hpp"  // first
-
 #include <fmt/core.h>
 #include <gdcmImageChangeTransferSyntax.h>
 #include <gdcmImageReader.h>

@@ -1,6 +1,4 @@
 // ITK as an independent program: it reads what we write, and we read what it writes.
-#include "segmentation/itk_compiler.hpp"  // first
-
 #include <gtest/gtest.h>
 #include <itkImageFileReader.h>
 #include <itkImageFileWriter.h>
