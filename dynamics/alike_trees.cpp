@@ -109,6 +109,12 @@ AlikeTrees side_by_side(const Forms& forms, const std::vector<int>& roots) {
 
 }  // namespace
 
+bool begins_at_world(const System& system, int b) {
+  do b = system.bodies[b].parent;
+  while (b > 0 && system.bodies[b].step_count == 0);
+  return b == 0;
+}
+
 std::vector<AlikeTrees> find_alike_trees(const System& system) {
   const Forms forms(system);
   std::vector<int> by_size(forms.count());
@@ -126,7 +132,7 @@ std::vector<AlikeTrees> find_alike_trees(const System& system) {
     for (const bool at_world : {true, false}) {
       std::vector<int> roots;
       for (int b : members[form])
-        if (!taken[b] && (system.bodies[b].parent == 0) == at_world) roots.push_back(b);
+        if (!taken[b] && begins_at_world(system, b) == at_world) roots.push_back(b);
       if (roots.size() < 2 || !forms.whole(form, int(roots.size()))) continue;
       for (std::size_t begin = 0; begin + 1 < roots.size(); begin += Quad::count) {
         const auto from = roots.begin() + std::ptrdiff_t(begin);

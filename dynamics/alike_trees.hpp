@@ -20,6 +20,10 @@ struct AlikeTrees {
   std::vector<int> parents;  ///< which of `bodies` carries them; -1: what carries the trees
 };
 
+/// Whether nothing moves between the world and body b: it begins there, or on bodies that are welded to it
+/// (Welds::kept).
+bool begins_at_world(const System& system, int b);
+
 /// Those of a scene, without drives and without what is welded (Welds::kept), chosen so that the fewest
 /// computations are left.
 std::vector<AlikeTrees> find_alike_trees(const System& system);

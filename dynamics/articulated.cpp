@@ -78,7 +78,7 @@ SideBySide::SideBySide(const System& system, const AlikeTrees& found) : trees(fo
   for (std::size_t b = 0; b < trees.bodies.size(); ++b) {
     const AlikeTrees::Each& each = trees.bodies[b];
     bodies.emplace_back().first_step = int(steps.size());
-    int before = system.bodies[each[0]].parent == 0 ? by_world : by_carrier;
+    int before = begins_at_world(system, each[0]) ? by_world : by_carrier;
     if (const int parent = trees.parents[b]; parent >= 0) before = bodies[parent + 1].first_step - 1;
     for (int n = 0; n < system.bodies[each[0]].step_count; ++n) {
       StepOf& step = steps.emplace_back();

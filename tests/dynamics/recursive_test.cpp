@@ -250,6 +250,34 @@ TEST(Recursive, AlikeBallsAtTheirCarriersOriginEqualLagrange) {
   EXPECT_EQ(balls_first, 1);
 }
 
+// Welds kept: what is welded to the world carries alike limbs, which begin at the world all the same.
+TEST(Recursive, AlikeLimbsOnWhatIsWeldedEqualLagrange) {
+  for (const int welded : {1, 2}) {
+    Random random(11);
+    Scene scene;
+    scene.gravity = random.vector(10);
+    std::string carrier = "world";
+    for (int i = 0; i < welded; ++i) {
+      const std::string name = fmt::format("base{}", i);
+      scene.solids.push_back(solid(name, carrier, {fixed(random.vector(0.5), rotation_matrix(random.turn()))},
+                                   {random.inertia().inertial()}));
+      carrier = name;
+    }
+    for (int i = 0; i < 3; ++i) {
+      const std::string arm = fmt::format("arm{}", i), hand = fmt::format("hand{}", i);
+      scene.solids.push_back(solid(arm, carrier,
+                                   {fixed(random.vector(0.5)), hinge("q" + arm, random.direction())},
+                                   {random.inertia().inertial()}));
+      scene.solids.push_back(solid(hand, arm,
+                                   {fixed(random.vector(0.5)), hinge("q" + hand, random.direction())},
+                                   {random.inertia().inertial()}));
+    }
+    const System system = need(compile(scene, Welds::kept));
+    ASSERT_EQ(Articulation(system).trees.size(), 1);
+    compare(system, random.state(system), fmt::format("{} welded", welded));
+  }
+}
+
 // Hands on balls, side by side, on arms and on the world: what is known of them in their own axes is found
 // again when they change.
 TEST(Recursive, PendantsFollowTheirInertials) {
