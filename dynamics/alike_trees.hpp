@@ -20,7 +20,7 @@ struct AlikeTrees {
   std::vector<int> parents;  ///< which of `bodies` carries them; -1: what carries the trees
 };
 
-/// Whether nothing moves between the world and body b: it begins there, or on bodies that are welded to it
+/// Whether the parent of body b is the world, or is welded to it directly or through other bodies
 /// (Welds::kept).
 bool begins_at_world(const System& system, int b);
 

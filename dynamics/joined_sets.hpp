@@ -5,11 +5,11 @@
 
 namespace borelli {
 
-/// Numbers 0 to count - 1, each a set of its own at first, in sets that are joined (union-find).
+/// Disjoint sets of the numbers 0 to count - 1 (union-find). Each number starts as a set of its own.
 class JoinedSets {
  public:
   explicit JoinedSets(std::size_t count) : leader_(count) { std::iota(leader_.begin(), leader_.end(), 0); }
-  /// One number of the set that holds i, the same for all of the set until it is joined to another.
+  /// The leader of the set of i: two numbers are in one set if they have the same leader.
   int find(int i) {
     for (; leader_[i] != i; i = leader_[i]) leader_[i] = leader_[leader_[i]];
     return i;

@@ -35,7 +35,7 @@ class Keeper {
     (keep(things), ...);
   }
 
-  /// A number that must lie from lowest to highest: any other is damage.
+  /// A number from lowest to highest. A restored one outside of this range is damage.
   template <class T>
   void within(T& number, T lowest, T highest) {
     T there = number;
@@ -43,13 +43,13 @@ class Keeper {
     if (!(there >= lowest && there <= highest)) damaged_ = true;
     if (!damaged_) number = there;
   }
-  /// A list that the run adds to: of any number of entries.
+  /// A list that grows during the run, so that the restored one may have any size.
   template <class T>
   void growing(std::vector<T>& list) {
     if (filling_) list.clear();
     keep(list);
   }
-  /// The number of things that follow, each of `least` bytes at least.
+  /// The number of entries that follow. Damage where the rest has fewer than `least` bytes for each.
   void count(std::size_t& number, std::size_t least) {
     keep(number);
     if (filling_ && (damaged_ || number > (bytes_.size() - at_) / least)) damaged_ = true, number = 0;

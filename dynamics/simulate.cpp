@@ -238,7 +238,7 @@ class Run {
     return {};
   }
 
-  /// The least number of equal steps, no longer than the method's, from one time to another.
+  /// How many equal steps lead from one time to another, each at most settings_.step long.
   long equal_steps(double from, double to) const {
     return std::max(1L, long(std::ceil((to - from) / settings_.step - 1e-9)));
   }

@@ -1,4 +1,4 @@
-// Text from a file as an error message may quote it.
+// Formats quoted text and lists of names for error messages.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
-// Stands before ITK's header of this name. Debian's ITK 5.2 knows no compiler but GCC: clang passes for it while
-// ITK looks.
+// Included instead of ITK's header of this name. Debian's ITK 5.2 accepts GCC only, so this header presents clang as
+// GCC 12 while ITK's header checks the compiler.
 #pragma push_macro("__clang__")
 #pragma push_macro("__GNUC__")
 #undef __clang__

@@ -250,7 +250,7 @@ TEST(Recursive, AlikeBallsAtTheirCarriersOriginEqualLagrange) {
   EXPECT_EQ(balls_first, 1);
 }
 
-// Welds kept: what is welded to the world carries alike limbs, which begin at the world all the same.
+// With Welds::kept, a base that is welded to the world is a body. The limbs on it still start at rest.
 TEST(Recursive, AlikeLimbsOnWhatIsWeldedEqualLagrange) {
   for (const int welded : {1, 2}) {
     Random random(11);

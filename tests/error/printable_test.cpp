@@ -12,7 +12,7 @@ TEST(Printable, ShowsOtherBytesAsHexAndCutsLongTexts) {
   EXPECT_EQ(printable(std::string(41, 'x'), 41), std::string(41, 'x'));
 }
 
-TEST(NameList, TellsTheFirstAndHowManyMore) {
+TEST(NameList, ListsTheFirstNamesAndCountsTheRest) {
   EXPECT_EQ(name_list({}), "");
   EXPECT_EQ(name_list({"a", "b", "c"}, 3), "a, b, c");
   EXPECT_EQ(name_list({"a", "b", "c", "d", "e"}, 3), "a, b, c and 2 more");

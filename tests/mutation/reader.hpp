@@ -40,7 +40,7 @@ std::string fault_in(const Error& error, const std::filesystem::path& file);
 std::string fault_in_reading(const Reader& reader, const std::filesystem::path& file, bool& refused,
                              std::string& said);
 
-/// Runs a verb of the program with these arguments and --json.
+/// Runs a verb with these arguments and --json, as the program does; gives the verb's error.
 Result<void> run_verb(const std::vector<std::string>& words);
 
 #define BORELLI_READER(name) Reader name##_reader();

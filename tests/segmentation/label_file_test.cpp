@@ -131,7 +131,7 @@ TEST(LabelFile, LayersOf3dSlicer) {
     EXPECT_NE(bad.error().message().find("segment 1 ('skin') is value 1 of layer 4"), std::string::npos)
         << bad.error().message();
 
-    // one that no whole number counts
+    // a number that 64 bits cannot hold
     text.replace(text.find("Segment1_Layer:=4"), 17, "Segment1_Layer:=1e19");
     put("c.seg.nrrd", text);
     const auto huge = read_labels(folder / "c.seg.nrrd");
