@@ -14,7 +14,8 @@ nav{display:flex;flex-wrap:wrap;gap:.4em;margin:.6em 0} button{font:inherit;padd
 background:#fff;border-radius:4px;cursor:pointer} button[aria-pressed=true]{background:#0072B2;border-color:#0072B2;color:#fff}
 table{border-collapse:collapse;margin:.5em 0} td,th{padding:.2em .8em .2em 0;text-align:left;vertical-align:top}
 th{border-bottom:1px solid #888} td.n,th.n{text-align:right;white-space:nowrap} .plot[hidden]{display:none}
-[data-names]{cursor:pointer} .off{opacity:.3} #tip{position:fixed;background:#fff;border:1px solid #888;padding:.35em .6em;
+[data-names]{cursor:pointer} .warning{border-left:4px solid #D55E00;padding-left:.7em}
+.off{opacity:.3} #tip{position:fixed;background:#fff;border:1px solid #888;padding:.35em .6em;
 font-size:13px;white-space:pre-line;pointer-events:none;max-width:28em;border-radius:4px;box-shadow:0 1px 5px #0003}
 @media print{nav{display:none} .plot[hidden]{display:block}})";
 
@@ -53,12 +54,14 @@ std::string csv_text(std::string_view text) {
 }
 
 std::string chart_page(std::string_view title, std::string_view heading,
-                       const std::vector<std::string>& sentences, const std::vector<PageButtons>& buttons,
-                       std::string_view body) {
+                       const std::vector<std::string>& warnings, const std::vector<std::string>& sentences,
+                       const std::vector<PageButtons>& buttons, std::string_view body) {
   std::string out = fmt::format(
       "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'>{}<meta name='viewport' "
       "content='width=device-width'><title>{}</title><style>{}</style></head><body>\n<h1>{}</h1>\n",
       page_policy, html_text(title), style, html_text(heading));
+  for (const std::string& warning : warnings)
+    out += "<p class='warning'>Warning: " + html_text(warning) + "</p>\n";
   for (const std::string& sentence : sentences) out += "<p>" + html_text(sentence) + "</p>\n";
   for (const PageButtons& row : buttons) {
     out += "<nav>";

@@ -20,10 +20,11 @@ struct PageButtons {
   std::vector<std::pair<std::string, std::string>> values;  ///< value, and what the button says
 };
 
-/// The page: title, a heading and sentences below it (both plain text), the buttons, then `body` as HTML.
+/// The page: title, a heading, the warnings and sentences below it (all plain text), the buttons, then `body`
+/// as HTML.
 std::string chart_page(std::string_view title, std::string_view heading,
-                       const std::vector<std::string>& sentences, const std::vector<PageButtons>& buttons,
-                       std::string_view body);
+                       const std::vector<std::string>& warnings, const std::vector<std::string>& sentences,
+                       const std::vector<PageButtons>& buttons, std::string_view body);
 
 /// Text as it stands in HTML.
 std::string html_text(std::string_view text);

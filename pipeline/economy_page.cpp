@@ -91,7 +91,7 @@ std::string in_words(const Economy& economy) {
          cost;
 }
 
-std::string economy_page(const Economy& economy) {
+std::string economy_page(const Economy& economy, const std::vector<std::string>& warnings) {
   PageButtons which{"of", {}};
   std::string body;
   for (const auto& [name, plot] : economy_plots(economy)) {
@@ -116,7 +116,7 @@ std::string economy_page(const Economy& economy) {
                           std::isnan(r.error) ? html_text(r.reason) : fmt::format("{:.2g}", r.error));
     body += "</table>\n";
   }
-  return chart_page(economy.scene + ": economy", economy.scene + ": the smallest model that does",
+  return chart_page(economy.scene + ": economy", economy.scene + ": the smallest model that does", warnings,
                     {in_words(economy) + "."}, {which}, body);
 }
 

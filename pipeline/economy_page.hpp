@@ -14,7 +14,8 @@ namespace borelli {
 std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy);
 inline std::vector<std::string> economy_plot_names() { return {"error", "time"}; }
 
-std::string economy_page(const Economy& economy);
+/// `warnings`: the model reader's.
+std::string economy_page(const Economy& economy, const std::vector<std::string>& warnings = {});
 
 /// A line per model.
 std::string economy_csv(const Economy& economy);

@@ -155,7 +155,7 @@ std::vector<std::pair<std::string, Plot>> long_run_plots(const LongRuns& runs) {
   return out;
 }
 
-std::string long_runs_page(const LongRuns& runs) {
+std::string long_runs_page(const LongRuns& runs, const std::vector<std::string>& warnings) {
   PageButtons which{"series", {}};
   std::string body;
   for (const auto& [name, plot] : long_run_plots(runs)) {
@@ -179,7 +179,7 @@ std::string long_runs_page(const LongRuns& runs) {
       "or goes on and on: the means of the run's eighths follow each other in order. Else it goes to and "
       "fro: "
       "bounded, or off by more than a tenth. All over the energy turned over.</p>\n";
-  return chart_page(runs.scene + ": long runs", runs.scene + ": energy and momentum over long runs",
+  return chart_page(runs.scene + ": long runs", runs.scene + ": energy and momentum over long runs", warnings,
                     {fmt::format("{:.4g} steps of {:.4g} s.", runs.end / runs.step, runs.step)}, {which},
                     body);
 }

@@ -58,7 +58,7 @@ inline std::vector<std::string> long_run_plot_names() {
   return {"energy_secular", "energy_bounded", "momentum"};
 }
 
-std::string long_runs_page(const LongRuns& runs);
+std::string long_runs_page(const LongRuns& runs, const std::vector<std::string>& warnings = {});
 
 /// A line per method: swing, drift, verdict.
 std::string long_runs_csv(const LongRuns& runs);

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "pipeline/trajectory_file.hpp"
-#include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -45,7 +45,7 @@ Result<GivenReference> from_trajectory(const std::filesystem::path& path,
 }
 
 Result<GivenReference> from_csv(const std::filesystem::path& path, const std::vector<std::string>& solids) {
-  const auto text = read_whole(path);
+  const auto text = read_input_file(path);
   if (!text) return tl::unexpected(text.error());
   GivenReference out{.name = path.filename().string(), .times = {}, .poses = {}};
   std::vector<std::size_t> columns;  // time, then seven of each solid

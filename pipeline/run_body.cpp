@@ -18,6 +18,7 @@
 #include "pipeline/report.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -35,7 +36,7 @@ Result<void> take_face(const RunSettings& settings, std::vector<Mesh>& meshes, c
 }
 
 Result<json> read_object(const fs::path& path) {
-  const auto bytes = read_whole(path);
+  const auto bytes = read_input_file(path);
   if (!bytes) return tl::unexpected(bytes.error());
   auto object = parse_json(*bytes, path.string());
   if (!object || !object->is_object())
@@ -110,7 +111,9 @@ Result<json> find_smallest(RunData& data, const StageProgress& progress) {
   if (!text) return tl::unexpected(text.error());
   if (auto written = write_whole(data.file("model/smallest.toml"), *text); !written)
     return tl::unexpected(written.error());
-  if (auto written = write_whole(data.file("model/economy.html"), economy_page(*economy)); !written)
+  if (auto written =
+          write_whole(data.file("model/economy.html"), economy_page(*economy, data.reader_warnings()));
+      !written)
     return tl::unexpected(written.error());
   const EconomyModel &whole = economy->models.front(), &least = economy->models.back();
   json locked = json::array();

@@ -5,6 +5,7 @@
 #include "error/json_text.hpp"
 #include "pipeline/colour_table.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/read.hpp"
@@ -17,9 +18,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The object in segmentation.json; an empty one where the file is damaged. Errors: as read_whole.
+// The object in segmentation.json; an empty one where the file is damaged. Errors: as read_input_file.
 Result<json> read_account(const fs::path& path) {
-  const auto bytes = read_whole(path);
+  const auto bytes = read_input_file(path);
   if (!bytes) return tl::unexpected(bytes.error());
   auto account = parse_json(*bytes, path.string());
   return account && account->is_object() ? *account : json::object();
@@ -112,7 +113,7 @@ Result<std::vector<std::string>> read_warnings(const fs::path& path) {
 }
 
 Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path) {
-  const auto bytes = read_whole(path);
+  const auto bytes = read_input_file(path);
   if (!bytes) return tl::unexpected(bytes.error());
   const auto parsed = parse_json(*bytes, path.string());
   if (!parsed) return tl::unexpected(parsed.error());

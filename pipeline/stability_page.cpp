@@ -248,7 +248,7 @@ std::vector<std::pair<std::string, Plot>> stability_plots(const StabilityMap& ma
   return out;
 }
 
-std::string stability_page(const StabilityMap& map) {
+std::string stability_page(const StabilityMap& map, const std::vector<std::string>& warnings) {
   PageButtons which{"map", {}};
   std::string body;
   for (const auto& [name, plot] : stability_plots(map)) {
@@ -286,7 +286,7 @@ std::string stability_page(const StabilityMap& map) {
       "Linear: what theory says of small deviations from the start. What failed is said under the pointer, "
       "and of "
       "every run in stability.csv.</p>\n";
-  return chart_page(map.sweep.scene + ": stability", map.sweep.scene + ": where methods fail",
+  return chart_page(map.sweep.scene + ": stability", map.sweep.scene + ": where methods fail", warnings,
                     {"Outcomes are told by each run's certificate; a limit is the largest step (tolerance) "
                      "below which no run of the method grows, drifts or ends."},
                     {which}, body);

@@ -16,8 +16,8 @@ namespace borelli {
 std::vector<std::pair<std::string, Plot>> stability_plots(const StabilityMap& map);
 
 /// All of it on one page that needs no network: drawings with tips, the table of limits, and how each method
-/// failed first.
-std::string stability_page(const StabilityMap& map);
+/// failed first. `warnings`: the model reader's.
+std::string stability_page(const StabilityMap& map, const std::vector<std::string>& warnings = {});
 
 /// A line per run.
 std::string stability_csv(const StabilityMap& map);

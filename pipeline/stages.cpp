@@ -15,6 +15,7 @@
 #include "error/json_text.hpp"
 #include "pipeline/stages/digest.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
@@ -387,7 +388,7 @@ Result<json> run_stages(const FolderLock& lock, const json& head, const std::vec
   const fs::path record_path = folder / "run.json";
   json before;
   if (std::error_code problem; fs::exists(record_path, problem) && !force) {
-    const auto bytes = read_whole(record_path);
+    const auto bytes = read_input_file(record_path);
     if (!bytes) return tl::unexpected(bytes.error());
     auto parsed = parse_json(*bytes, record_path.string());
     if (parsed)

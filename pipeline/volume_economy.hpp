@@ -75,7 +75,8 @@ std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEcono
 inline std::vector<std::string> volume_economy_plot_names() {
   return {"grid_error", "grid_time", "voxels_error", "voxels_time"};
 }
-std::string volume_economy_page(const VolumeEconomy& economy, const std::string& title);
+std::string volume_economy_page(const VolumeEconomy& economy, const std::string& title,
+                                const std::vector<std::string>& warnings = {});
 /// A line per trial and choice of parts.
 std::string volume_economy_csv(const VolumeEconomy& economy);
 /// What to take, a sentence each.

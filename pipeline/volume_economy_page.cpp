@@ -153,7 +153,8 @@ std::string volume_economy_csv(const VolumeEconomy& economy) {
   return out;
 }
 
-std::string volume_economy_page(const VolumeEconomy& economy, const std::string& title) {
+std::string volume_economy_page(const VolumeEconomy& economy, const std::string& title,
+                                const std::vector<std::string>& warnings) {
   PageButtons which{"of", {}};
   std::string body;
   for (const auto& [name, plot] : volume_economy_plots(economy)) {
@@ -172,7 +173,8 @@ std::string volume_economy_page(const VolumeEconomy& economy, const std::string&
         word_for(t.of), html_text(t.name), t.seconds, percent_or_none(t.worst(0)),
         percent_or_none(t.worst(1)), percent_or_none(t.worst(2)), html_text(worst_words(t, 0)));
   body += "</table>\n";
-  return chart_page(title + ": economy", title + ": what the scan needs", in_words(economy), {which}, body);
+  return chart_page(title + ": economy", title + ": what the scan needs", warnings, in_words(economy),
+                    {which}, body);
 }
 
 }  // namespace borelli

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "error/error.hpp"
-#include "process/input_file.hpp"
 
 namespace borelli {
 
@@ -49,8 +48,5 @@ void sweep_partial_files(const std::filesystem::path& path);
 
 /// The same for every file in `folder` and its subfolders.
 void sweep_partial_files_below(const std::filesystem::path& folder);
-
-/// All bytes of a text input: read_input_file with its usual limit.
-inline Result<std::string> read_whole(const std::filesystem::path& path) { return read_input_file(path); }
 
 }  // namespace borelli

@@ -318,7 +318,7 @@ std::string work_precision_csv(const WorkPrecision& chart) {
   return out;
 }
 
-std::string work_precision_page(const WorkPrecision& chart) {
+std::string work_precision_page(const WorkPrecision& chart, const std::vector<std::string>& warnings) {
   PageButtons errors{"error", {}}, spent{"cost", {}};
   for (const ErrorMeasure& q : quantities)
     if (has(chart, q)) errors.values.emplace_back(q.file, q.title);
@@ -363,8 +363,8 @@ std::string work_precision_page(const WorkPrecision& chart) {
           chart.length)};
   std::vector<PageButtons> buttons{errors, spent};
   if (const std::string why = why_no_drawing(chart); !why.empty()) sentences.push_back(why), buttons.clear();
-  return chart_page(chart.scene + ": work and precision", chart.scene + ": what accuracy costs", sentences,
-                    buttons, out);
+  return chart_page(chart.scene + ": work and precision", chart.scene + ": what accuracy costs", warnings,
+                    sentences, buttons, out);
 }
 
 std::vector<std::string> work_precision_files() {
@@ -376,10 +376,11 @@ std::vector<std::string> work_precision_files() {
   return out;
 }
 
-Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder) {
+Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder,
+                                  const std::vector<std::string>& warnings) {
   if (auto done = write_whole(folder / "chart.csv", work_precision_csv(chart)); !done) return done;
   if (auto done = write_plots(work_precision_plots(chart), folder); !done) return done;
-  return write_whole(folder / "chart.html", work_precision_page(chart));
+  return write_whole(folder / "chart.html", work_precision_page(chart, warnings));
 }
 
 }  // namespace borelli

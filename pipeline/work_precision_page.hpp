@@ -42,8 +42,8 @@ std::vector<std::pair<std::string, Plot>> work_precision_plots(const WorkPrecisi
 std::string why_no_drawing(const WorkPrecision& chart);
 
 /// All of it on one page that needs no network: the drawings with tips and curves to be taken out, the table
-/// of recommendations, the runs that failed and why.
-std::string work_precision_page(const WorkPrecision& chart);
+/// of recommendations, the runs that failed and why. `warnings`: the model reader's.
+std::string work_precision_page(const WorkPrecision& chart, const std::vector<std::string>& warnings = {});
 
 /// A line per run; numbers with 17 significant digits.
 std::string work_precision_csv(const WorkPrecision& chart);
@@ -52,6 +52,7 @@ std::string work_precision_csv(const WorkPrecision& chart);
 std::vector<std::string> work_precision_files();
 
 /// All of these in a folder: chart.html, chart.csv, and each drawing as SVG and PNG.
-Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder);
+Result<void> write_work_precision(const WorkPrecision& chart, const std::filesystem::path& folder,
+                                  const std::vector<std::string>& warnings = {});
 
 }  // namespace borelli

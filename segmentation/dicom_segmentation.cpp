@@ -13,6 +13,7 @@
 #include "segmentation/dicom_elements.hpp"
 #include "segmentation/dicom_slice.hpp"
 #include "segmentation/files/dicom_files.hpp"
+#include "segmentation/files/plausibility.hpp"
 
 namespace borelli {
 namespace {
@@ -53,8 +54,6 @@ Result<std::string> file_of(const std::string& path) {
   return bad_use(path, what);
 }
 
-constexpr double longest_body = 3000;  // mm
-
 // The grid that all frames lie on; sets each frame's slice index. `between`: slice spacing, mm; 0: not given.
 Result<Grid> grid_of(const std::string& path, std::vector<Frame>& frames, double between, double thickness) {
   const DicomSlice& first = frames.front().slice;
@@ -74,7 +73,7 @@ Result<Grid> grid_of(const std::string& path, std::vector<Frame>& frames, double
   }
   if (!(step > 0)) step = thickness;
   if (!(step > 0)) return failure(path, "has frames at one place only and does not say how thick they are");
-  if (total > longest_body)
+  if (total > longest_scan)
     return failure(
         path, fmt::format("has frames {:.4g} mm apart, longer than any body; its header is damaged", total));
   const double count = std::round(total / step);

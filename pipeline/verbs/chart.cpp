@@ -19,6 +19,7 @@
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "pipeline/work_precision_page.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -41,7 +42,7 @@ class KeptPoints {
       : file_(std::move(file)), asked_(digest_of_bytes(asked)) {}
 
   std::vector<WorkPrecisionPoint> read() const {
-    const auto text = read_whole(file_);
+    const auto text = read_input_file(file_);
     if (!text) return {};
     const auto kept = parse_json(*text, file_.string());
     if (!kept) return {};
@@ -141,7 +142,7 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
     auto given = read_reference(o.reference, solids);
     if (!given) return tl::unexpected(given.error());
     given->error = o.reference_error.value_or(given->error);
-    const auto bytes = read_whole(o.reference);  // (its contents, for a file may be written anew)
+    const auto bytes = read_input_file(o.reference);  // (its contents, for a file may be written anew)
     if (!bytes) return tl::unexpected(bytes.error());
     asked += fmt::format(" {} {} {}", o.reference, given->error, digest_of_bytes(*bytes));
     settings.reference = std::move(*given);
@@ -167,7 +168,8 @@ Result<nlohmann::json> work(const ChartOptions& o, const Command& command) {
   if (!chart) return tl::unexpected(chart.error());
   if (!written) return tl::unexpected(written.error());
   bar.end(fmt::format("{} runs", chart->points.size()));
-  if (auto done = write_work_precision(*chart, folder); !done) return tl::unexpected(done.error());
+  if (auto done = write_work_precision(*chart, folder, command.warnings()); !done)
+    return tl::unexpected(done.error());
   kept.remove();
   say_when_stopped(nullptr);
 

@@ -65,13 +65,14 @@ nlohmann::json json_of(const Economy& economy) {
           {"stays", stays}};
 }
 
-Result<void> write_all(const Economy& economy, const std::filesystem::path& folder) {
+Result<void> write_all(const Economy& economy, const std::filesystem::path& folder,
+                       const std::vector<std::string>& warnings) {
   const auto scene = write_scene(economy.smallest);
   if (!scene) return tl::unexpected(scene.error());
   if (auto done = write_whole(folder / "scene.toml", *scene); !done) return done;
   if (auto done = write_whole(folder / "economy.csv", economy_csv(economy)); !done) return done;
   if (auto done = write_plots(economy_plots(economy), folder); !done) return done;
-  return write_whole(folder / "economy.html", economy_page(economy));
+  return write_whole(folder / "economy.html", economy_page(economy, warnings));
 }
 
 void print(const Economy& economy) {
@@ -107,8 +108,9 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
   if (auto done = write_plots(volume_economy_plots(*economy), folder); !done)
     return tl::unexpected(done.error());
   const std::string title = InputNames(false, {}).name_of(o.input);
-  for (const auto& [name, text] : {std::pair("economy.csv", volume_economy_csv(*economy)),
-                                   std::pair("economy.html", volume_economy_page(*economy, title))})
+  for (const auto& [name, text] :
+       {std::pair("economy.csv", volume_economy_csv(*economy)),
+        std::pair("economy.html", volume_economy_page(*economy, title, command.warnings()))})
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
   nlohmann::json trials = nlohmann::json::array();
   for (const VolumeTrial& t : economy->trials)
@@ -148,7 +150,7 @@ Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& com
                                      [&](const std::string&, double fraction) { bar.update(fraction); });
   if (!economy) return tl::unexpected(economy.error());
   bar.end(fmt::format("{} models", economy->models.size()));
-  if (auto done = write_all(*economy, folder); !done) return tl::unexpected(done.error());
+  if (auto done = write_all(*economy, folder, command.warnings()); !done) return tl::unexpected(done.error());
   if (!command.json) {
     print(*economy);
     fmt::print("{}: the smallest model; beside it a page, SVG, PNG and CSV\n",

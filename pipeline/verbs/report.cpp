@@ -18,6 +18,7 @@
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "segmentation/landmarks_file.hpp"
 
 namespace borelli {
@@ -45,7 +46,7 @@ struct Found {
 Result<json> json_if_there(const fs::path& path, const json& kinds) {
   std::error_code problem;
   if (!fs::exists(path, problem)) return json();
-  const auto bytes = read_whole(path);
+  const auto bytes = read_input_file(path);
   if (!bytes) return tl::unexpected(bytes.error());
   auto value = parse_json(*bytes, path.string());
   if (!value) return value;

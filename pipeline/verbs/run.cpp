@@ -7,6 +7,7 @@
 
 #include <fmt/core.h>
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -31,20 +32,23 @@ struct RunAsked {
 };
 
 // The subject's name where none is given: the file's name without its endings. A folder's name is often the
-// patient's, so its first file's digest gives the name instead.
+// patient's, so a digest of the first file's bytes and of all files' names and sizes gives the name instead.
 Result<std::string> name_of_input(const std::string& path, bool keep_paths) {
   std::error_code problem;
   fs::path name = fs::path(path).filename();
   if (name.empty()) name = fs::path(path).parent_path().filename();
   if (!keep_paths && fs::is_directory(path, problem)) {
-    fs::path first;
+    std::map<fs::path, std::uintmax_t> sizes;
     for (fs::recursive_directory_iterator entry(path, problem), end; !problem && entry != end;
          entry.increment(problem))
-      if (entry->is_regular_file(problem) && (first.empty() || entry->path() < first)) first = entry->path();
-    if (first.empty()) return "scan";
-    const auto digest = digest_of(first);
-    if (!digest) return tl::unexpected(digest.error());
-    return "scan-" + digest->substr(0, 8);
+      if (entry->is_regular_file(problem)) sizes.emplace(entry->path(), entry->file_size(problem));
+    if (sizes.empty()) return "scan";
+    const auto first = digest_of(sizes.begin()->first);
+    if (!first) return tl::unexpected(first.error());
+    std::string files = *first;
+    for (const auto& [file, size] : sizes)
+      files += fmt::format("\n{} {}", file.lexically_relative(path).string(), size);
+    return "scan-" + digest_of_bytes(files).substr(0, 8);
   }
   std::string text = name.string();
   for (const char* ending : {".gz", ".nii", ".hdr", ".img", ".nrrd", ".nhdr", ".mha", ".mhd"})

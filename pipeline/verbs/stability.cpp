@@ -21,6 +21,7 @@
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -78,7 +79,7 @@ Result<Sweep> sweep_of(const StabilityOptions& o, const Command& command) {
   auto scene = read(o, o.scenes[0], command);
   if (!scene) return tl::unexpected(scene.error());
   // paths are those of the file; a model of others goes by what it is as a scene
-  auto text = read_whole(o.scenes[0]);
+  auto text = read_input_file(o.scenes[0]);
   if (text && !parse_scene(*text, o.scenes[0])) text = write_scene(*scene);
   if (!text) return tl::unexpected(text.error());
   auto sweep = sweep_of_number(*text, o.scenes[0], vary->first, *values);
@@ -130,7 +131,7 @@ class KeptColumns {
       : file_(std::move(file)), asked_(digest_of_bytes(asked)) {}
 
   void read(StabilityObserver& observer) const {
-    const auto text = read_whole(file_);
+    const auto text = read_input_file(file_);
     if (!text) return;
     const auto kept = parse_json(*text, file_.string());
     if (!kept) return;
@@ -272,7 +273,7 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
     return tl::unexpected(done.error());
   for (const auto& [name, text] :
        {std::pair("stability.csv", stability_csv(*map)), std::pair("limits.csv", stability_limits_csv(*map)),
-        std::pair("stability.html", stability_page(*map))})
+        std::pair("stability.html", stability_page(*map, command.warnings()))})
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
   kept.remove();
   say_when_stopped(nullptr);
@@ -319,8 +320,8 @@ Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Comman
   for (const auto& [name, plot] : plots)
     if (auto done = write_whole(folder / (name + ".csv"), csv(plot)); !done)
       return tl::unexpected(done.error());
-  for (const auto& [name, text] :
-       {std::pair("long.csv", long_runs_csv(*runs)), std::pair("long.html", long_runs_page(*runs))})
+  for (const auto& [name, text] : {std::pair("long.csv", long_runs_csv(*runs)),
+                                   std::pair("long.html", long_runs_page(*runs, command.warnings()))})
     if (auto done = write_whole(folder / name, text); !done) return tl::unexpected(done.error());
   nlohmann::json all = nlohmann::json::array();
   for (const LongRun& run : runs->runs) {

@@ -7,7 +7,7 @@
 #include "dynamics/evaluate.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/verbs/inputs.hpp"
-#include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -35,7 +35,7 @@ Result<Eigen::VectorXd> list_of(const json& state, const std::string& file, cons
 Result<void> read_state(const std::string& file, SceneAtState& given) {
   const System& system = given.system;
   const FileOrder& order = given.order;
-  const auto bytes = read_whole(file);
+  const auto bytes = read_input_file(file);
   if (!bytes) return tl::unexpected(bytes.error());
   auto parsed = parse_json(*bytes, file);
   if (!parsed) return bad_use(parsed.error().where, parsed.error().what);

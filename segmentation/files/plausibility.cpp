@@ -119,10 +119,9 @@ std::string doubt_of_size(const Grid& grid) {
     return fmt::format(
         "voxels of {:.4g} x {:.4g} x {:.4g} mm are unlikely for a scan of a body: is the unit right?",
         spacing[0], spacing[1], spacing[2]);
-  constexpr double longest = 3000;  // mm
   for (int axis = 0; axis < 3; ++axis)
     if (const double length = spacing[axis] * static_cast<double>(grid.size[static_cast<std::size_t>(axis)]);
-        length > longest)
+        length > longest_scan)
       return fmt::format(
           "{} voxels of {:.4g} mm are {:.3g} m, more than any scanner sees: is the voxel size right?",
           grid.size[static_cast<std::size_t>(axis)], spacing[axis], 1e-3 * length);

@@ -33,6 +33,9 @@ ValueCounts count_values(const GreyVolume& volume);
 Result<void> check_values(const std::string& path, const GreyVolume& volume, const ValueCounts& counts,
                           const Clamped& clamped, std::vector<std::string>& warnings);
 
+/// Longest extent of a scan along an axis, mm: tall people are 2.5 m, scanners see less than 3 m.
+inline constexpr double longest_scan = 3000;
+
 /// A sentence about an unlikely voxel size; empty: none.
 std::string doubt_of_size(const Grid& grid);
 

@@ -8,6 +8,7 @@
 #include "pipeline/stages/digest.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/write.hpp"
 #include "tests/pipeline/capsule_body.hpp"
@@ -56,14 +57,14 @@ struct ReportVerb : testing::Test {
   }
   /// The packed block of the page with this name; empty: it has none.
   std::string page_block(const std::string& name) {
-    const std::string page = read_whole(folder / "report.html").value_or("");
+    const std::string page = read_input_file(folder / "report.html").value_or("");
     const auto tag = page.find("id=\"block-" + name + "\"");
     if (tag == std::string::npos) return {};
     const auto from = page.find('>', tag) + 1;
     return page.substr(from, page.find("</script>", from) - from);
   }
   json data() {
-    const std::string page = read_whole(folder / "report.html").value_or("");
+    const std::string page = read_input_file(folder / "report.html").value_or("");
     const auto from = page.find('>', page.find("id=\"report\"")) + 1;
     return json::parse(page.substr(from, page.find("</script>", from) - from), nullptr, false);
   }
@@ -168,7 +169,7 @@ TEST_F(ReportVerb, RefusesWhatItCannotDraw) {
   run("--volume nowhere.nii.gz");
   EXPECT_EQ(exit_code, 2);
   EXPECT_NE(said.find("nowhere.nii.gz"), std::string::npos);
-  const auto body = read_whole(folder / "body.glb").value();
+  const auto body = read_input_file(folder / "body.glb").value();
   for (const std::string& damaged : {body.substr(0, body.size() - 4), std::string(500, 'x'), std::string()}) {
     ASSERT_TRUE(write_whole(folder / "body.glb", damaged));
     run();
@@ -176,7 +177,7 @@ TEST_F(ReportVerb, RefusesWhatItCannotDraw) {
     EXPECT_NE(said.find("body.glb: is no binary glTF, or damaged"), std::string::npos) << said;
   }
   ASSERT_TRUE(write_whole(folder / "body.glb", body));
-  const auto whole = read_whole(folder / "inertia/table.json").value();
+  const auto whole = read_input_file(folder / "inertia/table.json").value();
   std::ofstream(folder / "inertia/table.json") << whole.substr(0, whole.size() / 2);
   run();
   EXPECT_EQ(exit_code, 1);

@@ -22,6 +22,7 @@
 #include "pipeline/motion_quantity.hpp"
 #include "pipeline/trajectory_file.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/landmarks_file.hpp"
@@ -118,13 +119,13 @@ TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
   const std::string run = path("scan.mhd") + words();
   EXPECT_EQ(stages_done(run), all);
   EXPECT_EQ(stages_done(run), Names{});
-  const auto before = json::parse(read_whole(result("run.json")).value());
+  const auto before = json::parse(read_input_file(result("run.json")).value());
 
   fs::remove(result("inertia/table.csv"));
   EXPECT_EQ(stages_done(run), Names{"inertia"});
   EXPECT_TRUE(fs::exists(result("inertia/table.csv")));
   const auto packed = [&] {  // what the page shows of the scan, and the moving body
-    const std::string page = read_whole(result("report.html")).value();
+    const std::string page = read_input_file(result("report.html")).value();
     const auto first = page.find("<script type=\"text/plain\"");
     return page.substr(std::min(first, page.size()));
   };
@@ -133,10 +134,10 @@ TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
   EXPECT_EQ(stages_done(run), Names{"report"});
   EXPECT_EQ(packed(), shown);
   EXPECT_NE(shown.find("block-grey"), std::string::npos);
-  const std::string glb = read_whole(result("body.glb")).value();
+  const std::string glb = read_input_file(result("body.glb")).value();
   fs::resize_file(result("body.glb"), glb.size() - 1);
   EXPECT_EQ(stages_done(run), Names{"glb"});
-  EXPECT_EQ(read_whole(result("body.glb")).value(), glb);
+  EXPECT_EQ(read_input_file(result("body.glb")).value(), glb);
   fs::remove(result("mesh/head.stl"));
   EXPECT_EQ(stages_done(run), Names{"mesh"});
 
@@ -144,7 +145,7 @@ TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
   EXPECT_EQ(stages_done(run + " --sex female --tuck 0.5"), (Names{"skeleton", "motion", "glb", "report"}));
   // back as it was: the keys are those of the first run
   EXPECT_FALSE(stages_done(run).empty());
-  const auto after = json::parse(read_whole(result("run.json")).value());
+  const auto after = json::parse(read_input_file(result("run.json")).value());
   for (std::size_t n = 0; n < before["stages"].size(); ++n)
     EXPECT_EQ(after["stages"][n]["key"], before["stages"][n]["key"]);
 
@@ -154,7 +155,7 @@ TEST_F(RunVerb, DoesAgainWhatIsGoneOrChangedAndWhatDependsOnIt) {
 TEST_F(RunVerb, DefacedItShowsNoFaceAndMeasuresTheSame) {
   const std::string scan_file = path("scan.mhd");
   stages_done(scan_file + words());
-  const auto kept = [&](const char* name) { return read_whole(result(name)).value_or(name); };
+  const auto kept = [&](const char* name) { return read_input_file(result(name)).value_or(name); };
   std::map<std::string, std::string> before;
   for (const char* name :
        {"inertia/table.json", "inertia/table.csv", "segmentation/labels.nii.gz", "motion/trajectory.csv",
@@ -183,13 +184,13 @@ TEST_F(RunVerb, DefacedItShowsNoFaceAndMeasuresTheSame) {
 TEST_F(RunVerb, WhatAUserEditedIsKeptAndUsed) {
   const std::string run = path("scan.mhd") + words();
   EXPECT_EQ(stages_done(run), all);
-  std::string scene = read_whole(result("model/scene.toml")).value();
+  std::string scene = read_input_file(result("model/scene.toml")).value();
   const std::size_t at = scene.find("end_time = 0.1");
   ASSERT_NE(at, std::string::npos);
   scene[at + std::string("end_time = 0.").size()] = '2';  // as many bytes
   ASSERT_TRUE(write_whole(result("model/scene.toml"), scene));
   EXPECT_EQ(stages_done(run), (Names{"motion", "glb", "report"}));
-  EXPECT_EQ(read_whole(result("model/scene.toml")).value(), scene);
+  EXPECT_EQ(read_input_file(result("model/scene.toml")).value(), scene);
   const ProgramRun again = run_program("run " + run);
   const std::string said = "warning: skeleton: model/scene.toml was changed by hand: kept; --force makes it";
   EXPECT_NE(again.err.find(said), std::string::npos) << again.err;
@@ -200,18 +201,18 @@ TEST_F(RunVerb, WhatAUserEditedIsKeptAndUsed) {
   Landmarks moved = *landmarks;
   moved.at("knee_left").point.x() += 5;
   ASSERT_TRUE(write_landmarks(result("segmentation/landmarks.json").string(), moved));
-  const std::string edited = read_whole(result("segmentation/landmarks.json")).value();
-  const std::string table = read_whole(result("inertia/table.json")).value();
+  const std::string edited = read_input_file(result("segmentation/landmarks.json")).value();
+  const std::string table = read_input_file(result("inertia/table.json")).value();
   EXPECT_EQ(stages_done(run), (Names{"inertia", "motion", "mesh", "glb", "slices", "report"}));
-  EXPECT_EQ(read_whole(result("segmentation/landmarks.json")).value(), edited);
-  EXPECT_EQ(read_whole(result("model/scene.toml")).value(), scene);
-  EXPECT_NE(read_whole(result("inertia/table.json")).value(), table);
+  EXPECT_EQ(read_input_file(result("segmentation/landmarks.json")).value(), edited);
+  EXPECT_EQ(read_input_file(result("model/scene.toml")).value(), scene);
+  EXPECT_NE(read_input_file(result("inertia/table.json")).value(), table);
 
   fs::resize_file(result("segmentation/labels.nii.gz"), 100);
   expect_refused("run " + run, 2, "landmarks.json: was changed by hand, and the stage 'segmentation'");
-  EXPECT_EQ(read_whole(result("segmentation/landmarks.json")).value(), edited);
+  EXPECT_EQ(read_input_file(result("segmentation/landmarks.json")).value(), edited);
   EXPECT_EQ(stages_done(run + " --force"), all);
-  EXPECT_NE(read_whole(result("segmentation/landmarks.json")).value(), edited);
+  EXPECT_NE(read_input_file(result("segmentation/landmarks.json")).value(), edited);
 }
 
 TEST_F(RunVerb, AChangedVoxelIsAnotherScan) {
@@ -226,7 +227,7 @@ TEST_F(RunVerb, AChangedVoxelIsAnotherScan) {
     raw.seekp(middle);
     raw.put(byte).flush();
     EXPECT_EQ(stages_done(run), all) << header;
-    const auto record = json::parse(read_whole(result("run.json")).value());
+    const auto record = json::parse(read_input_file(result("run.json")).value());
     EXPECT_EQ(record["inputs"]["volume"][1]["file"], "scan.raw");
   }
   fs::remove(folder / "scan.raw");
@@ -264,20 +265,20 @@ TEST_F(RunVerb, AnOutputWithAnotherByteIsMadeAgain) {
                                     {"motion/trajectory.csv", "motion"},
                                     {"report.html", "report"},
                                     {"segmentation/labels.ctbl", "segmentation"}}) {
-    const std::string whole = read_whole(result(name)).value();
+    const std::string whole = read_input_file(result(name)).value();
     std::string other = whole;
     other[other.size() / 2] ^= 1;
     ASSERT_TRUE(write_whole(result(name), other));
     EXPECT_EQ(stages_done(run), Names{stage}) << name;
     if (std::string(name) != "report.html") {  // (which tells how long each stage took)
-      EXPECT_EQ(read_whole(result(name)).value(), whole) << name;
+      EXPECT_EQ(read_input_file(result(name)).value(), whole) << name;
     }
   }
 }
 
 // The files' texts and what is packed in the report.
 std::string text_of_output(const fs::path& file) {
-  const auto read = read_whole(file);
+  const auto read = read_input_file(file);
   EXPECT_TRUE(read) << file;
   if (!read) return "";
   const auto inflate_all = [](std::string_view packed, int form) {
@@ -345,10 +346,10 @@ TEST_F(RunVerb, TwoAtOnceInOneFolderAreRefusedAndAKilledOneBlocksNone) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   first.halt();
-  const std::string settings = read_whole(result("settings.toml")).value();
+  const std::string settings = read_input_file(result("settings.toml")).value();
   EXPECT_NE(settings.find("waiting"), std::string::npos);
   expect_refused("run " + path("scan.mhd") + words(), 1, "another run is at work in this folder");
-  EXPECT_EQ(read_whole(result("settings.toml")).value(), settings);  // the first one's still
+  EXPECT_EQ(read_input_file(result("settings.toml")).value(), settings);  // the first one's still
 
   first.kill();
   EXPECT_EQ(stages_done(path("scan.mhd") + words()), all);
@@ -365,19 +366,19 @@ TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
       path("labels.tsv");
   EXPECT_EQ(stages_done(run), all);
   const std::string file = path("out/007/settings.toml");
-  const std::string text = read_whole(file).value();
-  const auto record = json::parse(read_whole(path("out/007/run.json")).value());
+  const std::string text = read_input_file(file).value();
+  const auto record = json::parse(read_input_file(path("out/007/run.json")).value());
   EXPECT_EQ(record["settings"]["subject"], "007");
   EXPECT_EQ(record["settings"]["pose"], "on \"one's\" side");
   EXPECT_EQ(record["settings"]["integrator_tolerance"], 3.0000000000000004e-7);
   EXPECT_EQ(record["settings"]["leap"]["tuck"], 0.25);
 
   EXPECT_EQ(stages_done("--settings " + file), Names{});
-  EXPECT_EQ(json::parse(read_whole(path("out/007/run.json")).value())["settings"], record["settings"]);
-  EXPECT_EQ(read_whole(file).value(), text);
+  EXPECT_EQ(json::parse(read_input_file(path("out/007/run.json")).value())["settings"], record["settings"]);
+  EXPECT_EQ(read_input_file(file).value(), text);
   // without the paths it is the same run, wherever its inputs lie by then
   EXPECT_EQ(stages_done("--settings " + file + " --keep-paths=false"), all);
-  const std::string shared = read_whole(file).value();
+  const std::string shared = read_input_file(file).value();
   EXPECT_EQ(shared.find(folder.path().string()), std::string::npos) << shared;
   EXPECT_NE(shared.find("run VOLUME --settings settings.toml --out FOLDER --labels labels.nrrd"),
             std::string::npos)
@@ -389,7 +390,7 @@ TEST_F(RunVerb, ItsSettingsGiveTheSameRun) {
                         path("moved/labels.nrrd") + " --label-names " + path("moved/labels.tsv") +
                         " --landmarks " + path("moved/joints.json")),
             Names{});
-  EXPECT_EQ(read_whole(file).value(), shared);
+  EXPECT_EQ(read_input_file(file).value(), shared);
   for (const char* name : {"scan.mhd", "scan.raw", "labels.nrrd", "labels.tsv", "joints.json"})
     fs::rename(folder / "moved" / name, folder / name);
   EXPECT_EQ(stages_done("--settings " + file + ' ' + path("scan.mhd") + words("007") + " --label-names " +
@@ -405,7 +406,7 @@ TEST_F(RunVerb, MovesTheSmallestModelWithinATolerance) {
   Names with_economy = all;
   with_economy.insert("economy");
   EXPECT_EQ(stages_done(run + " --tolerance 1% --keep centre --keep turn:lower_trunk"), with_economy);
-  const auto record = json::parse(read_whole(result("run.json")).value());
+  const auto record = json::parse(read_input_file(result("run.json")).value());
   const json said = record["stages"][3]["economy"];
   const Scene whole = read_scene(result("model/scene.toml")).value(),
               small = read_scene(result("model/smallest.toml")).value();
@@ -415,7 +416,7 @@ TEST_F(RunVerb, MovesTheSmallestModelWithinATolerance) {
   const auto moved = read_trajectory(result("motion/trajectory.h5"));
   ASSERT_TRUE(moved);
   EXPECT_EQ(int(moved->trajectory.v.cols()), said["coordinates"].get<int>());
-  EXPECT_NE(read_whole(result("report.html")).value().find(said["in_words"].get<std::string>()),
+  EXPECT_NE(read_input_file(result("report.html")).value().find(said["in_words"].get<std::string>()),
             std::string::npos);
   // both models by another method, much better
   const auto motion = [](Scene scene) {
@@ -447,7 +448,7 @@ TEST_F(RunVerb, MovesTheSmallestModelWithinATolerance) {
 
 TEST_F(RunVerb, AStepIsForMethodsOfFixedOnes) {
   EXPECT_EQ(stages_done(path("scan.mhd") + words() + " --keep-paths --method rk4 --step 1e-3"), all);
-  const auto record = json::parse(read_whole(path("out/s/run.json")).value());
+  const auto record = json::parse(read_input_file(path("out/s/run.json")).value());
   EXPECT_EQ(record["settings"]["step"], 1e-3);
   const auto& certificate = record["stages"][3]["certificate"];
   EXPECT_TRUE(certificate["trusted"].get<bool>());

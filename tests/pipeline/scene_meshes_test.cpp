@@ -1,6 +1,7 @@
 // What scenes look like: each form encloses its own volume where it should, stand-ins have the inertia that
 // they stand for.
 #include "pipeline/scene_meshes.hpp"
+#include "process/input_file.hpp"
 #include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +12,6 @@
 
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
-#include "pipeline/whole_file.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
@@ -116,7 +116,7 @@ TEST(SceneMeshes, SimulateWritesThemMoving) {
   const std::string body = (folder / "ball.glb").string(), page = (folder / "ball.html").string();
   EXPECT_EQ(run_program("simulate " + scene + " -o " + body).code, 0);
   EXPECT_EQ(run_program("simulate " + scene + " -o " + page).code, 0);
-  const std::string bytes = read_whole(body).value(), html = read_whole(page).value();
+  const std::string bytes = read_input_file(body).value(), html = read_input_file(page).value();
   EXPECT_EQ(bytes.substr(0, 4), "glTF");
   std::uint32_t size = 0;
   std::memcpy(&size, bytes.data() + 12, 4);

@@ -8,6 +8,7 @@
 #include "dynamics/scene_file.hpp"
 #include "inertia/table_file.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/landmarks_file.hpp"
@@ -87,7 +88,7 @@ TEST_F(SegmentsVerbs, ARunOfSomeHasThemAloneWithTheNumbersOfTheWholeRun) {
   std::set<std::string> meshes;
   for (const auto& entry : fs::directory_iterator(some / "mesh")) meshes.insert(entry.path().stem());
   EXPECT_EQ(meshes, asked);
-  const auto account = json::parse(read_whole(some / "segmentation/segmentation.json").value());
+  const auto account = json::parse(read_input_file(some / "segmentation/segmentation.json").value());
   EXPECT_EQ(account["parts"].size(), 5u);
   EXPECT_EQ(account["segments"]["trunk"].size(), 3u);
 
@@ -101,15 +102,16 @@ TEST_F(SegmentsVerbs, ARunOfSomeHasThemAloneWithTheNumbersOfTheWholeRun) {
   EXPECT_EQ(read_table(path("right.json")).value().rows.at(0).inertial.mass, table.rows.at(1).inertial.mass);
 
   // from the files it left, the same again
-  const std::string before = read_whole(some / "inertia/table.json").value();
+  const std::string before = read_input_file(some / "inertia/table.json").value();
   fs::remove(some / "inertia/table.csv");
   ASSERT_EQ(run("some", "trunk,thigh_left,hand_right").code, 0);
-  EXPECT_EQ(read_whole(some / "inertia/table.json").value(), before);
+  EXPECT_EQ(read_input_file(some / "inertia/table.json").value(), before);
   // another choice in the same folder leaves nothing of this one
   ASSERT_EQ(run("some", "").code, 0);
   EXPECT_FALSE(fs::exists(some / "segmentation/parts.nii.gz"));
   EXPECT_FALSE(fs::exists(some / "mesh/trunk.stl"));
-  EXPECT_EQ(read_whole(some / "inertia/table.csv").value(), read_whole(all / "inertia/table.csv").value());
+  EXPECT_EQ(read_input_file(some / "inertia/table.csv").value(),
+            read_input_file(all / "inertia/table.csv").value());
 }
 
 TEST_F(SegmentsVerbs, InertiaTakesThemFromTheLabelsThatThereAre) {

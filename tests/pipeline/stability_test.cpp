@@ -11,7 +11,7 @@
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
 #include "pipeline/scene_number.hpp"
-#include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli::stability_test {
@@ -261,7 +261,7 @@ TEST(Stability, LimitsOfAPartOfTheTimeAreDrawnAsSuch) {
 
 // The cube drops at once, and hits the spring later: how many steps a run may make says nothing of that.
 TEST(Stability, ARunThatIsCutOffTellsOfNoLimit) {
-  const std::string text = with_number(read_whole(test::source_folder() + "/samples/shock.toml").value(),
+  const std::string text = with_number(read_input_file(test::source_folder() + "/samples/shock.toml").value(),
                                        "shock.toml", "solid[cube].shape.mass", 1e6)
                                .value();
   // as a run that is let go on shows: that step fails, after half a second

@@ -11,7 +11,7 @@
 #include "dynamics/integrator.hpp"
 #include "dynamics/scene_file.hpp"
 #include "pipeline/outcome.hpp"
-#include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
@@ -67,7 +67,7 @@ TEST(StabilityVerb, GoesOnWhereItWasBrokenOff) {
   const std::string asked = "stability " + samples +
                             "heavy_top.toml --vary top.mass=1:10:4 --methods rk4,verlet,dopri5 "
                             "--json -o ";
-  const auto text = [&](const std::string& name) { return read_whole(folder / name).value(); };
+  const auto text = [&](const std::string& name) { return read_input_file(folder / name).value(); };
   ASSERT_EQ(run_program(asked + (folder / "whole").string()).code, 0);
   // killed after ever more tenths of a second, until it comes to its end
   const std::string partial = "broken/stability.partial.json";
@@ -107,7 +107,7 @@ TEST(StabilityVerb, ASpoiltFileOrAnOlderMapLeaveNothing) {
 
 TEST(StabilityVerb, ScenesOfOneNameAreToldByTheirFiles) {
   const TestFolder folder;
-  const std::string scene = read_whole(samples + "pendulum.toml").value();
+  const std::string scene = read_input_file(samples + "pendulum.toml").value();
   std::filesystem::create_directories(folder / "other");
   std::string files;
   for (const char* name : {"soft.toml", "stiff.toml", "other/stiff.toml"})
@@ -135,7 +135,7 @@ TEST(StabilityVerb, OneSceneAloneHasADrawingOfItsMethods) {
     EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
   for (const char* file : {"limits.svg", "limits_tolerance.svg", "methods_tolerance.svg"})  // of one dot
     EXPECT_FALSE(std::filesystem::exists(folder / file)) << file;
-  const std::string drawing = read_whole(folder / "methods.svg").value();
+  const std::string drawing = read_input_file(folder / "methods.svg").value();
   EXPECT_NE(drawing.find("Methods: 1 rk4, 2 verlet."), std::string::npos);
   std::size_t tiles = 0;
   for (std::size_t at = 0; (at = drawing.find("class='tile'", at)) != std::string::npos; ++at) ++tiles;

@@ -14,6 +14,7 @@
 
 #include "pipeline/stages/digest.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
@@ -49,7 +50,7 @@ struct Stages : testing::Test {
             of_this};
   }
   void edit(const std::string& file, const std::string& text) { std::ofstream(folder / file) << text; }
-  std::string text(const std::string& file) const { return read_whole(folder / file).value(); }
+  std::string text(const std::string& file) const { return read_input_file(folder / file).value(); }
   using Names = std::vector<std::string>;
 
   Result<json> run(bool force = false, const std::string& input = "abc") {
@@ -109,7 +110,7 @@ struct StagesSideBySide : testing::Test {
                        stage("right", {"one"}), stage("all", {"lefter", "right"})},
                       false, threads, observer);
   }
-  json record() const { return json::parse(read_whole(folder / "run.json").value()); }
+  json record() const { return json::parse(read_input_file(folder / "run.json").value()); }
 
   static std::vector<std::string> names(const json& record) {
     std::vector<std::string> names;
@@ -262,12 +263,12 @@ TEST_F(Stages, SecondRunDoesNothingAgain) {
   ASSERT_TRUE(record);
   EXPECT_TRUE(ran.empty());
   EXPECT_EQ((*record)["stages"].size(), 3u);
-  EXPECT_EQ(json::parse(read_whole(folder / "run.json").value()), *record);
+  EXPECT_EQ(json::parse(read_input_file(folder / "run.json").value()), *record);
 }
 
 TEST_F(Stages, TheSlowestThreeAreNamedWithTheirShare) {
   ASSERT_TRUE(run());
-  json record = json::parse(read_whole(folder / "run.json").value());
+  json record = json::parse(read_input_file(folder / "run.json").value());
   const std::map<std::string, double> seconds{{"one", 1}, {"two", 6}, {"aside", 3}};
   for (json& stage : record["stages"]) stage["seconds"] = seconds.at(stage["stage"]);
   edit("run.json", record.dump());
@@ -317,7 +318,7 @@ TEST_F(Stages, EmptiedOrCutOutputIsMadeAgain) {
   fs::resize_file(folder / "one.txt", 2);
   ASSERT_TRUE(run());
   EXPECT_EQ(ran, (std::vector<std::string>{"one"}));
-  EXPECT_EQ(read_whole(folder / "one.txt").value(), "one");
+  EXPECT_EQ(read_input_file(folder / "one.txt").value(), "one");
 }
 
 TEST_F(Stages, AnOutputOfEqualSizeWithAnotherByteIsMadeAgain) {

@@ -1,4 +1,5 @@
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ struct WholeFile : testing::Test {
 TEST_F(WholeFile, RoundTripsBytesAndMakesTheFolder) {
   const std::string bytes("a\0b\r\n\xff", 6);
   ASSERT_TRUE(write_whole(folder / "deep" / "file.bin", bytes));
-  EXPECT_EQ(read_whole(folder / "deep" / "file.bin").value(), bytes);
+  EXPECT_EQ(read_input_file(folder / "deep" / "file.bin").value(), bytes);
 }
 
 TEST_F(WholeFile, FailedWriteLeavesTheOldFileAndNothingElse) {
@@ -42,7 +43,7 @@ TEST_F(WholeFile, FailedWriteLeavesTheOldFileAndNothingElse) {
   });
   ASSERT_FALSE(done);
   EXPECT_EQ(done.error().what, "stopped half way");
-  EXPECT_EQ(read_whole(folder / "file.nii.gz").value(), "old");
+  EXPECT_EQ(read_input_file(folder / "file.nii.gz").value(), "old");
   EXPECT_EQ(files(), 1u);
 }
 
@@ -131,7 +132,7 @@ TEST_F(WholeFile, WhatAKilledWriterLeftIsSweptAndWhatALivingOneFillsIsNot) {
     else
       ASSERT_TRUE(write_whole(folder / "a.txt", "whole"));
     EXPECT_EQ(count_partial(), 0);
-    EXPECT_EQ(read_whole(folder / "a.txt").value(), "whole");
+    EXPECT_EQ(read_input_file(folder / "a.txt").value(), "whole");
   }
 }
 
@@ -147,7 +148,7 @@ TEST_F(WholeFile, FilesOfASetComeTogetherOrNotAtAll) {
   EXPECT_EQ(failed.error().where, folder / "b.txt");
   EXPECT_EQ(files(), 0u);
   ASSERT_TRUE(write_whole_set(folder, {"a.txt", "b.txt"}, fill(true)));
-  EXPECT_EQ(read_whole(folder / "b.txt").value(), "b");
+  EXPECT_EQ(read_input_file(folder / "b.txt").value(), "b");
   EXPECT_EQ(files(), 2u);
 }
 
@@ -197,8 +198,8 @@ TEST_F(WholeFile, WhetherAFolderCanBeWrittenIsKnownBefore) {
 TEST_F(WholeFile, FolderInPlaceOfAFileIsBadUse) {
   fs::create_directories(folder / "sub");
   EXPECT_EQ(write_whole(folder / "sub", "x").error().kind, Error::Kind::use);
-  EXPECT_EQ(read_whole(folder / "sub").error().kind, Error::Kind::use);
-  EXPECT_EQ(read_whole(folder / "nothing").error().kind, Error::Kind::use);
+  EXPECT_EQ(read_input_file(folder / "sub").error().kind, Error::Kind::use);
+  EXPECT_EQ(read_input_file(folder / "nothing").error().kind, Error::Kind::use);
 }
 
 }  // namespace

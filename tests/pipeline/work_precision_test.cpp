@@ -12,7 +12,7 @@
 
 #include "dynamics/scene_file.hpp"
 #include "dynamics/simulate.hpp"
-#include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
@@ -202,12 +202,12 @@ TEST(WorkPrecision, AnotherReferenceOrASpoiltFileBeginsAnew) {
   }
   ASSERT_TRUE(std::filesystem::exists(partial));
   // another motion by the same name: let go a degree lower
-  std::string lower = read_whole(sample).value();
+  std::string lower = read_input_file(sample).value();
   lower.replace(lower.find("value_deg = 90"), 14, "value_deg = 89");
   ASSERT_EQ(refer_to(folder.write("lower.toml", lower)), 0);
   ASSERT_EQ(chart_into("broken"), 0);
   // no run is nearer to that than its first place
-  std::istringstream lines(read_whole(folder / "broken/chart.csv").value());
+  std::istringstream lines(read_input_file(folder / "broken/chart.csv").value());
   int runs = 0;
   for (std::string line; std::getline(lines, line);) {
     if (line.empty() || line[0] == '#' || line.starts_with("method,")) continue;

@@ -10,6 +10,7 @@
 
 #include "inertia/table_file.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "segmentation/landmarks_file.hpp"
@@ -48,7 +49,7 @@ class Warnings : public testing::Test {
 
   /// The header then says slices of 20 mm, 10 mm apart.
   void contradict_spacing(const std::string& name) const {
-    std::string bytes = read_whole(folder / name).value();
+    std::string bytes = read_input_file(folder / name).value();
     bytes.insert(bytes.find("dimension"), "thicknesses: nan nan 20\n");
     ASSERT_TRUE(write_whole(folder / name, bytes));
   }
@@ -69,7 +70,8 @@ class Warnings : public testing::Test {
   void expect_in_files(const std::vector<std::string>& names, const std::vector<std::string>& of) const {
     for (const std::string& name : names)
       for (const std::string& one : of)
-        EXPECT_NE(read_whole(folder / name).value_or("").find(one), std::string::npos) << name << ": " << one;
+        EXPECT_NE(read_input_file(folder / name).value_or("").find(one), std::string::npos)
+            << name << ": " << one;
   }
 
   const TestFolder folder;
