@@ -12,6 +12,7 @@
 #include "pipeline/stages/digest.hpp"
 #include "pipeline/whole_file.hpp"
 #include "process/child.hpp"
+#include "process/input_file.hpp"
 #include "process/memory.hpp"
 
 namespace borelli {

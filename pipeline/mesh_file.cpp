@@ -24,6 +24,7 @@
 
 #include "pipeline/whole_file.hpp"
 #include "process/child.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 

@@ -9,6 +9,7 @@
 
 #include "dynamics/keeper.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/input_file.hpp"
 
 namespace borelli {
 namespace {
