@@ -184,7 +184,7 @@ class Search {
       rough_ = rough_ || (!settings_.verify && is_rough(now->certificate));
       if (before_) {
         common_ = largest_part(system_, *before_, samples, settings_.accuracy) <= apart_in_range;
-        if (judge(largest_difference(system_, *before_, samples), known_until(*before_, samples), *now))
+        if (judge(largest_difference(system_, *before_, samples), agree_until(*before_, samples), *now))
           return now;
       }
       if (afresh_) {
@@ -200,13 +200,15 @@ class Search {
   }
 
  private:
-  /// The last time, s, up to which the two runs agree to the accuracy.
-  double known_until(const Samples& before, const Samples& now) const {
+  /// The last time, s, up to which the two runs agree to the accuracy. Where the accuracy is not reached,
+  /// rounding may bear most of the finer run's error, so its tolerance does not make it smaller than the
+  /// difference.
+  double agree_until(const Samples& before, const Samples& now) const {
     double until = start_;
     Difference worst;
     for (std::size_t i = 0; i < std::min(before.q.size(), now.q.size()); ++i) {
       compare(system_, before, now, i, worst);
-      if (error_while_near(worst.size) > settings_.accuracy) break;
+      if (worst.size > settings_.accuracy) break;
       until = now.times[i];
     }
     return until;
@@ -305,7 +307,7 @@ class Search {
   }
 
   /// Whether the run is the answer; else chooses the next tolerance.
-  bool judge(const Difference& found, double known, Trajectory& now) {
+  bool judge(const Difference& found, double agree, Trajectory& now) {
     const double error = error_of(found.size);
     const bool reached = error <= settings_.accuracy;
     parted_ = parted_ || !std::isfinite(error);
@@ -327,7 +329,7 @@ class Search {
       return false;
     }
     c.evaluations = long(spent_);
-    c.known_until = known;
+    c.known_until = reached ? settings_.end_time : agree;
     tell(c, std::isfinite(error) ? error : found.size,
          fmt::format("differs from the run at {:.2g} by {:.2g}; {} evaluations in all {} runs",
                      tolerance_before_, found.size, c.evaluations, runs_));
@@ -349,7 +351,7 @@ class Search {
                   "an event ({} '{}') falls on that time, so that one shows what is before it and the "
                   "other what is after: ask for rows at other times",
                   event->kind, event->name));
-    c.reason += fmt::format("; the state is known to that accuracy up to t = {:.6g} s", known);
+    c.reason += fmt::format("; the state is known to that accuracy up to t = {:.6g} s", agree);
     c.reason_time = found.time;
     return true;
   }

@@ -68,6 +68,15 @@ std::string without_quotations(std::string_view message) {
   return out;
 }
 
+// The message without the names of the case's files: a mutation may choose them.
+std::string without_names(std::string message, const std::vector<std::string>& names) {
+  for (const std::string& name : names)
+    for (std::size_t at = name.empty() ? message.npos : message.find(name); at != message.npos;
+         at = message.find(name, at + 1))
+      message.replace(at, name.size(), " ");
+  return message;
+}
+
 bool is_sentence(const std::string& what) {
   const auto letters = std::ranges::count_if(what, [](unsigned char c) { return std::isalpha(c); });
   return letters >= 8 && std::ranges::count(what, ' ') >= 2;
@@ -93,14 +102,14 @@ tl::unexpected<Error> defect(const std::string& what) { return failure(std::stri
 std::string fault_in(const Error& error, const std::filesystem::path& file) {
   const std::string message = error.message();
   if (error.where == defect_place) return message;
-  const std::string own_words = without_quotations(message);
+  std::vector<std::string> names{file.parent_path().filename().string()};
+  for (const auto& entry : std::filesystem::directory_iterator(file.parent_path()))
+    names.push_back(entry.path().filename().string());
+  const std::string own_words = without_quotations(without_names(message, names));
   for (const char* words : library_words)
     if (own_words.find(words) != std::string::npos)
       return std::string("a library's words (") + words + "): " + message;
   if (!is_sentence(error.what)) return "no sentence: " + message;
-  std::vector<std::string> names{file.parent_path().filename().string()};
-  for (const auto& entry : std::filesystem::directory_iterator(file.parent_path()))
-    names.push_back(entry.path().filename().string());
   if (std::ranges::none_of(names, [&](const auto& name) { return message.find(name) != message.npos; }))
     return "no file is named: " + message;
   return "";
