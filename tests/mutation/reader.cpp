@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <exception>
+#include <functional>
 #include <new>
 #include <string_view>
 
@@ -69,7 +70,8 @@ std::string without_quotations(std::string_view message) {
 }
 
 // The message without the names of the case's files: a mutation may choose them.
-std::string without_names(std::string message, const std::vector<std::string>& names) {
+std::string without_names(std::string message, std::vector<std::string> names) {
+  std::ranges::sort(names, std::greater<>(), &std::string::size);  // one name may hold another
   for (const std::string& name : names)
     for (std::size_t at = name.empty() ? message.npos : message.find(name); at != message.npos;
          at = message.find(name, at + 1))
