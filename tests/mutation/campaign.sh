@@ -2,7 +2,7 @@
 # A long campaign over all readers: N mutations of each, then coverage-guided fuzzing, and a table of both.
 #   campaign.sh FOLDER [RUNS [MINUTES [JOBS [READER...]]]]      defaults: 100000 mutations, 10 minutes, 1 job, all readers
 # FOLDER gets failures/ (cases), corpus/READER (libFuzzer's, kept for the next campaign), logs/ and table.md. Each reader
-# fuzzes for MINUTES on one core. Needs build/release/mutation and build/fuzz/fuzz (cmake --preset fuzz; cmake --build --preset fuzz).
+# fuzzes for MINUTES of processor time. Needs build/release/mutation and build/fuzz/fuzz (cmake --preset fuzz; cmake --build --preset fuzz).
 set -euo pipefail
 [ $# -ge 1 ] || { sed -n 2,5p "$0" >&2; exit 2; }
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -12,20 +12,18 @@ out=$(cd "$1" && pwd) runs=${2:-100000} minutes=${3:-10} jobs=${4:-1}
 readers=("${@:5}")
 [ ${#readers[@]} -gt 0 ] || mapfile -t readers < <("$mutation" --list)
 
-# libFuzzer ends at the first fault: start it again until the time is over
+# libFuzzer ends at the first fault: start it again until the processor time is over
 fuzz_reader() {  # reader
-  local corpus=$out/corpus/$1 log=$out/logs/$1.fuzz left=$((60 * minutes)) begun status
+  local corpus=$out/corpus/$1 log=$out/logs/$1.fuzz left=$((60 * minutes)) spent
   mkdir -p "$corpus" "$out/artifacts/$1"
   "$mutation" "$1" --seeds "$corpus"
   : >"$log"
+  TIMEFORMAT='%U %S'
   while [ "$left" -gt 5 ]; do
-    begun=$SECONDS
-    ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0:handle_abort=1 "$fuzz" "--reader=$1" "$corpus" \
+    spent=$({ time ASAN_OPTIONS=detect_leaks=0:allocator_may_return_null=0:handle_abort=1 "$fuzz" "--reader=$1" "$corpus" \
       -max_total_time="$left" -timeout=10 -rss_limit_mb=4096 -max_len=65536 -print_final_stats=1 \
-      -artifact_prefix="$out/artifacts/$1/" >>"$log" 2>&1 && status=0 || status=$?
-    left=$((left - (SECONDS - begun)))
-    [ "$status" -ne 0 ] || break
-    [ $((SECONDS - begun)) -gt 0 ] || left=$((left - 1))
+      -artifact_prefix="$out/artifacts/$1/" >>"$log" 2>&1; } 2>&1) || true
+    left=$(awk -v left="$left" '{print int(left - $1 - $2 - 1)}' <<<"$spent")
   done
 }
 

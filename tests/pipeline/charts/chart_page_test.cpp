@@ -6,7 +6,8 @@ namespace borelli {
 namespace {
 
 TEST(ChartPage, PolicyForbidsLoadingAnything) {
-  const std::string page = chart_page("a", "b", {"c"}, {}, "<p>d</p>");
+  const std::string page = chart_page("a", "b", {"w < x"}, {"c"}, {}, "<p>d</p>");
+  EXPECT_NE(page.find("Warning: w &lt; x"), std::string::npos);
   const auto policy = page.find("<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none';");
   ASSERT_NE(policy, std::string::npos);
   for (const char* later : {"<style", "<script", "<body"}) {

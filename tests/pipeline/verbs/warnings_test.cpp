@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "inertia/table_file.hpp"
+#include "pipeline/chart_page.hpp"
 #include "pipeline/whole_file.hpp"
 #include "process/input_file.hpp"
 #include "samples/phantom.hpp"
@@ -159,6 +160,7 @@ TEST_F(Warnings, ABodyTooLightForAPersonIsNotWholeWithoutAWord) {
 
 TEST_F(Warnings, OfVolumesReachEconomy) {
   expect_warned("economy " + path("scan.nrrd") + " -o " + path("e"), {said});
+  expect_in_files({"e/economy.html"}, {said});
 }
 
 TEST(WarningsOfScenes, WhatIsNotModelledIsInTheAnswerOfEveryVerb) {
@@ -181,6 +183,29 @@ TEST(WarningsOfScenes, WhatIsNotModelledIsInTheAnswerOfEveryVerb) {
     const json answer = json::parse(run.out, nullptr, false);
     EXPECT_NE(answer.value("not_modelled", json()).dump().find("effort"), std::string::npos) << verb;
     EXPECT_TRUE(answer.contains("warnings")) << verb;
+  }
+}
+
+TEST(WarningsOfScenes, StandOnTheirPages) {
+  const TestFolder folder;
+  const std::string file =
+      folder.write("tendon.xml",
+                   "<mujoco><worldbody><body name='arm'><joint name='hinge' axis='0 1 0' frictionloss='2'/>"
+                   "<geom type='capsule' fromto='0 0 0 0 0 -1' size='.05'/></body></worldbody></mujoco>");
+  const std::string out = (folder / "out").string();
+  for (const auto& [verb, page] :
+       {std::pair("economy --end 0.1 ", "economy.html"),
+        std::pair("chart --end 0.1 --methods dop853 --repeats 1 ", "chart.html"),
+        std::pair("stability --methods rk4 --step 0.01:0.1 ", "stability.html"),
+        std::pair("stability --methods rk4 --step 0.01 --long 20 ", "long.html")}) {
+    const ProgramRun run = run_program(verb + file + " -o " + out + " --json");
+    EXPECT_EQ(run.code, 0) << verb << "\n" << run.err;
+    const json warnings = json::parse(run.out, nullptr, false).value("warnings", json::array());
+    ASSERT_FALSE(warnings.empty()) << verb;
+    const std::string text = read_input_file(folder / "out" / page).value_or("");
+    for (const json& warning : warnings)
+      EXPECT_NE(text.find("Warning: " + html_text(warning.get<std::string>())), std::string::npos)
+          << page << ": " << warning;
   }
 }
 
