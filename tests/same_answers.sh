@@ -29,7 +29,7 @@ answer() {  # FILE WORDS...: the program's answer, its exit code and what it say
   local file=$1 code=0
   shift
   mkdir -p "$(dirname "$file")"
-  "$program" "$@" --json >"$file.raw" 2>"$file.err" || code=$?
+  timeout 100 "$program" "$@" --json >"$file.raw" 2>"$file.err" || code=$?
   { without_times <"$file.raw"; echo "exit code $code"; grep -v ' s$\|%' "$file.err" || true; } >"$file"
   rm -f "$file.raw" "$file.err"
 }
@@ -48,8 +48,8 @@ all_answers() {
   if [ -d "$root/../shared" ]; then
     run_body male "$root/../shared/volumes/icrp_am/AM_hu.nii.gz" --quantity hu --sex male
     while read -r model; do
-      answer "evaluate/${model//\//_}.json" evaluate "$model"
-    done < <(cd "$root/../shared" && find "$PWD/models" "$PWD/cases" \( -name '*.xml' -o -name '*.urdf' -o -name '*.toml' \) | sort)
+      answer "evaluate/${model//\//_}.json" evaluate "$root/../shared/models/$model"
+    done < <(cd "$root/../shared/models" && find . \( -name '*.xml' -o -name '*.urdf' \) | sed 's#^[.]/##' | sort)
   else
     echo "no ../shared: the male and foreign models are left out" >&2
   fi
