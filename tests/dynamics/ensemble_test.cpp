@@ -52,10 +52,13 @@ TEST_P(EnsembleInRegisters, FixedStepsAreThoseOfSingleMotions) {
       EXPECT_EQ(endings[i].steps, 100);
       EXPECT_EQ(endings[i].state.t, 0.5);
       // rounding, 1e-15 a step, times what half a second of swinging makes of it
-      EXPECT_LT(distance(endings[i].state, single(system, starts[i].start, how).state), 1e-10) << method;
-      // (of the first order, 5 ms are too long)
-      EXPECT_EQ(endings[i].trusted, method != std::string("semi_implicit_euler"))
-          << method << endings[i].reason;
+      const Ending alone = single(system, starts[i].start, how);
+      EXPECT_LT(distance(endings[i].state, alone.state), 1e-10) << method;
+      EXPECT_EQ(endings[i].trusted, alone.trusted) << method << endings[i].reason;
+      // of the fourth order 5 ms are short enough, of the first too long
+      if (method != std::string("verlet")) {
+        EXPECT_EQ(endings[i].trusted, method == std::string("rk4"));
+      }
     }
   }
 }
@@ -267,7 +270,9 @@ TEST(Ensemble, AMemberBeyondAllBoundsHoldsUpNoOther) {
         if (i == 5) continue;
         EXPECT_LT(distance(endings[i].state, single(system, starts[i].start, how).state), 1e-6);
       }
-      EXPECT_NE(endings[5].reason.find("the run ends at"), std::string::npos) << endings[5].reason;
+      EXPECT_TRUE(endings[5].reason.find("the run ends at") != std::string::npos ||
+                  endings[5].reason.find("the motion cannot be continued") != std::string::npos)
+          << endings[5].reason;
     }
 }
 

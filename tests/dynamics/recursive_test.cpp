@@ -91,7 +91,6 @@ void compare(const System& system, const Parameters& p, const State& state, cons
     ASSERT_FALSE(accelerate(system, p, state.t, state.q.data(), state.v.data(), {}, w.recursive, given));
     EXPECT_LT(relative(w.recursive.a, w.lagrange.a), bound) << which;
     EXPECT_LT(relative(w.recursive.multipliers, w.lagrange.multipliers), bound) << which;
-    EXPECT_LT(relative(w.recursive.drive_efforts, w.lagrange.drive_efforts), bound) << which;
     EXPECT_NEAR(w.recursive.power.total(), w.lagrange.power.total(),
                 bound * (1 + std::abs(w.lagrange.power.total())))
         << which;
@@ -104,6 +103,10 @@ void compare(const System& system, const Parameters& p, const State& state, cons
         (system.rows ? w.lagrange.rows.L.cwiseAbs().maxCoeff() * w.recursive.multipliers.cwiseAbs().maxCoeff()
                      : 0);
     EXPECT_LT(residual.cwiseAbs().maxCoeff(), 1e-12 * part) << which;
+    if (system.driven_nv > 0) {  // sums of such parts, which may nearly cancel
+      EXPECT_LT((w.recursive.drive_efforts - w.lagrange.drive_efforts).cwiseAbs().maxCoeff(), bound * part)
+          << which;
+    }
   }
 
   // what is left out within a step is the same when it is asked for afterwards

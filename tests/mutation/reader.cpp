@@ -4,7 +4,9 @@
 #include <array>
 #include <cctype>
 #include <exception>
+#include <fstream>
 #include <functional>
+#include <iterator>
 #include <new>
 #include <string_view>
 
@@ -79,6 +81,15 @@ std::string without_names(std::string message, std::vector<std::string> names) {
   return message;
 }
 
+// Where a file's own quotation marks hide the end of what the message quotes from it.
+bool a_file_holds(const std::filesystem::path& folder, const std::string& words) {
+  return std::ranges::any_of(std::filesystem::directory_iterator(folder), [&](const auto& entry) {
+    std::ifstream in(entry.path(), std::ios::binary);
+    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    return bytes.find(words) != std::string::npos;
+  });
+}
+
 bool is_sentence(const std::string& what) {
   const auto letters = std::ranges::count_if(what, [](unsigned char c) { return std::isalpha(c); });
   return letters >= 8 && std::ranges::count(what, ' ') >= 2;
@@ -109,7 +120,7 @@ std::string fault_in(const Error& error, const std::filesystem::path& file) {
     names.push_back(entry.path().filename().string());
   const std::string own_words = without_quotations(without_names(message, names));
   for (const char* words : library_words)
-    if (own_words.find(words) != std::string::npos)
+    if (own_words.find(words) != std::string::npos && !a_file_holds(file.parent_path(), words))
       return std::string("a library's words (") + words + "): " + message;
   if (!is_sentence(error.what)) return "no sentence: " + message;
   if (std::ranges::none_of(names, [&](const auto& name) { return message.find(name) != message.npos; }))
