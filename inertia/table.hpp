@@ -74,6 +74,7 @@ struct InertiaSource {
   double stature_m = 0;        ///< 0: not known
   std::string frames;          ///< "joints" (segment_frames.hpp) or "isb" (isb_frames.hpp); empty: not stated
   std::string segments;        ///< those that were asked for ("trunk,thigh_left"); empty: every label
+  std::string segmentation;    ///< its verdict, "good" or "doubtful: why"; empty: labels of somebody else
 };
 
 struct InertiaTable {

@@ -205,7 +205,7 @@ Json row_json(const InertiaTable& table, const InertiaRow& row) {
   return json;
 }
 
-constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 10> source_fields{
+constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 11> source_fields{
     {{"volume", &InertiaSource::volume},
      {"quantity", &InertiaSource::quantity},
      {"density_curve", &InertiaSource::density_curve},
@@ -215,7 +215,8 @@ constexpr std::array<std::pair<const char*, std::string InertiaSource::*>, 10> s
      {"pose", &InertiaSource::pose},
      {"cuts", &InertiaSource::cuts},
      {"frames", &InertiaSource::frames},
-     {"segments", &InertiaSource::segments}}};
+     {"segments", &InertiaSource::segments},
+     {"segmentation", &InertiaSource::segmentation}}};
 
 // ---- reading: what is wrong is thrown as a sentence and caught at the border, in table_from_json
 
@@ -324,7 +325,8 @@ InertiaTable table_from(const Json& json) {
   const Json& from = member(json, "source", "the file");
   source.frames = "joints";  // of older tables, which do not say
   for (const auto& [key, field] : source_fields)
-    if (from.contains(key) || (field != &InertiaSource::frames && field != &InertiaSource::segments))
+    if (from.contains(key) || (field != &InertiaSource::frames && field != &InertiaSource::segments &&
+                               field != &InertiaSource::segmentation))
       source.*field = text(from, key, "\"source\"");
   if (from.contains("stature_m")) source.stature_m = number(from["stature_m"], "stature_m", "\"source\"");
   const Json& parts = member(json, "parts", "the file");

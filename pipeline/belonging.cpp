@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "error/printable.hpp"
+#include "pipeline/class_fit.hpp"
 #include "segmentation/body_mask.hpp"
 #include "segmentation/work_grid.hpp"
 
@@ -76,7 +77,9 @@ std::string in_words(const LabelsInAir& air, const LabelMap& labels) {
       100 * air.all, name_list(which, 4), 100 * air.bare);
 }
 
-std::string classes_in_air(const GreyVolume& volume, const ClassMap& classes, int threads) {
+std::string doubt_of_classes(const GreyVolume& volume, const ClassMap& classes, int threads) {
+  const ClassFit fit = class_fit(volume, classes, threads);
+  if (fit.judged) return in_words(fit);
   LabelMap on_scan = labels_on(classes.labels, volume.grid, threads);
   on_scan.names = classes.labels.names;
   for (auto& label : on_scan.voxels) {

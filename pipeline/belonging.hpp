@@ -39,8 +39,9 @@ LabelsInAir labels_in_air(const GreyVolume& volume, const LabelMap& labels, int 
 /// A sentence for labels over the limit; empty where there is none.
 std::string in_words(const LabelsInAir& air, const LabelMap& labels);
 
-/// The same of somebody else's classes, on any grid; those that are no body, lung or air do not count.
-std::string classes_in_air(const GreyVolume& volume, const ClassMap& classes, int threads = 0);
+/// Of somebody else's classes, on any grid: where bone or lung is among them, whether they lie where the scan
+/// shows their tissues (class_fit.hpp); else what lies in air, of those that are flesh.
+std::string doubt_of_classes(const GreyVolume& volume, const ClassMap& classes, int threads = 0);
 
 /// Findings and label map of one segmentation agree in each part's volume. Error: in most they do not.
 /// Otherwise the parts that differ (labels mended by hand), in a sentence; empty where none does.

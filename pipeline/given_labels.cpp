@@ -3,8 +3,8 @@
 #include <array>
 
 #include "pipeline/measure.hpp"
+#include "segmentation/body_doubts.hpp"
 #include "segmentation/edge_contact.hpp"
-#include "segmentation/part_findings.hpp"
 
 namespace borelli {
 
@@ -25,7 +25,7 @@ Segmentation segmentation_of(LabelMap labels, Landmarks landmarks, const GreyVol
     part.coverage = cut[label] ? Coverage::cut : Coverage::whole;
     if (cut[label]) part.note = "reaches the scan's edge";
   }
-  warn_of_body(found);
+  warn_of_parts(found);
   return found;
 }
 

@@ -35,9 +35,17 @@ JointAxes joint_axes(std::string_view joint) {
   return out;
 }
 
+Warning outside_range(std::string_view joint, std::string_view motion, double angle, const Range& usual) {
+  constexpr double degree = std::numbers::pi / 180;
+  return joined_warning(WarningKind::range, Severity::note,
+                        "in the scan these joints lie outside their usual ranges, which are widened to that",
+                        fmt::format("{} {} {:.1f} degrees ({:.0f} to {:.0f})", joint, motion, angle / degree,
+                                    usual.lower / degree, usual.upper / degree));
+}
+
 std::array<Range, 3> ranges_with_start(const JointAxes& joint, const Eigen::Vector3d& start,
-                                       std::string_view name, std::vector<std::string>& warnings) {
-  constexpr double degree = std::numbers::pi / 180, room = usual_range_room;
+                                       std::string_view name, std::vector<Warning>& warnings,
+                                       const Eigen::Vector3d& deviation) {
   std::array<Range, 3> out;
   for (std::size_t i = 0; i < out.size(); ++i) {
     const auto& [motion, range] = joint.axes[i];
@@ -45,11 +53,9 @@ std::array<Range, 3> ranges_with_start(const JointAxes& joint, const Eigen::Vect
     out[i] = range;
     if (range.holds(x)) continue;
     out[i] = {std::min(range.lower, x), std::max(range.upper, x)};
+    const double room = std::max(usual_range_room, deviation[static_cast<Eigen::Index>(i)]);
     if (range.lower - x <= room && x - range.upper <= room) continue;
-    warnings.push_back(
-        fmt::format("{}: {} of {:.1f} degrees in the scan, outside the usual {:.0f} to {:.0f}; its range is "
-                    "widened to that",
-                    name, motion, x / degree, range.lower / degree, range.upper / degree));
+    warnings.push_back(outside_range(name, motion, x, range));
   }
   return out;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "dynamics/switch.hpp"
+#include "segmentation/warning.hpp"
 
 namespace borelli {
 
@@ -34,9 +35,14 @@ JointAxes joint_axes(std::string_view joint);
 /// deg, in rad, so that no tenth of a degree that is shown looks as if it were inside.
 inline constexpr double usual_range_room = 0.05 * std::numbers::pi / 180;
 
-/// Widens the joint's ranges where the start (a rotation vector in its axes, rad) lies outside them, and says
-/// so in a sentence per axis where it lies out by more than usual_range_room.
+/// Widens the joint's ranges where the start (a rotation vector in its axes, rad) lies outside them, with a
+/// warning per axis where it lies out by more than its deviation (rad) and usual_range_room: what the
+/// landmarks leave open is no finding.
 std::array<Range, 3> ranges_with_start(const JointAxes& joint, const Eigen::Vector3d& start,
-                                       std::string_view name, std::vector<std::string>& warnings);
+                                       std::string_view name, std::vector<Warning>& warnings,
+                                       const Eigen::Vector3d& deviation = Eigen::Vector3d::Zero());
+
+/// What is said of a joint angle (rad) outside its usual range.
+Warning outside_range(std::string_view joint, std::string_view motion, double angle, const Range& usual);
 
 }  // namespace borelli

@@ -154,6 +154,9 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
                                        return (*cut)[label];
                                      })
                              : Completeness::absent;
+    if (const auto told = completeness.find(row.part);
+        !there && told != completeness.end() && !told->second.why.empty())
+      row.notes.push_back(told->second.why);
     row.volume = 1e-9 * weighed->volume.all[label] * labels.grid.voxel_volume();
     row.inertial = to_inertial(weighed->mass[label], labels.grid, weighed->sampling);
     if (there) row.frame = segment_frame(row.part, landmarks, row.inertial, options.cuts);
@@ -187,10 +190,15 @@ Result<InertiaTable> measure(const GreyVolume& volume, LabelMap labels, const La
   const auto there = [](const InertiaRow& row) { return row.completeness != Completeness::absent; };
   if (std::ranges::none_of(table.rows, there))
     return failure("--segments " + table.source.segments, "none of them is in the scan");
-  if (table.whole.completeness == Completeness::whole)
-    if (auto doubt = doubt_of_body(table.whole.volume, table.whole.inertial.mass); !doubt.empty()) {
-      table.whole.notes.push_back(doubt);
-      table.warnings.push_back(std::move(doubt));
+  const bool whole = table.whole.completeness == Completeness::whole;
+  if (auto doubt = doubt_of_body(table.whole.volume, table.whole.inertial.mass, whole); !doubt.empty()) {
+    table.whole.notes.push_back(doubt);
+    table.warnings.push_back(std::move(doubt));
+  }
+  for (InertiaRow& row : table.rows)
+    if (auto doubt = doubt_of_part(row.part, row.volume); !doubt.empty()) {
+      table.warnings.push_back(row.part + " " + doubt);
+      row.notes.push_back(std::move(doubt));
     }
   if (!options.deviations) return table;
   add_deviations(table, {std::move(rows), volume, labels, weighed->grown ? *weighed->grown : labels,

@@ -14,10 +14,11 @@ Result<Segmentation> segment_mr(const MrReading& reading, const SegmentOptions& 
   } else {
     found.labels = reading.tissues;
     found.warnings.push_back(
-        "no part can be told in MR by itself: the labels are the body's tissues. Parts come from a label map "
-        "(--labels with --label-mapping) or from joints placed by hand (--landmarks)");
+        {WarningKind::body, Severity::fault,
+         "MR alone tells no part: the labels are the body's tissues. Parts come from a label map (--labels "
+         "with --label-mapping) or from joints placed by hand (--landmarks)"});
   }
-  found.warnings.insert(found.warnings.end(), reading.warnings.begin(), reading.warnings.end());
+  add_warnings(found.warnings, WarningKind::scan, Severity::note, reading.warnings);
   return found;
 }
 

@@ -25,6 +25,7 @@ json settings_of(const RunSettings& s) {
           {"label_names", names.name_of(s.label_names)},
           {"label_mapping", names.name_of(s.label_mapping)},
           {"landmarks", names.name_of(s.landmarks)},
+          {"absent", s.absent},
           {"keep_paths", s.keep_paths},
           {"quantity", s.quantity ? json(quantity_name(*s.quantity)) : json()},
           {"sex", s.sex},
@@ -85,7 +86,7 @@ std::vector<Stage> stages_of(RunData& data) {
       {"segmentation",
        {},
        pick(all, {"quantity", "work_grid_mm", "table_tolerance", "label_mapping", "convention", "segments",
-                  "keep_paths"}),
+                  "keep_paths", "absent"}),
        std::move(labelled),
        shown(settings.labels.empty() || !settings.label_mapping.empty() ? segment_scan : use_given_labels),
        {{"segmentation/landmarks.json"}}});

@@ -29,6 +29,7 @@ struct RunSettings {
   std::string labels;                    ///< a label map to use instead of segmenting; empty: segment
   std::string label_names;               ///< its names (TSV), where not beside it
   std::string label_mapping;  ///< from its classes to parts (class_mapping.hpp); empty: it holds parts
+  std::string absent;         ///< parts that the body lacks (absent_parts.hpp); empty: none
   std::string landmarks;  ///< landmarks placed by hand (given_landmarks.hpp), which override what is found
   std::string sex;        ///< "male", "female", or empty: nothing to compare with
   std::string pose;       ///< "supine", "standing" ...: how the person lay or stood; empty: as DICOM says

@@ -17,6 +17,7 @@
 #include "pipeline/render.hpp"
 #include "pipeline/report.hpp"
 #include "pipeline/trajectory_file.hpp"
+#include "pipeline/warnings_json.hpp"
 #include "pipeline/whole_file.hpp"
 #include "process/input_file.hpp"
 
@@ -70,7 +71,7 @@ Result<json> build_scene(RunData& data) {
   if (!table) return tl::unexpected(table.error());
   const auto segmentation = data.segmentation();
   if (!segmentation) return tl::unexpected(segmentation.error());
-  Warnings warnings;
+  std::vector<Warning> warnings;
   const PartInertials present = movable_parts(**table, warnings);
   if (present.empty())
     if (const auto scan = data.scan(); scan && (*scan)->volume.quantity == Quantity::mr)
@@ -80,7 +81,7 @@ Result<json> build_scene(RunData& data) {
           "hold "
           "its tissues; for a body that moves give a label map (--labels with --label-mapping) or the joints "
           "(--landmarks)");
-  SkeletonOptions options{data.settings.subject, data.settings.leap};
+  const SkeletonOptions options{data.settings.subject, data.settings.leap, told_absent(**table)};
   auto skeleton = build_skeleton(present, (*segmentation)->landmarks, options);
   if (!skeleton) return tl::unexpected(skeleton.error());
   skeleton->scene.simulation.method = data.settings.method;
@@ -94,7 +95,7 @@ Result<json> build_scene(RunData& data) {
     return tl::unexpected(written.error());
   warnings.insert(warnings.end(), skeleton->warnings.begin(), skeleton->warnings.end());
   data.keep(std::move(skeleton->scene));
-  return json{{"warnings", warnings}};
+  return warnings_entry(warnings);
 }
 
 Result<json> find_smallest(RunData& data, const StageProgress& progress) {
@@ -209,7 +210,7 @@ Result<json> make_glb(RunData& data) {
   if (!segmentation) return tl::unexpected(segmentation.error());
   const auto trajectory = data.trajectory();
   if (!trajectory) return tl::unexpected(trajectory.error());
-  Warnings said_by_the_scene;
+  std::vector<Warning> said_by_the_scene;
   const ScanPoses X_WS = scan_poses(movable_parts(**table, said_by_the_scene), (*segmentation)->landmarks);
   const auto bytes = glb(**meshes, X_WS, **trajectory, {data.settings.subject});
   if (!bytes) return tl::unexpected(bytes.error());

@@ -31,6 +31,9 @@ Result<Segmentation> read_back(const fs::path& folder, const std::string& segmen
   if (!warnings) return tl::unexpected(warnings.error());
   found.warnings = std::move(*warnings);
   found.asked = std::move(*asked);
+  const auto absent = read_absent(folder / "segmentation.json");
+  if (!absent) return tl::unexpected(absent.error());
+  found.absent = *absent;
   return found;
 }
 
@@ -71,7 +74,10 @@ Result<const ScannedVolume*> RunData::scan(const Progress& progress) {
 Result<const ClassMap*> RunData::classes() {
   if (settings.label_mapping.empty()) return nullptr;
   return once(classes_, [&] {
-    auto read = read_classes(settings.labels, settings.label_names, settings.label_mapping);
+    const auto scanned = scan();
+    if (!scanned) return Result<ClassMap>(tl::unexpected(scanned.error()));
+    auto read =
+        read_classes(settings.labels, settings.label_names, settings.label_mapping, &(*scanned)->volume);
     if (read) add_reader_warnings(read->warnings);
     return read;
   });

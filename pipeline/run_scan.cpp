@@ -8,8 +8,10 @@
 #include "pipeline/measure.hpp"
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/subject.hpp"
 #include "pipeline/table_tolerance.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/body_doubts.hpp"
 #include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/given_landmarks.hpp"
 
@@ -34,7 +36,10 @@ Result<json> hand_on(RunData& data, Segmentation& found, const ScannedVolume& sc
     return tl::unexpected(written.error());
   json parts_found = json::object();
   for (const auto& [name, part] : account["parts"].items()) parts_found[name] = part["coverage"];
-  json answer{{"warnings", found.warnings},
+  json answer{{"warnings", account["warnings"]},
+              {"single_warnings", account["single_warnings"]},
+              {"verdict", account["verdict"]},
+              {"verdict_reasons", account["verdict_reasons"]},
               {"reading", scan.reading},
               {"format", scan.format},
               {"parts", parts_found}};
@@ -45,7 +50,7 @@ Result<json> hand_on(RunData& data, Segmentation& found, const ScannedVolume& sc
 MeasureOptions measuring(const RunSettings& settings, const ScannedVolume& scan) {
   MeasureOptions options;
   options.density_curve = settings.density_curve;
-  options.sex = settings.sex;
+  options.sex = subject_of(scan, settings.sex).sex;
   options.pose = settings.pose.empty() ? scan.pose : settings.pose;
   options.stature_m = settings.stature_m;
   options.cuts = settings.convention;
@@ -64,7 +69,7 @@ Result<Segmentation> part_scan(RunData& data, const GreyVolume& volume, const Se
     if (!asked) return tl::unexpected(asked.error());
     by.segments = std::move(*asked);
     auto found = segment_within(volume, data.settings.table_tolerance, options, by, pick.emplace());
-    if (found && !pick->met) found->warnings.push_back(in_words(*pick));
+    if (found && !pick->met) found->warnings.push_back({WarningKind::table, Severity::note, in_words(*pick)});
     return found;
   }
   if (volume.quantity != Quantity::mr) return segment(volume, options);
@@ -84,11 +89,14 @@ Result<json> segment_scan(RunData& data, const StageProgress& progress) {
   const auto cuts = convention(data.settings.convention);
   if (!cuts) return tl::unexpected(cuts.error());
   options.convention = *cuts;
+  const auto absent = parse_absent(data.settings.absent);
+  if (!absent) return tl::unexpected(absent.error());
+  options.absent = *absent;
   options.progress = [&](double share, std::string_view) { progress(0.2 + 0.7 * share); };
   const auto classes = data.classes();
   if (!classes) return tl::unexpected(classes.error());
   options.classes = *classes;
-  Warnings told;
+  Warnings told, of_labels;
   if (!data.settings.landmarks.empty()) {
     auto given = read_given_landmarks(data.settings.landmarks);
     if (!given) return tl::unexpected(given.error());
@@ -98,18 +106,19 @@ Result<json> segment_scan(RunData& data, const StageProgress& progress) {
     told = std::move(given->warnings);
   }
   if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
-    told.push_back(doubt);
+    of_labels.push_back(doubt);
   std::optional<GridPick> pick;
   auto found = part_scan(data, (*scan)->volume, options, pick);
   if (!found) return tl::unexpected(found.error());
   if (options.classes) {
     const auto weighed = data.weighed();
     if (!weighed) return tl::unexpected(weighed.error());
-    if (auto said = classes_in_air(**weighed, *options.classes, options.threads); !said.empty())
-      told.push_back(std::move(said));
+    if (auto said = doubt_of_classes(**weighed, *options.classes, options.threads); !said.empty())
+      of_labels.push_back(std::move(said));
   }
-  for (const auto& list : {told, (*scan)->warnings})
-    found->warnings.insert(found->warnings.begin(), list.begin(), list.end());
+  add_reader_warnings((*scan)->warnings, (*scan)->volume.grid, *found);
+  add_warnings(found->warnings, WarningKind::landmark, Severity::note, told);
+  add_warnings(found->warnings, WarningKind::labels, Severity::doubt, of_labels);
   auto answer = hand_on(data, *found, **scan, pick);
   data.keep(std::move(*found));
   return answer;
@@ -136,24 +145,25 @@ Result<json> use_given_labels(RunData& data, const StageProgress& progress) {
   put_given(given.all(), landmarks);
   Segmentation found =
       segmentation_of(std::move(*labels), std::move(landmarks), (*scan)->volume, data.settings.threads);
-  for (const auto& list : {given.warnings, (*scan)->warnings})
-    found.warnings.insert(found.warnings.begin(), list.begin(), list.end());
-  found.warnings.insert(found.warnings.end(), label_warnings.begin(), label_warnings.end());
-  if (!sides.empty()) found.warnings.push_back(sides);
-  if (const auto doubt = doubt_of_frames(data.settings.volume, data.settings.labels); !doubt.empty())
-    found.warnings.push_back(doubt);
+  add_reader_warnings((*scan)->warnings, (*scan)->volume.grid, found);
+  add_warnings(found.warnings, WarningKind::landmark, Severity::note, given.warnings);
+  add_warnings(found.warnings, WarningKind::labels, Severity::note, label_warnings);
+  add_warnings(found.warnings, WarningKind::labels, Severity::doubt, {sides});
+  add_warnings(found.warnings, WarningKind::labels, Severity::doubt,
+               {doubt_of_frames(data.settings.volume, data.settings.labels)});
   const auto weighed = data.weighed();
   if (!weighed) return tl::unexpected(weighed.error());
   const LabelsInAir air = labels_in_air(**weighed, found.labels, data.settings.threads);
   doubt_what_is_air(air, found);
-  if (auto said = in_words(air, found.labels); !said.empty()) found.warnings.push_back(std::move(said));
+  add_warnings(found.warnings, WarningKind::labels, Severity::doubt, {in_words(air, found.labels)});
   if (auto elsewhere = compare_joints(found.landmarks, found.labels); !elsewhere)
     return tl::unexpected(elsewhere.error());
-  else if (!elsewhere->empty())
-    found.warnings.push_back(std::move(*elsewhere));
+  else
+    add_warnings(found.warnings, WarningKind::landmark, Severity::doubt, {*elsewhere});
   if (found.landmarks.empty())
     found.warnings.push_back(
-        "no landmarks were given with the labels: joints are welded and segment frames unknown");
+        {WarningKind::landmark, Severity::note,
+         "no landmarks were given with the labels: joints are welded and segment frames unknown"});
   auto answer = hand_on(data, found, **scan);
   data.keep(std::move(found));
   return answer;
@@ -177,11 +187,16 @@ Result<json> integrate_parts(RunData& data) {
   if (!table) return tl::unexpected(table.error());
   Warnings warnings = table->warnings;
   if (options.frames == "isb" && table->source.frames != "isb") warnings.emplace_back(no_isb_frames);
-  const Warnings& earlier = (*segmentation)->warnings;
+  const Warnings earlier = in_sentences((*segmentation)->warnings);
   table->warnings.insert(table->warnings.begin(), earlier.begin(), earlier.end());
   for (std::string& warning : table->warnings) warning = data.names.without_folders(std::move(warning));
   table->source.volume = data.names.name_of(data.settings.volume);
   table->source.quantity = (*scan)->reading;
+  if (data.settings.labels.empty() || !data.settings.label_mapping.empty()) {
+    auto verdict = read_verdict(data.file("segmentation/segmentation.json"));
+    if (!verdict) return tl::unexpected(verdict.error());
+    table->source.segmentation = std::move(*verdict);
+  }
   for (const char* name : {"inertia/table.csv", "inertia/table.json"})
     if (auto written =
             write_whole(data.file(name), [&](const fs::path& beside) { return write_table(beside, *table); });
@@ -193,6 +208,7 @@ Result<json> integrate_parts(RunData& data) {
     if (auto beyond = beyond_the_voxels(*table, data.settings.table_tolerance); !beyond.empty())
       warnings.push_back(std::move(beyond));
   json answer{{"warnings", warnings},
+              {"notes", subject_of(**scan, data.settings.sex).notes},
               {"mass_kg", table->whole.inertial.mass},
               {"density_curve", table->source.density_curve},
               {"sampling", table->source.sampling}};

@@ -4,11 +4,13 @@
 
 #include "error/json_text.hpp"
 #include "pipeline/colour_table.hpp"
+#include "pipeline/warnings_json.hpp"
 #include "pipeline/whole_file.hpp"
 #include "process/input_file.hpp"
 #include "segmentation/given_landmarks.hpp"
 #include "segmentation/landmarks_file.hpp"
 #include "segmentation/read.hpp"
+#include "segmentation/verdict.hpp"
 #include "segmentation/write.hpp"
 
 namespace borelli {
@@ -50,8 +52,12 @@ json segmentation_account(const Segmentation& segmentation, const std::string& i
   json account{{"input", input},
                {"reading", reading},
                {"convention", name_of(segmentation.convention)},
-               {"parts", all},
-               {"warnings", segmentation.warnings}};
+               {"parts", all}};
+  account.update(warnings_entry(segmentation.warnings));
+  const SegmentationVerdict verdict = verdict_of(segmentation);
+  account["verdict"] = name_of(verdict.verdict);
+  account["verdict_reasons"] = verdict.reasons;
+  if (any_absent(segmentation.absent)) account["absent"] = in_text(segmentation.absent);
   if (!asked.empty()) account["segments"] = segments;
   return account;
 }
@@ -102,14 +108,36 @@ Result<std::string> read_convention(const fs::path& path) {
   return convention.get<std::string>();
 }
 
-Result<std::vector<std::string>> read_warnings(const fs::path& path) {
+Result<std::vector<Warning>> read_warnings(const fs::path& path) {
   const auto account = read_account(path);
   if (!account) return tl::unexpected(account.error());
-  std::vector<std::string> warnings;
+  if (account->contains("single_warnings")) return warnings_from((*account)["single_warnings"]);
+  std::vector<Warning> warnings;  // of an older file
   if (account->contains("warnings"))
     for (const json& warning : (*account)["warnings"])
-      if (warning.is_string()) warnings.push_back(warning.get<std::string>());
+      if (warning.is_string())
+        add_warnings(warnings, WarningKind::scan, Severity::note, {warning.get<std::string>()});
   return warnings;
+}
+
+Result<std::string> read_verdict(const fs::path& path) {
+  const auto account = read_account(path);
+  if (!account) return tl::unexpected(account.error());
+  const auto verdict = account->find("verdict"), reasons = account->find("verdict_reasons");
+  if (verdict == account->end() || !verdict->is_string()) return std::string();
+  std::string words = verdict->get<std::string>();
+  if (reasons != account->end() && reasons->is_array() && !reasons->empty() && reasons->front().is_string())
+    words += ": " + reasons->front().get<std::string>();
+  return words;
+}
+
+Result<AbsentParts> read_absent(const fs::path& path) {
+  const auto account = read_account(path);
+  if (!account) return tl::unexpected(account.error());
+  const auto absent = account->find("absent");
+  if (absent == account->end()) return AbsentParts{};
+  if (!absent->is_string()) return failure(path.string(), "\"absent\" must be text");
+  return parse_absent(absent->get<std::string>());
 }
 
 Result<std::array<PartFinding, parts.size()>> read_findings(const fs::path& path) {

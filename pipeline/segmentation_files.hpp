@@ -6,8 +6,8 @@
 //                               was taken from; the table needs their neighbours
 //   landmarks.json              joint centres and bony points (segmentation/landmarks_file.hpp)
 //   landmarks.mrk.json          the same as points of 3D Slicer, for a person to mend and hand back
-//   segmentation.json           per part asked for its coverage, confidence and note; warnings; how the file
-//                               was read
+//   segmentation.json           the verdict with its reasons; per part asked for its coverage, confidence
+//                               and note; warnings; the parts told to be absent; how the file was read
 #pragma once
 
 #include <array>
@@ -43,7 +43,15 @@ Result<void> write_segmentation(const std::filesystem::path& folder, const Segme
 Result<std::string> read_convention(const std::filesystem::path& path);
 
 /// The warnings in segmentation.json; none where it is damaged. Errors: no such file.
-Result<std::vector<std::string>> read_warnings(const std::filesystem::path& path);
+Result<std::vector<Warning>> read_warnings(const std::filesystem::path& path);
+
+/// The verdict in segmentation.json as in_words (segmentation/verdict.hpp) says it; empty where an older file
+/// has none. Errors: no such file.
+Result<std::string> read_verdict(const std::filesystem::path& path);
+
+/// The parts that segmentation.json says were told to be absent. Errors: no such file, a name that is no
+/// part.
+Result<AbsentParts> read_absent(const std::filesystem::path& path);
 
 /// The parts' findings from segmentation.json. Errors: missing or damaged file, an unknown part or coverage.
 Result<std::array<PartFinding, parts.size()>> read_findings(const std::filesystem::path& path);

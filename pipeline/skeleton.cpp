@@ -13,7 +13,9 @@
 #include "pipeline/joint_axes.hpp"
 #include "pipeline/joint_ranges.hpp"
 #include "pipeline/segment_frames.hpp"
+#include "segmentation/absent_parts.hpp"
 #include "segmentation/cuts.hpp"
+#include "segmentation/segment.hpp"
 #include "segmentation/segments.hpp"
 
 namespace borelli {
@@ -105,7 +107,10 @@ class Builder {
   std::optional<Vector3d> hinge_axis(const Part& part, double flexion_sign) const;
   double flexion_in_scan(const Part& part, const Vector3d& axis) const;
   double flexion_deviation(const Part& part) const;
-  void warn(std::string text) { result_.warnings.push_back(std::move(text)); }
+  void warn(std::string text) {
+    result_.warnings.push_back({WarningKind::joint, Severity::note, std::move(text)});
+  }
+  Vector3d ball_deviation(const Part& part, const Part& parent) const;
 
   const PartInertials& present_;
   std::vector<Part> tree_;  // of those that are there
@@ -196,9 +201,7 @@ std::vector<Switch> Builder::hinge(const Part& part, const Vector3d& offset) {
     // what the landmarks leave open is no finding
     const double room = std::max(usual_range_room, flexion_deviation(part));
     if (range.lower - flexion > room || flexion - range.upper > room)
-      warn(fmt::format(
-          "{}: {:.1f} degrees in the scan, outside the usual {:.0f} to {:.0f}; its range is widened to that",
-          name, flexion / degree, range.lower / degree, range.upper / degree));
+      result_.warnings.push_back(outside_range(name, "flexion", flexion, range));
     range = {std::min(range.lower, flexion), std::max(range.upper, flexion)};
   }
   add_muscle(part, *axis, flexion + options_.leap.tuck * sign * tuck_angle(kind), true);
@@ -247,7 +250,7 @@ std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Ve
   const Eigen::Matrix3d R_PA = before->R_WA * joint.R_FA, R_SB = after->R_WA * joint.R_FA;
   const Quaternion start = quaternion(R_PA.transpose() * R_SB);
   const Vector3d from = logarithm(start);
-  const auto ranges = ranges_with_start(joint, from, name, result_.warnings);
+  const auto ranges = ranges_with_start(joint, from, name, result_.warnings, ball_deviation(part, parent));
   add_stop(part, axes_.col(0), {ranges.begin(), ranges.end()}, from.data());
   return {{.kind = Fixed{{R_PA, offset}}, .coordinate = ""},
           {.kind = Ball{},
@@ -255,6 +258,33 @@ std::vector<Switch> Builder::ball(const Part& part, const Part& parent, const Ve
            .q = {start[0], start[1], start[2], start[3]},
            .ranges = {ranges.begin(), ranges.end()}},
           {.kind = Fixed{{R_SB.transpose(), Vector3d::Zero()}}, .coordinate = ""}};
+}
+
+// Standard deviation of a ball's start about each of its axes, rad: what it turns by when one coordinate of
+// one landmark moves by its deviation, over all landmarks.
+Vector3d Builder::ball_deviation(const Part& part, const Part& parent) const {
+  const JointAxes joint = joint_axes(part.joint);
+  const auto start = [&](const Landmarks& marks) -> std::optional<Vector3d> {
+    const auto before = segment_frame(parent.name, marks, present_.find(parent.name)->second),
+               after = segment_frame(part.name, marks, present_.find(part.name)->second);
+    if (!before || !after) return std::nullopt;
+    return logarithm(
+        quaternion(joint.R_FA.transpose() * before->R_WA.transpose() * after->R_WA * joint.R_FA));
+  };
+  const auto usual = start(landmarks_);
+  if (!usual) return Vector3d::Zero();
+  Landmarks marks = landmarks_;
+  Vector3d squares = Vector3d::Zero();
+  for (auto& [name, mark] : marks) {
+    if (mark.deviation <= 0) continue;
+    for (int c = 0; c < 3; ++c) {
+      const double at = mark.point[c];
+      mark.point[c] += mark.deviation;
+      if (const auto moved = start(marks)) squares += (*moved - *usual).cwiseAbs2();
+      mark.point[c] = at;
+    }
+  }
+  return squares.cwiseSqrt();
 }
 
 // What swings at a part's joint about an axis.
@@ -307,6 +337,9 @@ Result<Skeleton> Builder::build() {
       "backwards and\n"
       "comes down; there is no contact. Each passive joint springs towards a tuck, and away from "
       "the\nends of its ranges.";
+  for (const std::string& part : options_.absent)
+    scene.description += (&part == &options_.absent.front() ? "\nAbsent as told: " : ", ") + part +
+                         (&part == &options_.absent.back() ? "." : "");
   for (const auto& [name, inertial] : present_) {
     if (!is_segment(name)) return bad_use(name, "is no part of the body");
     whole_ += inertial;
@@ -329,24 +362,38 @@ Result<Skeleton> Builder::build() {
 
 }  // namespace
 
-PartInertials movable_parts(const InertiaTable& table, std::vector<std::string>& warnings) {
+PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& warnings) {
   PartInertials present;
   for (const InertiaRow& row : table.rows) {
     if (row.completeness == Completeness::absent || row.inertial.mass <= 0) continue;
     if (!is_segment(row.part)) {
-      warnings.push_back(row.part + " is no part of the skeleton's tree and does not move");
+      warnings.push_back({WarningKind::part, Severity::note,
+                          row.part + " is no part of the skeleton's tree and does not move"});
       continue;
     }
     if (!row.flaw.empty()) {
-      warnings.push_back(row.part + " is left out of the scene: " + row.flaw);
+      warnings.push_back(
+          {WarningKind::part, Severity::doubt, row.part + " is left out of the scene: " + row.flaw});
       continue;
     }
-    if (row.completeness == Completeness::cut)
-      warnings.push_back(row.part + " is cut" + (row.notes.empty() ? "" : " (" + row.notes.front() + ")") +
-                         "; the scene moves what its label holds");
+    // a stump is all that there is of its part
+    if (row.completeness == Completeness::cut &&
+        !(!row.notes.empty() && row.notes.front().starts_with(stump_note)))
+      warnings.push_back(joined_warning(WarningKind::part, Severity::note,
+                                        "the scene moves what the labels hold of these cut parts", row.part,
+                                        row.notes.empty() ? "" : row.notes.front()));
     present[row.part] = row.inertial;
   }
   return present;
+}
+
+std::vector<std::string> told_absent(const InertiaTable& table) {
+  std::vector<std::string> absent;
+  for (const InertiaRow& row : table.rows)
+    if (row.completeness == Completeness::absent &&
+        std::ranges::find(row.notes, absent_as_told) != row.notes.end())
+      absent.push_back(row.part);
+  return absent;
 }
 
 SkeletonNames skeleton_names(const std::vector<std::string>& segments) {

@@ -10,7 +10,8 @@
 // axes are those about which the published ranges count, each with its sign (joint_axes.hpp), so that the
 // left side's coordinates mirror the right's: x flexion, y adduction (of the trunk: bending to the left), z
 // internal rotation (of the trunk: to the left). The start is the scan's pose; where that lies outside a
-// published range, the range is widened to it, with a warning.
+// published range, the range is widened to it, with a warning where it lies out by more than the joint
+// angle's deviation, which is that of the landmarks that the two parts' axes are laid through.
 #pragma once
 
 #include <map>
@@ -22,6 +23,7 @@
 #include "inertia/inertial.hpp"
 #include "inertia/table.hpp"
 #include "segmentation/landmarks.hpp"
+#include "segmentation/warning.hpp"
 
 namespace borelli {
 
@@ -52,11 +54,12 @@ struct Leap {
 struct SkeletonOptions {
   std::string name = "body";
   Leap leap;
+  std::vector<std::string> absent = {};  ///< parts told to be absent, which the scene's description names
 };
 
 struct Skeleton {
   Scene scene;
-  std::vector<std::string> warnings;  ///< joints that were welded for want of a centre, parts left free ...
+  std::vector<Warning> warnings;  ///< joints that were welded for want of a centre, parts left free ...
 };
 
 /// Builds the scene of the parts that are there. A part whose parent is missing is free in space itself; one
@@ -72,7 +75,10 @@ SkeletonNames skeleton_names(const std::vector<std::string>& segments);
 
 /// The table's rows that a skeleton can be made of; `warnings` is told what is left out, and what is there in
 /// piece.
-PartInertials movable_parts(const InertiaTable& table, std::vector<std::string>& warnings);
+PartInertials movable_parts(const InertiaTable& table, std::vector<Warning>& warnings);
+
+/// The table's parts that were told to be absent (segmentation/absent_parts.hpp).
+std::vector<std::string> told_absent(const InertiaTable& table);
 
 /// X_WS of every part's frame in the pose of the scan, where its mesh belongs.
 std::map<std::string, Pose, std::less<>> scan_poses(const PartInertials& parts, const Landmarks& landmarks);

@@ -56,7 +56,7 @@ class Trials {
     auto tables = tables_of(volume_, *found, "", threads_);
     if (!tables) return tl::unexpected(tables.error());
     reference_ = std::move(*tables);
-    out_.warnings = found->warnings;
+    out_.warnings = in_sentences(found->warnings);
     const auto& doubts = reference_.front().warnings;
     out_.warnings.insert(out_.warnings.end(), doubts.begin(), doubts.end());
     VolumeTrial whole{.of = VolumeTrial::Of::work_grid, .size = steps.back(), .name = name_of(steps.back())};

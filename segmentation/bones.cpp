@@ -48,8 +48,9 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
                           const char* second, const char* third) {
       // a shaft that broadens above an elbow or knee out of view is none
       const bool told = planes.parts_off(part_label(second + at));
+      const bool ends = is_absent(trunk.absent, third, at);
       const double all = way.length() + 1, m = joints.middle > 0 && told ? joints.middle : all + clear,
-                   e = joints.end > 0 ? joints.end : all + clear;
+                   e = joints.end > 0 && !ends ? joints.end : all + clear;
       mark_way(a, way, 0, m - clear, part_label(first + at), seeds);
       mark_way(a, way, m + clear, e - clear, part_label(second + at), seeds);
       mark_way(a, way, e + clear, all, part_label(third + at), seeds);

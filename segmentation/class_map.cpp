@@ -1,14 +1,46 @@
 #include "segmentation/class_map.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "segmentation/mapping_fit.hpp"
+#include "segmentation/terminology.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
+namespace {
+
+// segments whose class their coded terminology or ID tells, or tells otherwise than their name
+struct OtherNames {
+  std::vector<std::string> told, otherwise;
+};
+
+void tell_by_other_names(const ClassMapping& mapping, const std::string& name,
+                         const std::vector<std::string>& others, const ClassRule*& rule, OtherNames& coded) {
+  for (const std::string& other : others) {
+    const ClassRule* theirs = mapping.find(-1, other);
+    if (!theirs) continue;
+    const auto forms = other_forms(name);
+    if (!rule && std::ranges::find(forms, other) != forms.end())
+      rule = theirs;
+    else if (!rule)
+      rule = theirs, coded.told.push_back(name + " is " + other);
+    else if (*theirs != *rule)
+      coded.otherwise.push_back(name + " or " + other);
+    return;
+  }
+}
+
+std::string listed(const std::vector<std::string>& words) {
+  constexpr std::ptrdiff_t most = 8;
+  const auto end = words.begin() + std::min(most, std::ssize(words));
+  return fmt::format("{}{}", fmt::join(words.begin(), end, ", "), end == words.end() ? "" : ", ...");
+}
+
+}  // namespace
 
 Result<ClassMap> class_map(const std::string& where, NumberedLabels labels, const ClassMapping& mapping) {
   ClassMap map;
@@ -19,10 +51,14 @@ Result<ClassMap> class_map(const std::string& where, NumberedLabels labels, cons
   for (const auto label : map.labels.voxels) ++voxels[label];
   std::size_t known = 0, unknown = 0;
   std::string list;
+  OtherNames coded;
   for (std::size_t label = 1; label < map.rules.size(); ++label) {
     if (voxels[label] == 0) continue;
     const std::string& name = map.labels.names[label];
-    if (const ClassRule* rule = mapping.find(labels.numbers[label], name)) {
+    const ClassRule* rule = mapping.find(labels.numbers[label], name);
+    const auto other = labels.other_names.find(static_cast<std::uint8_t>(label));
+    if (other != labels.other_names.end()) tell_by_other_names(mapping, name, other->second, rule, coded);
+    if (rule) {
       map.rules[label] = *rule;
       ++known;
       continue;
@@ -35,6 +71,13 @@ Result<ClassMap> class_map(const std::string& where, NumberedLabels labels, cons
     return failure(where, "none of its classes is in the mapping (" + list +
                               "): is it the right mapping, and are the "
                               "classes' names or numbers as it has them?");
+  for (const auto& [which, what] :
+       {std::pair{&coded.told, "the mapping does not know the name of"},
+        {&coded.otherwise, "the name and the coded terminology or ID tell different classes of"}})
+    if (!which->empty())
+      map.warnings.push_back(fmt::format("{}: {} {} of its segments ({}): the {} counts", where, what,
+                                         which->size(), listed(*which),
+                                         which == &coded.told ? "coded terminology or ID" : "name"));
   if (unknown > 0)
     map.warnings.push_back(
         fmt::format("{}: the mapping does not tell of {} of its classes ({}{}): they are divided like "
@@ -44,12 +87,20 @@ Result<ClassMap> class_map(const std::string& where, NumberedLabels labels, cons
 }
 
 Result<ClassMap> read_classes(const std::string& path, const std::string& names, const std::string& mapping,
-                              const Progress& progress) {
-  const auto rules = class_mapping(mapping);
+                              const GreyVolume* scan, const Progress& progress) {
+  auto rules = class_mapping(mapping);
   if (!rules) return tl::unexpected(rules.error());
   auto labels = read_numbered_labels(path, names, progress);
   if (!labels) return tl::unexpected(labels.error());
-  return class_map(path, std::move(*labels), *rules);
+  std::vector<std::string> warnings;
+  const bool ready = std::ranges::find(ready_mappings, mapping) != std::end(ready_mappings);
+  if (ready && std::ranges::all_of(labels->map.names,
+                                   [](const std::string& name) { return name.empty() || name == "outside"; }))
+    rules = fitting_mapping(path, mapping, places_of(*labels, scan), warnings);
+  if (!rules) return tl::unexpected(rules.error());
+  auto map = class_map(path, std::move(*labels), *rules);
+  if (map) map->warnings.insert(map->warnings.begin(), warnings.begin(), warnings.end());
+  return map;
 }
 
 namespace {

@@ -24,9 +24,11 @@ struct ClassMap {
 /// label, with a warning. Errors: a mapping that knows none of the map's classes.
 Result<ClassMap> class_map(const std::string& where, NumberedLabels labels, const ClassMapping& mapping);
 
-/// Reads both. `names` as for read_labels, `mapping` as for class_mapping. Errors: theirs.
+/// Reads both. `names` as for read_labels, `mapping` as for class_mapping. Where no class has a name, a ready
+/// mapping must fit the classes' places (mapping_fit.hpp); `scan`, the volume that they belong to, bears on
+/// that. Errors: theirs.
 Result<ClassMap> read_classes(const std::string& path, const std::string& names, const std::string& mapping,
-                              const Progress& progress = {});
+                              const GreyVolume* scan = nullptr, const Progress& progress = {});
 
 /// The label map on another grid: each voxel takes the label that the map has at its centre, 0 beyond the
 /// map. So a map that was cropped to its segments, as 3D Slicer saves it, or one of another resolution, fits

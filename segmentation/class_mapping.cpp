@@ -17,6 +17,8 @@ namespace borelli {
 
 namespace data {
 extern const char* const totalsegmentator;
+extern const char* const totalsegmentator_v1;
+extern const char* const totalsegmentator_mr;
 extern const char* const icrp110;
 }  // namespace data
 
@@ -211,8 +213,11 @@ const ClassRule* ClassMapping::find(std::int64_t label, std::string_view name) c
 
 Result<ClassMapping> class_mapping(const std::string& name_or_file) {
   Result<ClassMapping> mapping;
-  if (name_or_file == "totalsegmentator" || name_or_file == "icrp110") {
-    std::istringstream text(name_or_file == "icrp110" ? data::icrp110 : data::totalsegmentator);
+  const char* const tables[] = {data::totalsegmentator, data::totalsegmentator_v1, data::totalsegmentator_mr,
+                                data::icrp110};
+  if (const auto* ready = std::ranges::find(ready_mappings, name_or_file);
+      ready != std::end(ready_mappings)) {
+    std::istringstream text(tables[ready - std::begin(ready_mappings)]);
     return from_table(name_or_file, text);
   }
   if (std::error_code ignored; !std::filesystem::exists(name_or_file, ignored)) {

@@ -59,8 +59,10 @@ struct ClassMapping {
   const ClassRule* find(std::int64_t label, std::string_view name) const;
 };
 
-/// The mappings that need no file.
-inline constexpr std::string_view ready_mappings[] = {"totalsegmentator", "icrp110"};
+/// The mappings that need no file. `totalsegmentator` is version 2 of its task "total", and knows the names
+/// of the other two as well.
+inline constexpr std::string_view ready_mappings[] = {"totalsegmentator", "totalsegmentator_v1",
+                                                      "totalsegmentator_mr", "icrp110"};
 
 /// One of the ready ones by its name, or a file (.json, else tabs). Errors: no such file; a line without
 /// part, a part or tissue that is none, a class twice, each with its line or key.

@@ -36,7 +36,10 @@ Eigen::Matrix3d trunk_axes(const Landmarks& landmarks) {
   const auto left_hip = find(landmarks, "hip_left"), right_hip = find(landmarks, "hip_right");
   Vector3d up = Vector3d::UnitZ(), left = Vector3d::UnitX();
   if (bottom && top) up = (*top - *bottom).normalized();
-  if (left_hip && right_hip) left = *left_hip - *right_hip;
+  if (left_hip && right_hip)
+    left = *left_hip - *right_hip;
+  else if (bottom && (left_hip || right_hip))  // of a body with one leg
+    left = left_hip ? Vector3d(*left_hip - *bottom) : Vector3d(*bottom - *right_hip);
   left = (left - left.dot(up) * up).normalized();
   Eigen::Matrix3d axes;
   axes << left, up.cross(left), up;
@@ -70,7 +73,7 @@ std::vector<Cut> cut_planes(const Landmarks& landmarks, Convention convention) {
       normal = centre && knee ? bisector(*centre + up, *centre, *knee) : Vector3d(-up);
     } else if (joint.starts_with("hip")) {
       constexpr double tilt = 37 * std::numbers::pi / 180;
-      point = find(landmarks, bound_of(joint, convention));
+      if (centre) point = find(landmarks, bound_of(joint, convention));  // else there is no leg
       normal = Vector3d(std::cos(tilt) * lateral - std::sin(tilt) * up);
     } else if (joint.starts_with("shoulder")) {
       if (centre) point = Vector3d(*centre - landmarks.find(joint)->second.radius * lateral);

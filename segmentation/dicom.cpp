@@ -8,6 +8,7 @@
 #include "process/memory.hpp"
 #include "segmentation/files/dicom_files.hpp"
 #include "segmentation/files/dicom_volumes.hpp"
+#include "segmentation/header_text.hpp"
 #include "segmentation/slice_stack.hpp"
 #include "threads/slabs.hpp"
 
@@ -261,6 +262,30 @@ std::string pose_of(std::string_view patient_position) {
   return "";
 }
 
+std::string sex_of(std::string_view code) {
+  const std::string word = lower_case(trimmed(code));
+  if (word == "m" || word == "male") return "male";
+  if (word == "f" || word == "female") return "female";
+  return "";
+}
+
+// An age string (PS3.5, 6.2): three digits and its unit, of days, weeks, months or years. Some writers leave
+// zeros or the unit out.
+std::optional<double> age_of(std::string_view code) {
+  const std::string word = lower_case(trimmed(code));
+  const auto digits = std::min(word.find_first_not_of("0123456789"), word.size());
+  if (digits == 0 || digits > 3 || word.size() > digits + 1) return std::nullopt;
+  const double number = std::stod(word.substr(0, digits));
+  const char unit = word.size() > digits ? word[digits] : 'y';
+  const double in_a_year = unit == 'y'   ? 1
+                           : unit == 'm' ? 12
+                           : unit == 'w' ? 52.18
+                           : unit == 'd' ? 365.25
+                                         : 0;
+  if (in_a_year == 0 || number / in_a_year > 120) return std::nullopt;
+  return number / in_a_year;
+}
+
 ScannedVolume describe(const SliceStack& stack, const QuantityReading& reading) {
   const DicomSlice& first = stack.slices.front();
   ScannedVolume scanned;
@@ -269,6 +294,8 @@ ScannedVolume describe(const SliceStack& stack, const QuantityReading& reading) 
   scanned.series_description = first.series_description;
   scanned.modality = first.modality;
   scanned.pose = pose_of(first.patient_position);
+  scanned.sex = sex_of(first.patient_sex);
+  scanned.age_years = age_of(first.patient_age);
   scanned.reading = reading.statement;
   scanned.volume.grid = stack.grid;
   scanned.volume.quantity = held_as(reading.quantity);

@@ -14,6 +14,7 @@
 #include "segmentation/dicom_slice.hpp"
 #include "segmentation/files/dicom_files.hpp"
 #include "segmentation/files/plausibility.hpp"
+#include "segmentation/terminology.hpp"
 
 namespace borelli {
 namespace {
@@ -32,6 +33,17 @@ const DicomItem* macro(const DicomElements& elements, std::size_t frame, std::ui
     if (const DicomItem* own = groups->second[frame].item(tag)) return own;
   const DicomItem* shared = elements.item(0x52009229);
   return shared ? shared->item(tag) : nullptr;
+}
+
+// Segmented Property Type and Anatomic Region with their modifiers (C.8.20.4)
+SegmentTerms terms_of(const DicomItem& segment) {
+  const auto term = [](const DicomItem* item) {
+    return item ? CodedTerm{item->text(0x00080102), item->text(0x00080100), item->text(0x00080104)}
+                : CodedTerm{};
+  };
+  const DicomItem *type = segment.item(0x0062000f), *region = segment.item(0x00082218);
+  return {term(type), term(type ? type->item(0x00620011) : nullptr), term(region),
+          term(region ? region->item(0x00082220) : nullptr)};
 }
 
 // the file itself, or the one segmentation in a folder
@@ -194,7 +206,13 @@ Result<DicomSegmentation> read_dicom_segmentation(
   const DicomElements& elements = header->elements;
   if (const auto list = elements.sequences.find(0x00620002); list != elements.sequences.end())
     for (const DicomItem& segment : list->second)
-      if (const auto number = segment.number(0x00620004)) out.names[*number] = segment.text(0x00620005);
+      if (const auto number = segment.number(0x00620004)) {
+        out.names[*number] = segment.text(0x00620005);
+        auto others = other_forms(out.names[*number]);
+        if (auto coded = class_of_terms(terms_of(segment)); !coded.empty())
+          others.push_back(std::move(coded));
+        if (!others.empty()) out.other_names[*number] = std::move(others);
+      }
 
   const bool binary = header->binary(), labels = header->labels();
   const std::size_t area = static_cast<std::size_t>(out.grid.size[0] * out.grid.size[1]);

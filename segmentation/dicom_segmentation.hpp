@@ -18,6 +18,7 @@ struct DicomSegmentation {
   Grid grid;                                  ///< from the first to the last frame's place, evenly spaced
   std::vector<std::uint16_t> numbers;         ///< #grid.count() segment numbers, 0: none
   std::map<std::int64_t, std::string> names;  ///< segment labels, by number
+  std::map<std::int64_t, std::vector<std::string>> other_names;  ///< by their coded terminology
 };
 
 /// True for a DICOM file, whatever it holds.

@@ -132,6 +132,8 @@ DicomSlice take(const std::string& path, const DicomElements& elements) {
   slice.series_uid = elements.text(0x0020000e);
   slice.modality = elements.text(0x00080060), slice.series_description = elements.text(0x0008103e);
   slice.patient_position = elements.text(0x00185100);
+  slice.patient_sex = elements.text(0x00100040);
+  slice.patient_age = elements.text(0x00101010);
   slice.rescale_type = elements.text(0x00281054);
   slice.rows = elements.number(0x00280010).value_or(0),
   slice.columns = elements.number(0x00280011).value_or(0);

@@ -34,6 +34,8 @@ struct DicomSlice {
   std::string series_uid;
   std::string modality;  ///< "CT", "MR", ...
   std::string series_description;
+  std::string patient_sex;       ///< as DICOM codes it: M, F, O (0010,0040)
+  std::string patient_age;       ///< as DICOM codes it: 034Y, 018M, 003W, 012D (0010,1010)
   std::string patient_position;  ///< as DICOM codes it: "HFS" is head first, supine (PS3.3, C.7.3.1.1.2)
   std::string rescale_type;      ///< "HU", "US" (unspecified) or empty
   std::string packing;           ///< how the pixels are packed, in words; empty: not packed

@@ -21,9 +21,16 @@ using Eigen::Matrix3d, Eigen::Vector2d, Eigen::Vector3d;
 
 constexpr double bone = 150;  // CT number
 
-std::optional<Vector3d> find(const Landmarks& marks, const std::string& name) {
+std::optional<Vector3d> point_named(const Landmarks& marks, const std::string& name) {
   const auto it = marks.find(name);
   return it == marks.end() ? std::nullopt : std::optional(it->second.point);
+}
+
+// Of a body with one leg as the other's mirror image tells it.
+std::optional<Vector3d> middle_of_hips(const Landmarks& marks) {
+  const auto left = point_named(marks, "hip_left"), right = point_named(marks, "hip_right");
+  if (left && right) return Vector3d(0.5 * (*left + *right));
+  return left || right ? point_named(marks, "mid_hip") : std::nullopt;
 }
 
 // voxels of the work grid that are bone and belong to one of some parts
@@ -54,9 +61,9 @@ Vector3d mean(const std::vector<Vector3d>& places) {
 // outwards. Straight backwards the sacrum's crest may reach farther.
 void find_psis(const Anatomy& a, const Volume<std::uint8_t>& owner, double s, Landmarks& marks) {
   constexpr int pelvis = part_label("lower_trunk"), belly = part_label("middle_trunk");
-  const auto hip_left = find(marks, "hip_left"), hip_right = find(marks, "hip_right");
-  if (!hip_left || !hip_right) return;
-  const Vector3d middle = 0.5 * (*hip_left + *hip_right);
+  const auto hips = middle_of_hips(marks);
+  if (!hips) return;
+  const Vector3d middle = *hips;
   const Matrix3d axes = trunk_axes(marks);
   const auto bones = bones_of(a, owner, [](int part) { return part == pelvis || part == belly; });
   // Of a corner of radius R whose last d does not show (half of what voxels are too large: the wing is
@@ -165,12 +172,11 @@ std::optional<double> disc_below_t8(const Anatomy& a, const Trunk& trunk, double
 
 // The spinous process of T8 falls to about the level of the disc below it.
 void find_t8(const Anatomy& a, const Trunk& trunk, Landmarks& marks) {
-  const auto hip_left = find(marks, "hip_left"), hip_right = find(marks, "hip_right"),
-             neck = find(marks, "neck");
-  if (!hip_left || !hip_right || !neck) return;
+  const auto hips = middle_of_hips(marks), neck = point_named(marks, "neck");
+  if (!hips || !neck) return;
   const double neck_deviation = marks.at("neck").deviation;
   // the disc T12/L1 as in column_levels.hpp
-  const double usual = 0.515 * ((*neck)[2] - 0.5 * ((*hip_left)[2] + (*hip_right)[2]));
+  const double usual = 0.515 * ((*neck)[2] - (*hips)[2]);
   const auto counted = neck_deviation < 5 ? disc_below_t8(a, trunk, (*neck)[2], usual) : std::nullopt;
   const double z = (*neck)[2] - counted.value_or(share_of_thorax(8) * usual);
   if (!trunk.spine_holds(z)) return;
@@ -265,7 +271,7 @@ std::optional<Vector3d> far_end(const CloseUp& view, const std::vector<Vector3d>
 
 void find_styloids(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& at, double s,
                    Landmarks& marks) {
-  const auto elbow = find(marks, "elbow" + at), wrist = find(marks, "wrist" + at);
+  const auto elbow = point_named(marks, "elbow" + at), wrist = point_named(marks, "wrist" + at);
   if (!elbow || !wrist || a.near_edge(*wrist, 25)) return;
   const Vector3d down = (*wrist - *elbow).normalized();
   const Vector3d x = down.unitOrthogonal(), y = down.cross(x);
@@ -342,8 +348,9 @@ std::optional<Vector3d> bone_over(const std::vector<Vector3d>& bones, const Foot
 
 void find_metatarsals(const Anatomy& a, const Volume<std::uint8_t>& owner, const std::string& at, double s,
                       Landmarks& marks) {
-  const auto heel = find(marks, "heel" + at), toe = find(marks, "toe_tip" + at),
-             inner = find(marks, "medial_malleolus" + at), outer = find(marks, "lateral_malleolus" + at);
+  const auto heel = point_named(marks, "heel" + at), toe = point_named(marks, "toe_tip" + at),
+             inner = point_named(marks, "medial_malleolus" + at),
+             outer = point_named(marks, "lateral_malleolus" + at);
   if (!heel || !toe || !inner || !outer) return;
   FootFrame foot{*heel, (*toe - *heel).normalized(), *outer - *inner, (*toe - *heel).norm()};
   foot.outwards = (foot.outwards - foot.outwards.dot(foot.forward) * foot.forward).normalized();

@@ -79,7 +79,7 @@ std::optional<Vector3d> hip_centre(HipRegression regression, const PelvisSize& p
   return std::nullopt;
 }
 
-void place_unseen_hips(Landmarks& marks) {
+void place_unseen_hips(Landmarks& marks, const std::array<bool, 2>& no_leg) {
   const auto left = marks.find("asis_left"), right = marks.find("asis_right");
   if (left == marks.end() || right == marks.end()) return;
   const Pelvis pelvis = pelvis_of(marks, left->second.point, right->second.point);
@@ -100,17 +100,22 @@ void place_unseen_hips(Landmarks& marks) {
   const double deviation = std::sqrt(squares / 3 + points);
 
   bool placed = false;
+  std::array<Vector3d, 2> centre;
   for (const auto& [name, side] : {std::pair{"hip_left", -1.0}, {"hip_right", 1.0}}) {
-    if (const auto it = marks.find(name); it != marks.end() && !is_regression(it->second)) continue;
+    const std::size_t n = side < 0 ? 0 : 1;
     const Vector3d own(place[0], place[1], side * place[2]);
-    marks[name] = {pelvis.origin + pelvis.axes * own, deviation, 0,
-                   std::string("regression: ") + chosen->name};
+    centre[n] = pelvis.origin + pelvis.axes * own;
+    if (const auto it = marks.find(name); it != marks.end() && !is_regression(it->second)) {
+      centre[n] = it->second.point;
+      continue;
+    }
+    if (!no_leg[n]) marks[name] = {centre[n], deviation, 0, std::string("regression: ") + chosen->name};
     placed = true;
   }
   if (!placed) return;
   const auto middle = marks.find("mid_hip");
   if (middle != marks.end() && !is_regression(middle->second)) return;
-  marks["mid_hip"] = {0.5 * (marks["hip_left"].point + marks["hip_right"].point), deviation, 0,
+  marks["mid_hip"] = {0.5 * (centre[0] + centre[1]), deviation, 0,
                       std::string("regression: ") + chosen->name};
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 
 #include "segmentation/landmarks.hpp"
@@ -26,12 +27,13 @@ enum class HipRegression {
 /// Z to the right, mm. Nothing where a length that the regression takes is not known.
 std::optional<Eigen::Vector3d> hip_centre(HipRegression regression, const PelvisSize& pelvis);
 
-/// Adds hip_left, hip_right and mid_hip where they are missing and both anterior spines are there; `source`
+/// Adds hip_left, hip_right (but that of a side without a leg) and mid_hip where they are missing and both
+/// anterior spines are there; `source`
 /// begins with "regression" and names it. The one that takes most of what is known places the hip (Harrington
 /// on three lengths, Hara on the leg, Harrington on the width). Its deviation: the error that was seen
 /// against imaged heads (12.3 +- 5.9 mm over all: Mantovani 2016, Gait Posture 44:48), how far those that can
 /// be had differ, and, where no posterior spine tells it, 10 degrees of pelvic tilt. Without posterior spines
 /// the frame's Y is the trunk's way upwards (towards the neck; else patient z).
-void place_unseen_hips(Landmarks& landmarks);
+void place_unseen_hips(Landmarks& landmarks, const std::array<bool, 2>& no_leg = {});
 
 }  // namespace borelli

@@ -29,6 +29,7 @@ struct ImageSegment {
   std::string name;
   std::int64_t value = 0;
   std::int64_t layer = 0;
+  std::vector<std::string> other_names;  ///< what its coded terminology and its ID call it, likeliest first
 };
 
 /// A file of voxels.

@@ -14,6 +14,7 @@
 #include "segmentation/hinges.hpp"
 #include "segmentation/joints_along_way.hpp"
 #include "segmentation/limb_lengths.hpp"
+#include "segmentation/lone_heads.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
@@ -242,7 +243,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
                               head->radius);
 
   const JointsAlongWay joints = leg_joints(way, scale);
-  if (joints.middle == 0) return;
+  if (joints.middle == 0 || is_absent(trunk.absent, "shank", at)) return;
   // the condyles' middle stands one condyle's radius above the joint's gap
   constexpr double condyle = 22;
   const Vector3d knee_line = way.points[way.index(joints.middle)];
@@ -287,7 +288,7 @@ void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
             k.radius);
   put_sides(a, marks, "knee", at, k, deviation + 2, "bone: femoral epicondyle");
 
-  if (joints.end == 0) return;
+  if (joints.end == 0 || is_absent(trunk.absent, "foot", at)) return;
   // straight on along the shank: the way itself turns into the foot before the joint
   const Vector3d flare = way.points[way.index(joints.end - flare_to_ankle * scale)];
   const Vector3d along = (flare - k.centre).normalized();
@@ -390,7 +391,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
                                  head.radius);
 
   const JointsAlongWay joints = arm_joints(way, scale);
-  if (joints.middle == 0) return;
+  if (joints.middle == 0 || is_absent(trunk.absent, "forearm", at)) return;
   constexpr double trochlea = 10;
   const Vector3d elbow_line = way.points[way.index(joints.middle)];
   const Vector3d down = (elbow_line - trunk.shoulder[n]->centre).normalized();
@@ -416,7 +417,7 @@ void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side
   put_sides(a, marks, "elbow", at, e, deviation + 2, "bone: humeral epicondyle");
 
   const auto turn_sides = [&](const Vector3d& along) { turn_elbow(side, down, along, marks); };
-  if (joints.end == 0) {
+  if (joints.end == 0 || is_absent(trunk.absent, "hand", at)) {
     if (const auto beyond = far_end_of(way, e.centre, forearm_shaft * scale))
       turn_sides((*beyond - e.centre).normalized());
     return;
@@ -485,13 +486,14 @@ void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limb
       (n % 2 ? find_arm : find_leg)(a, trunk, limbs, n < 2 ? left_side : right_side, found_on[n]);
   });
   for (Landmarks& limb : found_on) marks.merge(limb);
-  place_cut_ankles(limbs, marks);
+  place_cut_ankles(trunk, limbs, marks);
   place_far_ends(limbs, trunk.scale, marks);
   doubt_unlike_lengths(trunk, limbs, marks, a.gap_may_fuse(trunk.scale));
   if (marks.contains("hip_left") && marks.contains("hip_right"))
     marks["mid_hip"] = found(0.5 * (marks["hip_left"].point + marks["hip_right"].point),
                              std::max(marks["hip_left"].deviation, marks["hip_right"].deviation),
                              "middle of the hip centres");
+  put_middle_of_hips(trunk, marks);
 }
 
 }  // namespace borelli

@@ -20,6 +20,7 @@
 #include "segmentation/files/plausibility.hpp"
 #include "segmentation/header_text.hpp"
 #include "segmentation/image_file.hpp"
+#include "segmentation/mask_folder.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/read.hpp"
 
@@ -178,6 +179,7 @@ namespace {
 struct Read {
   NumberedLabels labels;
   Names names;
+  std::map<std::int64_t, std::vector<std::string>> other_names;  // by number
 };
 
 Result<StoredVoxels> stored(const std::vector<std::uint16_t>& numbers) {
@@ -241,14 +243,36 @@ Result<void> check_lattice(const std::string& path, const Grid& labels, const Gr
                              words(labels), words(*scan)));
 }
 
+// A segment's names. One that is no part's gives way to its code or ID where parts are asked for and that is
+// one.
+void take_names(const ImageSegment& segment, std::int64_t number, bool as_parts, Read& out) {
+  std::string name = segment.name;
+  if (as_parts && part_label(name) == 0)
+    for (const std::string& other : segment.other_names)
+      if (part_label(other) > 0) {
+        name = other;
+        break;
+      }
+  if (name.empty() && !segment.other_names.empty()) name = segment.other_names.front();
+  if (!name.empty()) out.names[number] = name;
+  if (!segment.other_names.empty()) out.other_names[number] = segment.other_names;
+}
+
 Result<Read> read_file(const std::string& path, const std::string& names, const Progress& progress,
                        bool as_parts, const Grid* scan = nullptr) {
   Result<ImageHeader> header;
   std::optional<DicomSegmentation> dicom;
+  std::optional<MaskFolder> masks;
   std::error_code trouble;
-  if (std::filesystem::is_directory(path, trouble) || is_dicom_file(path)) {
-    auto read =
-        read_dicom_segmentation(path, [&](const Grid& grid) { return check_lattice(path, grid, scan); });
+  const bool folder = std::filesystem::is_directory(path, trouble);
+  const auto accept = [&](const Grid& grid) { return check_lattice(path, grid, scan); };
+  if (folder && !masks_in(path).empty()) {
+    auto read = read_mask_folder(path, accept, progress);
+    if (!read) return tl::unexpected(read.error());
+    masks = std::move(*read);
+    header->grid = masks->grid, header->scalar = Scalar::u8, header->warnings = std::move(masks->warnings);
+  } else if (folder || is_dicom_file(path)) {
+    auto read = read_dicom_segmentation(path, accept);
     if (!read) return tl::unexpected(read.error());
     dicom = std::move(*read);
     header->grid = dicom->grid, header->scalar = Scalar::u16;
@@ -261,14 +285,20 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
   Read out;
   std::string table = names;
   std::error_code ignored;
-  if (table.empty() && std::filesystem::exists(names_file(path), ignored)) table = names_file(path);
+  if (masks && !names.empty())
+    return bad_use(names, "names no masks: of a folder of masks the files' names do");
+  if (table.empty() && !masks && std::filesystem::exists(names_file(path), ignored)) table = names_file(path);
   if (!table.empty()) {
     auto read = read_names(table);
     if (!read) return tl::unexpected(read.error());
     out.names = std::move(*read);
   }
   if (dicom && table.empty()) out.names = dicom->names;
-  auto voxels = dicom ? stored(dicom->numbers) : load_voxels(*header, progress);
+  if (dicom && table.empty()) out.other_names = dicom->other_names;
+  if (masks) out.names = masks->names;
+  auto voxels = masks   ? Result<StoredVoxels>(std::move(masks->voxels))
+                : dicom ? stored(dicom->numbers)
+                        : load_voxels(*header, progress);
   if (!voxels) return tl::unexpected(voxels.error());
   const double bytes_a_voxel = header->layers > 1 ? 5 : 1;
   if (auto fits =
@@ -279,7 +309,7 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
     const auto segment_number = segment_numbers(*header);
     if (table.empty())
       for (std::size_t n = 0; n < segment_number.size(); ++n)
-        if (!header->segments[n].name.empty()) out.names[segment_number[n]] = header->segments[n].name;
+        take_names(header->segments[n], segment_number[n], as_parts, out);
     if (header->layers > 1) *voxels = flatten(*voxels, *header, segment_number);
   }
   const auto numbers = numbers_in(path, *voxels, *header, header->warnings);
@@ -300,6 +330,8 @@ Result<Read> read_file(const std::string& path, const std::string& names, const 
     const auto name = out.names.find(number);
     if (name != out.names.end()) map.names[label] = name->second;
     out.labels.numbers[label] = number;
+    if (const auto others = out.other_names.find(number); others != out.other_names.end())
+      out.labels.other_names[label] = others->second;
   }
   return out;
 }

@@ -46,12 +46,13 @@ struct Side {
 
 }  // namespace
 
-void place_cut_ankles(const Limbs& limbs, Landmarks& marks) {
+void place_cut_ankles(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
   for (const int side : {left_side, right_side}) {
     const std::string at = side_suffix(side), other = side_suffix(1 - side);
     const LimbWay& way = limbs.leg(side);
     const auto knee = marks.find("knee" + at), far_knee = marks.find("knee" + other),
                far_ankle = marks.find("ankle" + other);
+    if (is_absent(trunk.absent, "foot", at)) continue;
     if (!way.present || knee == marks.end() || marks.contains("ankle" + at) || far_knee == marks.end() ||
         far_ankle == marks.end())
       continue;

@@ -10,7 +10,7 @@ namespace borelli {
 
 /// Places the ankles of shanks whose bones the scan's side cuts (a field of view too narrow), which hides
 /// where the tibia broadens, at the other shank's length along the way; an ankle that is found stays.
-void place_cut_ankles(const Limbs& limbs, Landmarks& marks);
+void place_cut_ankles(const Trunk& trunk, const Limbs& limbs, Landmarks& marks);
 
 /// Whether a comparison of lengths found a joint not to be where it seems.
 bool is_doubted(const Landmark& mark);

@@ -151,6 +151,7 @@ Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
       const bool leg = n <= 2;
       const auto& head = leg ? trunk.hip[n - 1] : trunk.shoulder[n - 3];
       const bool headless = leg && trunk.femur[n - 1];
+      if (leg ? trunk.no_leg[n - 1] : trunk.no_arm[n - 3]) continue;
       if (head || headless) limbs.way[n] = follow(a, limbs.territory, static_cast<Limb>(n));
       limbs.way[n].headless = headless;
     }
@@ -278,9 +279,10 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
                arm = side == left_side ? Limb::arm_left : Limb::arm_right;
     const auto core = [](const FoundSphere& head) { return 0.7 * std::min(head.radius, 27.0); };
     constexpr double shaft = 12;  // mm
-    if (trunk.hip[n]) mark_ball(a, trunk.hip[n]->centre, core(*trunk.hip[n]), leg, seeds);
+    if (trunk.hip[n] && !trunk.no_leg[n]) mark_ball(a, trunk.hip[n]->centre, core(*trunk.hip[n]), leg, seeds);
     if (trunk.femur[n]) mark_ball(a, *trunk.femur[n], shaft, leg, seeds);
-    if (trunk.shoulder[n]) mark_ball(a, trunk.shoulder[n]->centre, core(*trunk.shoulder[n]), arm, seeds);
+    if (trunk.shoulder[n] && !trunk.no_arm[n])
+      mark_ball(a, trunk.shoulder[n]->centre, core(*trunk.shoulder[n]), arm, seeds);
   }
   Limbs limbs = limbs_of(a, trunk, geodesic(Places(g, a.threads, cost_at), seeds, true, longest_limb));
   limbs.arms_meet = arms_meet(limbs.territory);

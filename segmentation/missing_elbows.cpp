@@ -87,11 +87,13 @@ double flesh_beyond(const Anatomy& a, const Volume<std::uint8_t>& owner, int lab
 }  // namespace
 
 void place_missing_elbows(const Anatomy& a, const Limbs& limbs, const Volume<std::uint8_t>& owner,
-                          double scale, Landmarks& marks) {
+                          const Trunk& trunk, Landmarks& marks) {
+  const double scale = trunk.scale;
   constexpr double piece = 5e3;  // mm^3: less may be the upper arm's own end
   Landmarks placed;
   for (const int side : {left_side, right_side}) {
     const std::string at = side_suffix(side), other = side_suffix(1 - side);
+    if (is_absent(trunk.absent, "forearm", at)) continue;
     const Limb limb = side == left_side ? Limb::arm_left : Limb::arm_right;
     const LimbWay& way = limbs.arm(side);
     const auto shoulder = marks.find("shoulder" + at);

@@ -12,8 +12,8 @@ namespace borelli {
 /// what shows of the humerus, as far from the head as the other arm's elbow from its own. Where the other one
 /// was not found either: as far as in de Leva (1996), Table 4 (281.7 mm of a man of 1.741 m), by the body's
 /// size. The source begins with "proportion". `owner`: whose flesh each place of the work grid is (labels as
-/// in parts.hpp); `scale`: see Trunk. An arm that ends above its elbow gets none.
+/// in parts.hpp). An arm that ends above its elbow gets none, nor does one that is told to.
 void place_missing_elbows(const Anatomy& anatomy, const Limbs& limbs, const Volume<std::uint8_t>& owner,
-                          double scale, Landmarks& landmarks);
+                          const Trunk& trunk, Landmarks& landmarks);
 
 }  // namespace borelli

@@ -16,6 +16,7 @@
 #include "segmentation/files/voxel_size.hpp"
 #include "segmentation/header_text.hpp"
 #include "segmentation/image_file.hpp"
+#include "segmentation/terminology.hpp"
 
 namespace borelli {
 namespace {
@@ -113,7 +114,16 @@ std::optional<Scalar> scalar_of(std::string_view type) {
   return it->second;
 }
 
-// 3D Slicer's segments (.seg.nrrd): "Segment0_Name", "Segment0_LabelValue", "Segment0_Layer" and so on
+// what else a segment is called: a person may rename it, its code and ID stay
+std::vector<std::string> other_names_of(std::string_view name, std::string_view id, std::string_view tags) {
+  std::vector<std::string> names = other_forms(name);
+  if (auto coded = class_of_terms(terms_in_tags(tags)); !coded.empty()) names.push_back(std::move(coded));
+  if (!id.empty()) names.emplace_back(id);
+  return names;
+}
+
+// 3D Slicer's segments (.seg.nrrd): "Segment0_Name", "Segment0_LabelValue", "Segment0_Layer",
+// "Segment0_ID", "Segment0_Tags" and so on
 // (slicer.readthedocs.io, developer guide, Segmentations)
 Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrrd& nrrd,
                                               std::int64_t layers) {
@@ -127,7 +137,8 @@ Result<std::vector<ImageSegment>> segments_of(const std::string& path, const Nrr
     // versions without them keep a layer a segment, with ones in it
     const auto value = numbers_in(key("LabelValue")), layer = numbers_in(key("Layer"));
     ImageSegment segment{std::string(key("Name")), value.empty() ? 1 : whole_number(value[0]),
-                         layer.empty() ? std::min<std::int64_t>(n, layers - 1) : whole_number(layer[0])};
+                         layer.empty() ? std::min<std::int64_t>(n, layers - 1) : whole_number(layer[0]),
+                         other_names_of(key("Name"), key("ID"), key("Tags"))};
     if (segment.value < 1 || segment.layer < 0 || segment.layer >= layers)
       return failure(
           path, fmt::format("has a damaged header: segment {} ('{}') is value {} of layer {}, of {} layers",

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 
+#include "segmentation/likeliest_head.hpp"
 #include "segmentation/parts.hpp"
 
 namespace borelli {
@@ -15,51 +15,6 @@ using Eigen::Vector3d;
 // mm of an adult; how far the middle by these lies off (in 40 phantoms 4 mm rms, 8.8 at most)
 constexpr double hips_half = 88, hip_to_shoulder = 515, middle_by_hip = 7;
 
-// The likeliest head about the best voted places that fit.
-template <class Fits>
-std::optional<FoundSphere> find_head(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates,
-                                     const Fits& fits) {
-  constexpr std::size_t most_places = 8;
-  constexpr double same = 15, again = 1;  // mm, between places; see find_heads in trunk.cpp
-  const double scatter = 0.4 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
-  std::optional<FoundSphere> best;
-  double most = 0;
-  std::vector<Vector3d> places;
-  const auto look_about = [&](const Vector3d& place, double reach) {
-    if (std::any_of(places.begin(), places.end(),
-                    [&](const Vector3d& other) { return (other - place).norm() < reach; }))
-      return false;
-    places.push_back(place);
-    for (const FoundSphere& ball : candidates.about(place)) {
-      // as of a pair that are alike
-      const double score = std::pow(ball.score * std::exp(-std::pow(ball.deviation / scatter, 2)), 2) *
-                           std::exp(-std::pow((ball.radius - 25) / 7, 2));
-      if (score > most && fits(ball) && body.solid(ball)) most = score, best = ball;
-    }
-    return true;
-  };
-  for (const FoundSphere& vote : candidates.votes())
-    if (places.size() < most_places && fits(vote)) look_about(vote.centre, same);
-  for (int round = 0; round < 3 && best && look_about(best->centre, again);) ++round;
-  return best;
-}
-
-std::optional<FoundSphere> find_shoulder_over(const FoundSphere& hip, int side, const Anatomy& a,
-                                              const HeadsInBody& body, RoundHeads& candidates) {
-  constexpr double lowest = 330, highest = 650, aside = 150, deep = 120;  // mm
-  const double outwards = side_sign(side);
-  return find_head(a, body, candidates, [&](const FoundSphere& ball) {
-    const Vector3d d = ball.centre - hip.centre;
-    return d[2] > lowest && d[2] < highest && std::abs(d[1]) < deep && d[0] * outwards > 0 &&
-           d[0] * outwards < aside && body.at_shoulder(ball.centre);
-  });
-}
-
-FoundSphere mirrored(FoundSphere ball, double middle) {
-  ball.centre[0] = 2 * middle - ball.centre[0];
-  return ball;
-}
-
 double middle_of(const Trunk& trunk) { return 0.5 * (trunk.hip[0]->centre[0] + trunk.hip[1]->centre[0]); }
 
 }  // namespace
@@ -68,7 +23,7 @@ void find_one_side(const Anatomy& a, const HeadsInBody& body, RoundHeads& candid
   for (const int side : {left_side, right_side}) {
     const auto n = static_cast<std::size_t>(side), other = 1 - n;
     const double outwards = side_sign(side);
-    const auto hip = find_head(a, body, candidates, [&](const FoundSphere& ball) {
+    const auto hip = likeliest_head(a, body, candidates, [&](const FoundSphere& ball) {
       return body.cut_beside(ball.centre[0] - outwards * hips_half, side) &&
              body.below_lungs(ball.centre[2]) && body.below_flank(ball.centre) && body.on_femur(ball, side);
     });
@@ -77,8 +32,8 @@ void find_one_side(const Anatomy& a, const HeadsInBody& body, RoundHeads& candid
     if (!shoulder) continue;
     const double size = (shoulder->centre[2] - hip->centre[2]) / hip_to_shoulder;
     const double middle = hip->centre[0] - outwards * hips_half * size;
-    trunk.hip[n] = *hip, trunk.hip[other] = mirrored(*hip, middle);
-    trunk.shoulder[n] = *shoulder, trunk.shoulder[other] = mirrored(*shoulder, middle);
+    trunk.hip[n] = *hip, trunk.hip[other] = mirror_image(*hip, middle);
+    trunk.shoulder[n] = *shoulder, trunk.shoulder[other] = mirror_image(*shoulder, middle);
     trunk.only_side = side;
     trunk.middle_off = middle_by_hip;
     return;
@@ -91,7 +46,7 @@ void find_one_shoulder(const Anatomy& a, const HeadsInBody& body, RoundHeads& ca
     const auto n = static_cast<std::size_t>(side), other = 1 - n;
     const auto shoulder = find_shoulder_over(*trunk.hip[n], side, a, body, candidates);
     if (!shoulder) continue;
-    FoundSphere image = mirrored(*shoulder, middle);
+    FoundSphere image = mirror_image(*shoulder, middle);
     image.cut = true;
     // else the pair would have been found
     if (a.near_edge(shoulder->centre, shoulder->radius) || !a.near_edge(image.centre, image.radius)) continue;
@@ -112,8 +67,8 @@ void settle_middle(const Anatomy& a, Trunk& trunk) {
   const double levels = static_cast<double>(trunk.spine.size());
   if (shows >= in_view * levels) {
     const double middle = sum / levels;
-    trunk.hip[other] = mirrored(*trunk.hip[n], middle);
-    trunk.shoulder[other] = mirrored(*trunk.shoulder[n], middle);
+    trunk.hip[other] = mirror_image(*trunk.hip[n], middle);
+    trunk.shoulder[other] = mirror_image(*trunk.shoulder[n], middle);
     trunk.middle_off = 0;
   } else {
     for (Vector3d& p : trunk.spine) {

@@ -11,9 +11,11 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "segmentation/body_doubts.hpp"
 #include "segmentation/contact.hpp"
 #include "segmentation/edge_contact.hpp"
 #include "segmentation/files/plausibility.hpp"
@@ -73,7 +75,8 @@ Vector3d point_of(const Grid& g, const std::array<std::int64_t, 3>& place) {
 
 using Contact = std::array<double, 256>;  // see edge_contact
 
-void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, Segmentation& out) {
+void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, const AbsentParts& gone,
+           Segmentation& out) {
   std::array<std::int64_t, parts.size()> count{};
   for (const auto label : out.labels.voxels) ++count[label];
   std::optional<Sections> sections;
@@ -90,6 +93,7 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, S
       const bool spine = joint.starts_with("spine");
       const auto neighbour =
           static_cast<std::size_t>(part_label(other.name == parts[n].name ? other.parent : other.name));
+      if (gone[neighbour]) continue;
       const std::string bound = bound_of(joint, planes.convention());
       const auto it = out.landmarks.find(bound);
       if (it != out.landmarks.end()) {
@@ -103,6 +107,7 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, S
               std::min(finding.confidence,
                        std::exp(-2 * deviation * sections->between(n, neighbour) / finding.volume));
         }
+        const std::size_t said = finding.note.size();
         if (it->second.source.starts_with("proportion"))
           finding.note += (finding.note.empty() ? "" : "; ") + std::string(spine ? bound : joint) +
                           " placed by proportion";
@@ -116,6 +121,9 @@ void judge(const Anatomy& a, const Contact& contact, const PartPlanes& planes, S
         if (const auto own = out.landmarks.find(joint);
             own != out.landmarks.end() && own->second.source.starts_with("regression"))
           finding.note += (finding.note.empty() ? "" : "; ") + joint + " placed by regression";
+        if (finding.note.size() == said && std::exp(-deviation / 30) < least_confidence)
+          finding.note += (finding.note.empty() ? "" : "; ") +
+                          fmt::format("{} may lie {:.0f} mm off", in_words(bound), deviation);
         // how an arm goes on beyond an elbow that is not in view is not seen
         if (joint.starts_with("elbow") && it->second.source.starts_with("proportion"))
           finding.confidence = std::min(finding.confidence, 0.4);
@@ -210,19 +218,9 @@ void tell_cut_tips(const Anatomy& a, const std::array<Tip, 4>& tips, Segmentatio
 }
 
 // The last guard: a whole part whose share beside the other whole ones no body has is not that part alone, or
-// not all of it. Shares of an adult's mass, mean of de Leva (1996), Table 4, male and female; from children
-// to the very heavy a part's share is within a factor of two of these.
+// not all of it. From children to the very heavy a part's share of the mass is within a factor of two of an
+// adult's.
 void doubt_impossible_shares(Segmentation& out) {
-  constexpr std::array<std::pair<std::string_view, double>, 10> shares{{{"head", 0.068},
-                                                                        {"upper_trunk", 0.157},
-                                                                        {"middle_trunk", 0.155},
-                                                                        {"lower_trunk", 0.118},
-                                                                        {"upper_arm", 0.026},
-                                                                        {"forearm", 0.015},
-                                                                        {"hand", 0.0059},
-                                                                        {"thigh", 0.145},
-                                                                        {"shank", 0.046},
-                                                                        {"foot", 0.0133}}};
   constexpr double most = 2.8;
   // the body that each part would belong to
   std::array<double, parts.size()> body{};
@@ -235,13 +233,11 @@ void doubt_impossible_shares(Segmentation& out) {
       trunk_is_whole = trunk_is_whole && !of_trunk;
       continue;
     }
-    for (const auto& [name, share] : shares)
-      if (parts[n].name.starts_with(name)) {
-        if (of_trunk)
-          trunk += out.part[n].volume, trunk_share += share;
-        else
-          body[n] = out.part[n].volume / share;
-      }
+    const double share = share_of_mass(parts[n].name);
+    if (of_trunk)
+      trunk += out.part[n].volume, trunk_share += share;
+    else
+      body[n] = out.part[n].volume / share;
     if (!of_trunk) whole.push_back(body[n]);
   }
   if (trunk_is_whole) {
@@ -257,8 +253,9 @@ void doubt_impossible_shares(Segmentation& out) {
     PartFinding& finding = out.part[n];
     finding.coverage = Coverage::cut;
     finding.confidence = std::min(finding.confidence, 0.1);
-    finding.note = std::string(body[n] > *middle ? "too large" : "too small") +
-                   " beside the other whole parts to be this part" +
+    finding.note = std::string(body[n] > *middle
+                                   ? "it is too large beside the other whole parts to be this part alone"
+                                   : "it is too small beside the other whole parts to be all of this part") +
                    (finding.note.empty() ? "" : "; " + finding.note);
     doubt_ends(parts[n].name, std::cbrt(finding.volume * *middle / body[n]), out.landmarks);
   }
@@ -274,7 +271,7 @@ void doubt_what_touches(const std::array<double, parts.size()>& area, Segmentati
     finding.confidence = std::min(finding.confidence, 0.4);
     finding.note +=
         (finding.note.empty() ? "" : "; ") +
-        fmt::format("touches other parts over {:.0f} cm2, where nothing shows the border", area[n] * 1e-2);
+        fmt::format("nothing shows its border where it touches other parts ({:.0f} cm2)", area[n] * 1e-2);
   }
 }
 
@@ -293,20 +290,34 @@ std::string_view name_of(Coverage coverage) {
 }
 
 void judge_parts(const Anatomy& a, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
-                 Segmentation& out) {
+                 const AbsentParts& gone, Segmentation& out) {
   // three passes over the work grid, each by one thread, side by side
   auto touched = std::async(aside(a.threads), [&] { return contact_areas(a, owner, planes); });
   auto tips = std::async(aside(a.threads), [&] { return find_tips(a, owner, planes); });
   judge(a,
         edge_contact(a.body, a.scan.seen, a.depth, owner,
                      [&](std::uint8_t own, const Vector3d& point) { return planes.part(own, point); }),
-        planes, out);
+        planes, gone, out);
   tell_cut_tips(a, tips.get(), out);
   forget_cut_ends(out);
+  tell_stumps(out);
   tell_what_is_not_parted(planes, out);
   doubt_unparted_limbs(out);
   doubt_impossible_shares(out);
   doubt_what_touches(touched.get(), out);
+}
+
+void warn_of_lone_limbs(const Trunk& trunk, Segmentation& out) {
+  for (const int side : {left_side, right_side})
+    for (const auto& [gone, root, limb] :
+         {std::tuple{trunk.no_leg, "thigh", "leg"}, {trunk.no_arm, "upper_arm", "arm"}}) {
+      const std::string at = side_suffix(side);
+      if (!gone[static_cast<std::size_t>(side)] || is_absent(out.absent, root, at)) continue;
+      out.warnings.push_back(
+          {WarningKind::body, Severity::doubt,
+           fmt::format("the scan shows no {0} {1}: if the body lacks it, say --absent {2}{3}", at.substr(1),
+                       limb, root, at)});
+    }
 }
 
 void doubt_hands_that_meet(Segmentation& out) {
@@ -433,109 +444,10 @@ void warn_of_flesh_without_part(const Anatomy& a, const Volume<std::uint8_t>& ow
   const double voxel = a.grid().voxel_volume();
   if (without * voxel > much && without > share * body)
     out.warnings.push_back(
-        fmt::format("{:.1f} of the {:.1f} l of body in view belong to no part that could be told, and are "
-                    "left out: limbs are told where the hips or shoulders that they hang on are in view",
-                    1e-6 * without * voxel, 1e-6 * body * voxel));
-}
-
-namespace {
-
-/// What a part of a man of 250 kg holds, whose parts are as large beside each other as de Leva's (1996, J
-/// Biomech 29:1223, table 4), mm^3.
-double most_of(const std::string& name) {
-  constexpr std::pair<std::string_view, double> shares[] = {
-      {"head", .0694},      {"upper_trunk", .1596}, {"middle_trunk", .1633}, {"lower_trunk", .1117},
-      {"upper_arm", .0271}, {"forearm", .0162},     {"hand", .0061},         {"thigh", .1416},
-      {"shank", .0433},     {"foot", .0137}};
-  for (const auto& [part, share] : shares)
-    if (name.starts_with(part)) return share * 250e6;
-  return std::numeric_limits<double>::infinity();
-}
-
-/// Such as of a scan whose air is filled with something else.
-void doubt_parts_that_no_body_has(Segmentation& out) {
-  for (std::size_t n = 1; n < parts.size(); ++n) {
-    PartFinding& finding = out.part[n];
-    const double most = most_of(std::string(parts[n].name));
-    if (finding.volume <= most) continue;
-    finding.confidence = std::min(finding.confidence, 0.1);
-    finding.note +=
-        (finding.note.empty() ? "" : "; ") +
-        fmt::format("holds {:.3g} l, that of a man of 250 kg {:.2g}: is the air around the body -1000 HU?",
-                    1e-6 * finding.volume, 1e-6 * most);
-  }
-}
-
-}  // namespace
-
-void warn_of_body(Segmentation& out) {
-  double volume = 0;
-  for (std::size_t n = 1; n < parts.size(); ++n) {
-    if (out.part[n].coverage != Coverage::whole) return;
-    volume += out.part[n].volume;
-  }
-  if (auto doubt = doubt_of_body(1e-9 * volume); !doubt.empty()) out.warnings.push_back(std::move(doubt));
-}
-
-void warn_of_parts(Segmentation& out) {
-  warn_of_body(out);
-  doubt_parts_that_no_body_has(out);
-  for (std::size_t n = 1; n < parts.size(); ++n) {
-    const auto& finding = out.part[n];
-    if (finding.volume > 0 && finding.confidence < 0.5)
-      out.warnings.push_back(in_words(parts[n].name) + ": its bounds are uncertain" +
-                             (finding.note.empty() ? "" : " (" + finding.note + ")"));
-    // left and right of a pair, both whole
-    const std::string name(parts[n].name);
-    if (!name.ends_with("_left")) continue;
-    const auto& other =
-        out.part[static_cast<std::size_t>(part_label(name.substr(0, name.size() - 5) + "_right"))];
-    if (finding.coverage != Coverage::whole || other.coverage != Coverage::whole) continue;
-    const double ratio = finding.volume / other.volume;
-    if (ratio < 0.8 || ratio > 1.25)
-      out.warnings.push_back(in_words(name.substr(0, name.size() - 5)) + ": left and right differ by " +
-                             std::to_string(std::lround(100 * std::abs(ratio - 1))) +
-                             " % in volume; look at the labels");
-  }
-}
-
-void warn_of_joints(const Grid& grid, Segmentation& out) {
-  std::string outlined;
-  double most = 0, wrists = 0;
-  for (const auto& [name, mark] : out.landmarks) {
-    const bool unlike_side = mark.source.ends_with(unlike_other_side);
-    if (!name.starts_with("asis") && (unlike_side || mark.source.ends_with(unlike_body))) {
-      out.warnings.push_back(
-          in_words(name) + fmt::format(" may lie {:.0f} mm off: it makes its limb unlike {}", mark.deviation,
-                                       unlike_side ? "the other side's by more than bodies are"
-                                                   : "any of a body of this size"));
-      continue;
-    }
-    // of a hand that is cut or not all there its part tells
-    if (mark.source.starts_with("bone: between radius") &&
-        out.part[static_cast<std::size_t>(part_label("hand" + name.substr(5)))].coverage == Coverage::whole)
-      wrists = std::max(wrists, mark.deviation);
-    if (!mark.source.starts_with("bone: middle of the hum") &&
-        !mark.source.starts_with("bone: middle of the fem") &&
-        !mark.source.starts_with("bone: middle of the mal"))
-      continue;
-    outlined += (outlined.empty() ? "" : ", ") + in_words(name);
-    most = std::max(most, 2 * mark.deviation);
-  }
-  if (!outlined.empty())
-    out.warnings.push_back(outlined +
-                           fmt::format(": the bones' round ends do not show well enough, so that the "
-                                       "outlines place the joint, within some {:.0f} mm",
-                                       most));
-  constexpr double usual = 5, uncertain = 7;  // mm
-  const double largest = grid.spacing().maxCoeff();
-  if (!out.landmarks.empty() && (largest > usual + 1e-3 || wrists > uncertain))
-    out.warnings.push_back(fmt::format("voxels of {:.1f} mm are large beside this body's joints", largest) +
-                           (wrists > uncertain
-                                ? fmt::format(": a wrist may lie up to {:.0f} mm off, and forearms and hands "
-                                              "end where it does",
-                                              2 * wrists)
-                                : std::string(": joints and the masses beside them are less certain")));
+        {WarningKind::body, Severity::doubt,
+         fmt::format("{:.1f} of the {:.1f} l of body in view belong to no part and are left out: a limb is "
+                     "found only where its hip or shoulder is in view",
+                     1e-6 * without * voxel, 1e-6 * body * voxel)});
 }
 
 }  // namespace borelli

@@ -6,6 +6,7 @@
 #include "segmentation/anatomy.hpp"
 #include "segmentation/part_planes.hpp"
 #include "segmentation/segment.hpp"
+#include "segmentation/trunk.hpp"
 
 namespace borelli {
 
@@ -13,9 +14,13 @@ namespace borelli {
 /// plane parts it from the next one of its limb, and where its share beside the other whole parts is none
 /// that a body has; its confidence falls with the deviation of what bounds it, and where it touches what it
 /// does not join. Ends of hands and feet that the scan cuts are taken out of the landmarks.
-/// `owner`: whose flesh each place of the work grid is.
+/// `owner`: whose flesh each place of the work grid is; `gone`: parts that the body lacks, told or not, whose
+/// missing joints doubt nothing.
 void judge_parts(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, const PartPlanes& planes,
-                 Segmentation& out);
+                 const AbsentParts& gone, Segmentation& out);
+
+/// Of a body that shows one leg or one arm alone, and of which nothing is told to be absent: what it lacks.
+void warn_of_lone_limbs(const Trunk& trunk, Segmentation& out);
 
 /// Where the bones of the arms meet, hands of unlike size are not each one hand alone.
 void doubt_hands_that_meet(Segmentation& out);
@@ -38,17 +43,7 @@ void doubt_trunk_without_shoulders(Segmentation& out);
 void doubt_trunk_without_hips(const Anatomy& anatomy, const Volume<std::uint8_t>& owner,
                               const PartPlanes& planes, double scale, Segmentation& out);
 
-/// Adds a sentence where more than a little of the body in view is nobody's.
+/// Adds a warning where more than a little of the body in view is nobody's.
 void warn_of_flesh_without_part(const Anatomy& anatomy, const Volume<std::uint8_t>& owner, Segmentation& out);
-
-/// Adds a sentence if all parts are whole and their volume is impossible for a person.
-void warn_of_body(Segmentation& out);
-
-/// Calls warn_of_body; adds a sentence for each part of low confidence and for each pair whose sides differ
-/// by a fifth or more.
-void warn_of_parts(Segmentation& out);
-
-/// Adds sentences for joints that the scan shows too coarsely, or without what tells them best.
-void warn_of_joints(const Grid& scan, Segmentation& out);
 
 }  // namespace borelli

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ struct ScannedVolume {
   std::string series_description;     ///< DICOM only; else the file's own free text
   std::string modality;               ///< DICOM only: "CT", "MR", ...
   std::string pose;                   ///< DICOM only: "supine", "prone" ..., or empty where it is not said
+  std::string sex;                    ///< DICOM only: "male", "female", or empty where it is neither
+  std::optional<double> age_years;    ///< DICOM only: as the header states it
   std::string reading;                ///< what the voxels hold and why they were taken as that
   double least = 0, greatest = 0;     ///< values as stored in `volume`
   Clamped clamped;                    ///< numbers of voxels whose values did not fit
@@ -51,6 +54,8 @@ Result<LabelMap> read_labels(const std::string& path, const std::string& names =
 struct NumberedLabels {
   LabelMap map;                       ///< names[label] is empty where the file has none
   std::vector<std::int64_t> numbers;  ///< numbers[label]: what stands in the file for it
+  /// By label: what else the file calls a class, likeliest first: its coded terminology, its ID.
+  std::map<std::uint8_t, std::vector<std::string>> other_names;
 };
 
 /// The same file as somebody else's classes, see class_map.hpp. Errors: as read_labels.

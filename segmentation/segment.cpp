@@ -14,6 +14,7 @@
 #include "process/memory.hpp"
 #include "segmentation/anatomy.hpp"
 #include "segmentation/axial_bones.hpp"
+#include "segmentation/body_doubts.hpp"
 #include "segmentation/body_mask.hpp"
 #include "segmentation/bones.hpp"
 #include "segmentation/bones_at_joints.hpp"
@@ -26,6 +27,7 @@
 #include "segmentation/joint_centres.hpp"
 #include "segmentation/landmark_seeds.hpp"
 #include "segmentation/limb_tips.hpp"
+#include "segmentation/lone_heads.hpp"
 #include "segmentation/lone_parts.hpp"
 #include "segmentation/missing_elbows.hpp"
 #include "segmentation/nearest_whole.hpp"
@@ -46,7 +48,8 @@ using Eigen::Vector3d;
 // in hollows; the part by the flesh's owner on the work grid and the planes at the voxel's centre; where
 // classes tell of a voxel, these first
 LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<std::uint8_t>& owner,
-                      const PartPlanes& planes, const ClassParts* classes, int threads) {
+                      const PartPlanes& planes, const ClassParts* classes, const AbsentParts& absent,
+                      int threads) {
   LabelMap map;
   map.grid = volume.grid;
   map.voxels.assign(volume.grid.count(), 0);
@@ -97,6 +100,7 @@ LabelMap label_voxels(const GreyVolume& volume, const Anatomy& a, const Volume<s
             map.voxels[o] = static_cast<std::uint8_t>(planes.part(owner.voxels[w], g.point(i, j, k)));
         }
   });
+  leave_out(absent, map.voxels);
   return map;
 }
 
@@ -118,9 +122,11 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   mirror_sides(trunk, limbs, out.landmarks);
   put_in_middle(trunk, out.landmarks);
   out.convention = options.convention;
-  out.warnings = doubts_of_given(options.given, out.landmarks);
+  out.absent = options.absent;
+  add_warnings(out.warnings, WarningKind::landmark, Severity::doubt,
+               doubts_of_given(options.given, out.landmarks));
   put_given(options.given, out.landmarks);
-  place_unseen_hips(out.landmarks);
+  place_unseen_hips(out.landmarks, sides_without_leg(trunk));
   if (options.convention != Convention::deleva1996) {
     find_column_levels(a, trunk, out.landmarks);
     seat_spine_joints(options.convention, out.landmarks);
@@ -133,9 +139,11 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   if (classes) {
     if (options.convention == Convention::bone) part_axial_bones(a, trunk, out.landmarks, bones);
     bones = classes->seeds(a, bones, PartPlanes(out.landmarks), out.landmarks);
-    classes->find_joints(a, bones, out.landmarks, out.warnings);
-    for (const auto& list : {options.classes->warnings, classes->warnings()})
-      out.warnings.insert(out.warnings.end(), list.begin(), list.end());
+    std::vector<std::string> elsewhere;
+    classes->find_joints(a, bones, out.landmarks, elsewhere);
+    add_warnings(out.warnings, WarningKind::labels, Severity::note, elsewhere);
+    add_warnings(out.warnings, WarningKind::labels, Severity::note, options.classes->warnings);
+    add_warnings(out.warnings, WarningKind::labels, Severity::doubt, classes->warnings());
     put_given(options.given, out.landmarks);
   } else if (trunk.empty() && !options.given.empty()) {
     bones = seeds_by_landmarks(a, out.landmarks);
@@ -148,18 +156,17 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   auto owner = label_soft_tissue(a, lean.get(), bones, options.step, options.convention);
   mirror_legs(a, trunk, limbs, owner);
   // by `bone` no plane parts what hangs on an elbow that is not in view
-  if (options.convention != Convention::bone)
-    place_missing_elbows(a, limbs, owner, trunk.scale, out.landmarks);
+  if (options.convention != Convention::bone) place_missing_elbows(a, limbs, owner, trunk, out.landmarks);
   find_limb_tips(a, limbs, owner, trunk.scale, out.landmarks);
   put_given(options.given, out.landmarks);
   find_frame_points(a, trunk, owner, out.landmarks);
   mirror_sides(trunk, limbs, out.landmarks);
   put_given(options.given, out.landmarks);
-  place_unseen_hips(out.landmarks);  // the posterior spines tell the pelvis' tilt
+  place_unseen_hips(out.landmarks, sides_without_leg(trunk));  // the posterior spines tell the pelvis' tilt
   const PartPlanes planes(out.landmarks, options.convention);
   progress(0.9, "cutting at the joints");
-  out.labels = label_voxels(volume, a, owner, planes, classes, options.threads);
-  judge_parts(a, owner, planes, out);
+  out.labels = label_voxels(volume, a, owner, planes, classes, options.absent, options.threads);
+  judge_parts(a, owner, planes, gone_parts(trunk), out);
   if (limbs.arms_meet) doubt_hands_that_meet(out);
   doubt_head_under_arms(a, limbs, out);
   put_given(options.given, out.landmarks);
@@ -170,13 +177,14 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   if (!classes && !by_hand && trunk.shoulder[0]) doubt_trunk_without_hips(a, owner, planes, trunk.scale, out);
   if (!classes && !trunk.empty()) warn_of_flesh_without_part(a, owner, out);
   if (by_hand)
-    out.warnings.push_back(
-        "neither both hips nor both shoulders were found: parts are by the given landmarks alone");
+    out.warnings.push_back({WarningKind::body, Severity::note,
+                            "neither both hips nor both shoulders were found: the given landmarks alone tell "
+                            "the parts"});
   else if (trunk.empty() && !classes)
-    out.warnings.push_back(
-        "neither both hips nor both shoulders are in view, nor two legs from the thighs' middle to the feet, "
-        "nor a head: no part could be told, and none is labelled");
-  warn_of_parts(out);
+    out.warnings.push_back({WarningKind::body, Severity::fault,
+                            "no part is labelled: the scan shows neither both hips nor both shoulders, nor "
+                            "two legs from mid-thigh to the feet, nor a head"});
+  warn_of_lone_limbs(trunk, out);
   return out;
 }
 
@@ -290,7 +298,7 @@ std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& 
   Anatomy a = look(usual, options.step / view.size, options.threads);
   a.size = view.size;
   if (!has_body(a)) return std::nullopt;
-  const Trunk trunk = find_trunk(a);
+  const Trunk trunk = find_trunk(a, options.absent);
   constexpr double least = 0.75, most = 1.25;  // no other size fits better by far
   if (!has_both(trunk) || trunk.scale < least || trunk.scale > most) return std::nullopt;
   if (View{1, axes_of(trunk)}.turn() > 2 * straight) return std::nullopt;
@@ -303,9 +311,11 @@ std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& 
   for (PartFinding& part : out.part) part.volume *= view.size * view.size * view.size;
   for (const auto& [name, landmark] : options.given) out.landmarks[name] = landmark;
   if (view.turn() > straight)
-    out.warnings.push_back(fmt::format(
-        "the body lies turned by {:.0f} degrees in the scanner: parts were found along its own axes",
-        view.turn() * 180 / EIGEN_PI));
+    out.warnings.push_back(
+        {WarningKind::scan, Severity::note,
+         fmt::format("the body lies turned by {:.0f} degrees in the scanner: parts were found along its own "
+                     "axes",
+                     view.turn() * 180 / EIGEN_PI)});
   return out;
 }
 
@@ -341,8 +351,13 @@ Segmentation parts_as_it_lies(const GreyVolume& volume, const Anatomy& a, const 
                               ClassParts* classes, const SegmentOptions& options, const Progress& progress) {
   if (!classes)  // they know better
     for (const View& view : other_views(a, trunk))
-      if (auto found = parts_in_view(volume, view, options, progress)) return *std::move(found);
-  return parts_of(volume, a, trunk, classes, options, progress);
+      if (auto found = parts_in_view(volume, view, options, progress)) {
+        warn_of_parts(*found);
+        return *std::move(found);
+      }
+  Segmentation found = parts_of(volume, a, trunk, classes, options, progress);
+  warn_of_parts(found);
+  return found;
 }
 
 // Parts of a body that its header turns over, in the body's own directions; nothing where these do not come
@@ -352,7 +367,7 @@ std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Ei
   const View view{1, axes};
   const GreyVolume turned{view.seen(volume.grid), volume.voxels, volume.quantity};
   const Anatomy a = look(turned, options.step, options.threads);
-  const Trunk trunk = find_trunk(a);
+  const Trunk trunk = find_trunk(a, options.absent);
   // nothing is left to doubt, and upright hips and shoulders both are in view
   if (half_turn(a, trunk) || !(trunk.hip[0] || trunk.shoulder[0]) || (axes(2, 2) < 0 && !has_both(trunk)))
     return std::nullopt;
@@ -361,7 +376,7 @@ std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Ei
   Segmentation out = parts_as_it_lies(turned, a, trunk, nullptr, own, progress);
   out.labels.grid = volume.grid;
   out.landmarks = view.unseen(std::move(out.landmarks));
-  out.warnings.push_back(words_of_half_turn(axes));
+  out.warnings.push_back({WarningKind::scan, Severity::doubt, words_of_half_turn(axes)});
   constexpr double unsure = 0.4;
   for (std::size_t n = 1; n < parts.size(); ++n) {
     PartFinding& finding = out.part[n];
@@ -449,6 +464,8 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
               name, off));
   }
 
+  if (auto fine = check_given(options.absent, options.given); !fine) return tl::unexpected(fine.error());
+
   progress(0, "finding body and bones");
   const Grid grid = work_grid(volume, options.step, options.threads);
   // all volumes on the work grid, with the scan (3 bytes); labels on the scan's own grid
@@ -471,7 +488,7 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
                    "no body is in the volume: nothing in it is denser than air over more than a few "
                    "centimetres (does it hold Hounsfield units?)");
   progress(0.45, "finding hips, shoulders and spine");
-  const Trunk trunk = find_trunk(a);
+  const Trunk trunk = find_trunk(a, options.absent);
   std::optional<Segmentation> out;
   if (const auto own = classes ? std::nullopt : half_turn(a, trunk))
     out = parts_turned_over(volume, *own, options, progress);

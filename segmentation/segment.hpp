@@ -13,22 +13,28 @@
 #include <vector>
 
 #include "error/error.hpp"
+#include "segmentation/absent_parts.hpp"
 #include "segmentation/class_map.hpp"
 #include "segmentation/convention.hpp"
 #include "segmentation/landmarks.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/segments.hpp"
 #include "segmentation/volume.hpp"
+#include "segmentation/warning.hpp"
 
 namespace borelli {
 
 enum class Coverage {
   absent,  ///< not in the scan
   cut,     ///< in the scan, but not as a part of its own: the scan's edge cuts it, or no plane parts it from
-           ///< its neighbour in the limb (then the one nearer the trunk holds both; the note says so)
+           ///< its neighbour in the limb (then the one nearer the trunk holds both), or it is a stump; the
+           ///< note says which
   whole
 };
 std::string_view name_of(Coverage coverage);
+
+/// A note of a stump begins so: the part ends where one that hangs on it is told to be absent.
+inline constexpr std::string_view stump_note = "stump: ";
 
 struct PartFinding {
   Coverage coverage = Coverage::absent;
@@ -46,7 +52,8 @@ struct Segmentation {
   std::vector<std::string> given;  ///< names of those that were given
   std::array<PartFinding, parts.size()> part{};
   Convention convention = Convention::deleva1996;  ///< by which the parts were cut
-  std::vector<std::string> warnings;               ///< in plain words
+  AbsentParts absent{};  ///< told to be absent: they have no label, no landmark and no finding
+  std::vector<Warning> warnings{};
 };
 
 /// Steps of the work grid that parts are found on, mm: on coarser grids the ankles of slight bodies are lost.
@@ -59,12 +66,14 @@ struct SegmentOptions {
   /// Somebody else's classes, which then tell bones and flesh (class_parts.hpp); outlives the call.
   const ClassMap* classes = nullptr;
   Convention convention = Convention::deleva1996;  ///< by which the parts are cut
+  AbsentParts absent{};                            ///< what the body lacks: nothing is looked for there
   /// Called with the share done (0 to 1) and what is done next.
   std::function<void(double, std::string_view)> progress{};
 };
 
-/// Parts of a CT or density volume. Parts that the scan does not hold are absent, never invented. Errors: a
-/// volume that is neither CT numbers nor densities, an empty one, one without a body in it.
+/// Parts of a CT or density volume. Parts that the scan does not hold are absent, never invented; so are
+/// those told to be. Errors: a volume that is neither CT numbers nor densities, an empty one, one without a
+/// body in it.
 Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& options = {});
 
 }  // namespace borelli

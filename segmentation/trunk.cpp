@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "segmentation/heads_in_body.hpp"
+#include "segmentation/lone_heads.hpp"
 #include "segmentation/one_side.hpp"
 #include "segmentation/round_heads.hpp"
 
@@ -303,19 +304,26 @@ double Trunk::middle(double z) const {
   return 0;
 }
 
-Trunk find_trunk(const Anatomy& a) {
+Trunk find_trunk(const Anatomy& a, const AbsentParts& absent) {
   Trunk trunk;
+  trunk.absent = absent;
+  const bool legs = !is_absent(absent, "thigh", "_left") && !is_absent(absent, "thigh", "_right"),
+             arms = !is_absent(absent, "upper_arm", "_left") && !is_absent(absent, "upper_arm", "_right");
   RoundHeads candidates(a);
   HeadsInBody body(a);
   trunk.lungs = body.lungs();
-  find_hips(a, body, candidates, trunk);
-  find_shoulders(a, body, candidates, trunk);
-  if (!trunk.shoulder[0] && trunk.hip[0]) find_one_shoulder(a, body, candidates, trunk);
+  if (legs) find_hips(a, body, candidates, trunk);
+  if (arms) find_shoulders(a, body, candidates, trunk);
+  if (!trunk.hip[0]) find_lone_hip(a, body, candidates, trunk);
+  find_lone_shoulder(a, body, candidates, trunk);
+  if (arms && !trunk.shoulder[0] && trunk.hip[0]) find_one_shoulder(a, body, candidates, trunk);
   if (!trunk.shoulder[0] && !trunk.hip[0]) find_one_side(a, body, candidates, trunk);
   if (!trunk.shoulder[0] && !trunk.hip[0]) {
     body.allow_hollow();
-    find_hips(a, body, candidates, trunk);
-    find_shoulders(a, body, candidates, trunk);
+    if (legs) find_hips(a, body, candidates, trunk);
+    if (arms) find_shoulders(a, body, candidates, trunk);
+    if (!trunk.hip[0]) find_lone_hip(a, body, candidates, trunk);
+    find_lone_shoulder(a, body, candidates, trunk);
   }
   const bool hips = trunk.hip[0] && trunk.hip[1], shoulders = trunk.shoulder[0] && trunk.shoulder[1];
   if (!hips && !shoulders) return trunk;
@@ -328,6 +336,7 @@ Trunk find_trunk(const Anatomy& a) {
   constexpr double never = 1e3, beside = 30;  // mm
   find_spine(a, m[0], hips ? m[2] + 35 : a.grid().origin[2] + a.step(), top, hips ? never : beside, trunk);
   settle_middle(a, trunk);
+  settle_lone_heads(trunk);
   // de Leva's male: hips 176 mm apart (hip centres at half the inter-ASIS distance less 14 %), shoulder to
   // hip level 467 mm; the longer measure is the surer one
   if (hips && shoulders)

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "segmentation/absent_parts.hpp"
 #include "segmentation/anatomy.hpp"
 #include "segmentation/spheres.hpp"
 
@@ -25,6 +26,11 @@ struct Trunk {
   /// Size against an adult of de Leva's male sample (stature 1.741 m), from what is in view.
   double scale = 1;
 
+  AbsentParts absent{};  ///< what the body lacks, as its user tells
+  /// By side: the body has no such limb (lone_heads.hpp); its hip or shoulder is the other one's mirror
+  /// image.
+  std::array<bool, 2> no_leg{}, no_arm{};
+
   /// Nothing is in view that parts hang on.
   bool empty() const { return !hip[0] && !shoulder[0] && !femur[0] && !brain; }
   /// The only side in view of a body that the scan's side cuts lengthwise: hip and shoulder of the other are
@@ -44,7 +50,7 @@ struct Trunk {
 /// child's), with the body's own mass and column between them: this tells femoral heads from knees and
 /// humeral heads from elbows; a pair that the body about it does not bear out is none (heads_in_body.hpp).
 /// The column is the way upwards from between the hips that holds the most bone.
-Trunk find_trunk(const Anatomy& anatomy);
+Trunk find_trunk(const Anatomy& anatomy, const AbsentParts& absent = {});
 
 /// Sets `spine` to the best column about x from `bottom` to `top` (mm, patient z), each step up at most one
 /// voxel sideways (dynamic programming). From `far` mm aside of x on a place counts for ever less: wings of a

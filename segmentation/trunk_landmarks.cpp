@@ -241,11 +241,14 @@ void find_neck(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmar
 
 // Of an arm whose elbow was not found, though it is in view, what lies before the trunk is not told from it:
 // the foremost skin and bone there may be the arm's.
-void doubt_front(const Limbs& limbs, Landmarks& marks) {
-  constexpr double arm_thick = 40;  // mm
+// An arm that ends before an elbow does, a stump, reaches no front.
+void doubt_front(const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
+  constexpr double arm_thick = 40, shortest = 230;  // mm; of an upper arm some 280
   for (const int side : {left_side, right_side}) {
     const LimbWay& arm = limbs.arm(side);
     if (!arm.present || arm.cut || marks.contains(std::string("elbow") + side_suffix(side))) continue;
+    if (is_absent(trunk.absent, "forearm", side_suffix(side)) || arm.length() < shortest * trunk.scale)
+      continue;
     for (const char* name : {"omphalion", "asis_left", "asis_right"})
       if (const auto it = marks.find(name); it != marks.end())
         it->second.deviation = std::max(it->second.deviation, arm_thick);
@@ -300,7 +303,7 @@ void find_trunk_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& lim
     const auto skin = front.skin_at(omphalion);
     if (skin) marks["omphalion"] = {*skin, spread, 0, "proportion: between xiphion and hips" + hidden(*skin)};
   }
-  doubt_front(limbs, marks);
+  doubt_front(trunk, limbs, marks);
   for (const auto& [joint, level] : {std::pair{"spine_upper", "xiphion"}, {"spine_lower", "omphalion"}}) {
     const auto it = marks.find(level);
     if (it == marks.end() || !trunk.spine_holds(it->second.point[2])) continue;

@@ -18,9 +18,9 @@ struct LimbPart {
   const char *name, *from, *to, *beyond;
 };
 constexpr std::array<LimbPart, 4> limb_parts{{{"thigh", "hip", "knee", "shank and foot"},
-                                              {"shank", "knee", "ankle", "the foot"},
+                                              {"shank", "knee", "ankle", "foot"},
                                               {"upper_arm", "shoulder", "elbow", "forearm and hand"},
-                                              {"forearm", "elbow", "wrist", "the hand"}}};
+                                              {"forearm", "elbow", "wrist", "hand"}}};
 
 constexpr const LimbPart* upper_arm = &limb_parts[2];
 
@@ -43,6 +43,27 @@ double usual_upper_arm(const Landmarks& marks) {
 
 }  // namespace
 
+void tell_stumps(Segmentation& out) {
+  for (std::size_t n = 1; n < parts.size(); ++n)
+    if (out.absent[n]) out.part[n] = {Coverage::absent, 0, 0, std::string(absent_as_told)};
+  for (std::size_t n = 5; n < parts.size(); ++n) {
+    PartFinding& finding = out.part[n];
+    if (finding.volume == 0) continue;
+    std::string lacks;  // outwards from here
+    for (std::size_t m = n + 1, last = n; m < parts.size(); ++m) {
+      if (!out.absent[m] || parts[m].parent != parts[last].name) continue;
+      const std::string_view name = parts[m].name;
+      lacks += (lacks.empty() ? "" : " and ") + in_words(name.substr(0, name.rfind('_')));
+      last = m;
+    }
+    if (lacks.empty()) continue;
+    finding.coverage = Coverage::cut;
+    finding.note = std::string(stump_note) + lacks +
+                   (lacks.find(" and ") == std::string::npos ? " is " : " are ") +
+                   std::string(absent_as_told) + (finding.note.empty() ? "" : "; " + finding.note);
+  }
+}
+
 void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
   const auto add = [](std::string& note, const std::string& text) {
     note += (note.empty() ? "" : "; ") + text;
@@ -55,6 +76,7 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
     for (std::size_t m = 1; m < parts.size(); ++m) {
       const bool limb = parts[m].joint.ends_with("_left") || parts[m].joint.ends_with("_right");
       if (!limb || parts[m].parent != parts[last].name || last < 5 || out.part[m].volume > 0) continue;
+      if (out.absent[m]) break;
       if (planes.parts_off(static_cast<int>(m))) break;
       const std::string side = parts[m].name.ends_with("_left") ? "_left" : "_right";
       const auto bare = [&](std::string_view name) {
@@ -63,14 +85,14 @@ void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out) {
       if (joint.empty()) joint = bare(parts[m].joint);
       held += (held.empty() ? "" : " and ") + bare(parts[m].name);
       out.part[m].coverage = Coverage::cut;
-      add(out.part[m].note, "not told apart from the " + bare(parts[n].name));
+      add(out.part[m].note, "counted with the " + bare(parts[n].name) + ": no " + joint + " was found");
       last = m;
     }
     if (last == n) continue;
     out.part[n].coverage = Coverage::cut;
     out.part[n].confidence = std::min(out.part[n].confidence, 0.2);
     out.part[n].note.clear();  // "no plane at knee_left" says less
-    add(out.part[n].note, "holds " + held + " too: no " + joint + " was found");
+    add(out.part[n].note, "no " + joint + " was found: this part contains the " + held);
   }
 }
 
@@ -105,8 +127,11 @@ void doubt_unparted_limbs(Segmentation& out) {
           }
       if (beyond < share * finding.volume) continue;
       finding.confidence = std::min(finding.confidence, 0.2);
-      finding.note += (finding.note.empty() ? "" : "; ") + std::string("holds what is in view of ") +
-                      limb.beyond + " too: no " + limb.to + " was found";
+      finding.note += (finding.note.empty() ? "" : "; ") +
+                      (finding.note.starts_with(stump_note)
+                           ? "it is longer than the other side's, which has a " + std::string(limb.to)
+                           : std::string("no ") + limb.to +
+                                 " was found: this part contains what is in view of the " + limb.beyond);
     }
 }
 

@@ -8,6 +8,10 @@
 
 namespace borelli {
 
+/// Names the stumps: a part on which hangs one that is told to be absent is cut, and what is absent has the
+/// note `absent_as_told`.
+void tell_stumps(Segmentation& out);
+
 /// A limb's part that ends within the scan, without a plane at its far joint, holds what hangs on it.
 void tell_what_is_not_parted(const PartPlanes& planes, Segmentation& out);
 

@@ -12,13 +12,16 @@
 #include "pipeline/measure.hpp"
 #include "pipeline/mr_scan.hpp"
 #include "pipeline/segmentation_files.hpp"
+#include "pipeline/skeleton.hpp"
 #include "pipeline/stages/input_names.hpp"
+#include "pipeline/subject.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/mr_tissues.hpp"
+#include "segmentation/verdict.hpp"
 
 namespace borelli {
 namespace {
@@ -65,15 +68,19 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, cons
   MeasureOptions options = settings.measure;
   options.threads = threads;
   if (options.pose.empty()) options.pose = scan->pose;
+  Subject subject = subject_of(*scan, options.sex);
+  options.sex = std::move(subject.sex);
+  for (const std::string& note : subject.notes) command.note(note);
   if (settings.sampling == "points") options.sampling = Sampling::points;
   if (settings.sampling == "averages") options.sampling = Sampling::averages;
   auto cuts = cuts_of(settings);
   if (!cuts) return tl::unexpected(cuts.error());
   options.cuts = std::move(*cuts);
   PartCompleteness completeness;
+  std::string verdict;
   std::optional<ClassMap> classes;
   if (!settings.mapping.empty()) {
-    auto read = read_classes(command, settings.labels, settings.names, settings.mapping);
+    auto read = read_classes(command, settings.labels, settings.names, settings.mapping, grey);
     if (!read) return tl::unexpected(read.error());
     classes = std::move(*read);
   }
@@ -101,8 +108,9 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, cons
     }
     auto found = segment(mr ? flat_body(*mr) : grey, parting);
     if (!found) return tl::unexpected(found.error());
-    command.warn(classes_in_air(weighed, *classes, threads));
-    command.warn(found->warnings);
+    command.warn(doubt_of_classes(weighed, *classes, threads));
+    command.warn(in_sentences(found->warnings));
+    verdict = in_words(verdict_of(*found));
     completeness = completeness_of(found->part);
     labels = std::move(found->labels), landmarks = std::move(found->landmarks);
   }
@@ -120,6 +128,9 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, cons
     const auto findings = read_findings(settings.findings);
     if (!findings) return tl::unexpected(findings.error());
     completeness = completeness_of(*findings);
+    auto told = read_verdict(settings.findings);
+    if (!told) return tl::unexpected(told.error());
+    verdict = std::move(*told);
     auto other = compare_volumes(*findings, *labels);
     if (!other) return tl::unexpected(other.error());
     command.warn(*other);
@@ -140,6 +151,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, cons
   const InputNames input_names(settings.keep_paths, {settings.volume, settings.labels, settings.names});
   table->source.volume = input_names.name_of(settings.volume);
   table->source.quantity = scan->reading;
+  table->source.segmentation = verdict;
   command.warn(table->warnings);
   if (options.frames == "isb" && table->source.frames != "isb") command.warn(std::string(no_isb_frames));
   table->warnings = command.warnings();
@@ -155,7 +167,7 @@ std::string radii(const Eigen::Vector3d& r) {
 
 void print_row(const InertiaTable& table, const InertiaRow& row) {
   if (row.completeness == Completeness::absent) {
-    fmt::print("{:<17} {:<7}\n", row.part, "absent");
+    fmt::print("{:<17} {:<7}\n", row.part, row.notes.empty() ? "absent" : row.notes.front());
     return;
   }
   const auto numbers = anatomical_numbers(row);
@@ -185,6 +197,7 @@ void print_table(const InertiaTable& table) {
   fmt::print("Voxels: {}\nCuts: {}; frames: {}; pose: {}; beside: de Leva (1996){}\n\n", source.sampling,
              source.cuts, source.frames, source.pose.empty() ? "not stated" : source.pose,
              source.sex.empty() ? ", not shown without --sex" : ", " + source.sex);
+  if (!source.segmentation.empty()) fmt::print("Segmentation: {}\n\n", source.segmentation);
   fmt::print("{:<17} {:<7} {:>8} {:>6} {:>6} {:>6}  {:>9} {:>6} {:>6} {:>6}  {:<15} {:<15}\n", "part", "",
              "mass kg", "sd", "%", "deLeva", "endpoints", "mm", "centre", "deLeva", "radii X Y Z %",
              "de Leva");
@@ -202,7 +215,9 @@ void print_table(const InertiaTable& table) {
     }
   }
   for (const auto& [note, of] : notes) fmt::print("\n{}: {}", of, note);
-  if (table.whole.completeness != Completeness::whole)
+  if (!told_absent(table).empty())
+    fmt::print("\nThe body lacks parts, as told: percentages are of the mass that is there.");
+  else if (table.whole.completeness != Completeness::whole)
     fmt::print("\nThe scan does not hold the whole body: percentages are of the mass that it holds.");
   fmt::print("\n");
   if (!source.sex.empty())
@@ -304,9 +319,9 @@ void add_inertia(CLI::App& program, Command& command) {
   verb->add_option("--volume", settings->volume, "CT or density volume: a DICOM folder or a file");
   verb->add_option("--labels", settings->labels, "Label map on the volume's grid");
   verb->add_option("--names", settings->names, "Names of its labels (TSV; default: beside it)");
-  verb->add_option(
-      "--label-mapping", settings->mapping,
-      "Its classes are somebody else's: totalsegmentator, icrp110 or a table from class to part");
+  verb->add_option("--label-mapping", settings->mapping,
+                   "Its classes are somebody else's: totalsegmentator, totalsegmentator_mr, icrp110 or a "
+                   "table from class to part");
   verb->add_option(
       "--landmarks", settings->landmarks,
       "Joint centres and bony points (JSON, or .mrk.json and .fcsv of 3D Slicer): lengths and axes");
@@ -338,7 +353,8 @@ void add_inertia(CLI::App& program, Command& command) {
                    "regressions on stature and mass");
   verb->add_option("--stature", settings->measure.stature_m, "Sole to vertex, m: for group tables")
       ->check(number_within(0.3, 2.8));
-  verb->add_option("--sex", settings->measure.sex, "male or female: shows published values beside")
+  verb->add_option("--sex", settings->measure.sex,
+                   "male or female: shows published values beside (default: as DICOM says)")
       ->check(CLI::IsMember({"male", "female"}));
   verb->add_option("--pose", settings->measure.pose,
                    "How the person lay or stood, e.g. supine (default: as DICOM says)");

@@ -36,8 +36,8 @@ Result<LabelMap> read_labels(const Command& command, const std::string& path, co
 }
 
 Result<ClassMap> read_classes(const Command& command, const std::string& path, const std::string& names,
-                              const std::string& mapping) {
-  return pass_warnings(command, read_classes(path, names, mapping));
+                              const std::string& mapping, const GreyVolume& scan) {
+  return pass_warnings(command, read_classes(path, names, mapping, &scan));
 }
 
 Result<GivenLandmarks> read_given_landmarks(const Command& command, const std::string& path) {

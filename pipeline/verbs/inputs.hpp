@@ -19,7 +19,7 @@ Result<ScannedVolume> read_volume(const Command& command, const std::string& pat
 Result<LabelMap> read_labels(const Command& command, const std::string& path, const std::string& names = "",
                              const Grid* scan = nullptr);
 Result<ClassMap> read_classes(const Command& command, const std::string& path, const std::string& names,
-                              const std::string& mapping);
+                              const std::string& mapping, const GreyVolume& scan);
 /// No landmarks where `path` is empty.
 Result<GivenLandmarks> read_given_landmarks(const Command& command, const std::string& path);
 Result<InertiaTable> read_table(const Command& command, const std::string& path);

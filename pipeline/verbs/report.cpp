@@ -156,7 +156,7 @@ Result<std::string> body_without_face(const Found& found, const fs::path& folder
   if (!meshes) return tl::unexpected(meshes.error());
   if (const auto done = deface(*meshes, *found.labels, cut, options); !done)
     return tl::unexpected(done.error());
-  std::vector<std::string> said_by_the_scene;
+  std::vector<Warning> said_by_the_scene;
   const ScanPoses X_WS = scan_poses(movable_parts(*table, said_by_the_scene), *found.landmarks);
   return glb(*meshes, X_WS, found.motion->trajectory, {found.inputs.subject});
 }

@@ -120,6 +120,9 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
   if (settings.labels.empty() || !settings.label_mapping.empty())
     if (const auto segments = choose_segments(settings.segments); !segments)
       return tl::unexpected(segments.error());
+  if (const auto absent = parse_absent(settings.absent); !absent) return tl::unexpected(absent.error());
+  if (!settings.absent.empty() && !settings.labels.empty() && settings.label_mapping.empty())
+    return bad_use("--absent", "is for finding parts, and --labels gives them: leave one of the two out");
   if (!asked.table_tolerance.empty()) {
     if (asked.work_grid_chosen)
       return bad_use("--table-tolerance", "picks the work grid: leave one of it and --work-grid out");
@@ -194,6 +197,9 @@ Result<nlohmann::json> work(RunAsked asked, const Command& command) {
     return record;
   }
   for (const auto& stage : (*record)["stages"])
+    for (const auto& note : stage.value("notes", nlohmann::json::array()))
+      command.note(stage["stage"].get<std::string>() + ": " + note.get<std::string>());
+  for (const auto& stage : (*record)["stages"])
     for (const auto& warning : stage.value("warnings", nlohmann::json::array()))
       command.warn(stage["stage"].get<std::string>() + ": " + warning.get<std::string>());
   if (!command.json) print_outcome(*record, settings.folder);
@@ -213,13 +219,14 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--quantity", asked->quantity, "What the voxels hold: hu, density_kgm3, density_gcm3, mr");
   verb->add_option("--labels", s.labels, "A label map on the volume's grid, to use instead of segmenting");
   verb->add_option("--label-names", s.label_names, "Its names (TSV; default: beside it)");
-  verb->add_option(
-      "--label-mapping", s.label_mapping,
-      "Its classes are somebody else's: totalsegmentator, icrp110 or a table from class to part");
+  verb->add_option("--label-mapping", s.label_mapping,
+                   "Its classes are somebody else's: totalsegmentator, totalsegmentator_mr, icrp110 or a "
+                   "table from class to part");
   verb->add_option(
       "--landmarks", s.landmarks,
       "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer): they override what is found");
-  verb->add_option("--sex", s.sex, "male or female: shows published values beside")
+  verb->add_option("--absent", s.absent, absent_help);
+  verb->add_option("--sex", s.sex, "male or female: shows published values beside (default: as DICOM says)")
       ->check(CLI::IsMember({"male", "female"}));
   verb->add_option("--pose", s.pose, "How the person lay or stood, e.g. supine (default: as DICOM says)");
   verb->add_option("--stature", s.stature_m, "Sole to vertex, m: for group tables (inertia --compare)")

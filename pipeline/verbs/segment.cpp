@@ -15,13 +15,15 @@
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/body_doubts.hpp"
 #include "segmentation/dicom_segmentation.hpp"
+#include "segmentation/verdict.hpp"
 
 namespace borelli {
 namespace {
 
 struct SegmentAsked {
-  std::string volume, folder, quantity, landmarks, labels, names, mapping, segments, tolerance,
+  std::string volume, folder, quantity, landmarks, labels, names, mapping, segments, tolerance, absent,
       convention = "deleva1996";
   double step = 3;
   bool step_chosen = false, keep_paths = false;
@@ -29,6 +31,9 @@ struct SegmentAsked {
 
 void print(const Segmentation& found, const std::string& reading, const std::string& folder) {
   fmt::print("{}\n", reading);
+  const SegmentationVerdict verdict = verdict_of(found);
+  fmt::print("segmentation: {}\n", name_of(verdict.verdict));
+  for (const std::string& reason : verdict.reasons) fmt::print("  {}\n", reason);
   fmt::print("{:<18} {:<7} {:>10}  {}\n", "part", "in view", "litres", "confidence");
   // of MR without parts: its tissues
   std::array<std::size_t, 256> voxels{};
@@ -42,7 +47,7 @@ void print(const Segmentation& found, const std::string& reading, const std::str
     if (!asked.empty() && !asked.contains(parts[n].name)) continue;
     const PartFinding& part = found.part[n];
     if (part.coverage == Coverage::absent)
-      fmt::print("{:<18} absent\n", parts[n].name);
+      fmt::print("{:<18} {}\n", parts[n].name, part.note.empty() ? "absent" : part.note);
     else if (part.volume == 0)  // in view, but in another part's label
       fmt::print("{:<18} {:<7} {:>10}  {:<4}  {}\n", parts[n].name, name_of(part.coverage), "", "",
                  part.note);
@@ -58,8 +63,8 @@ void print(const Segmentation& found, const std::string& reading, const std::str
 
 void warn_of_air(const GreyVolume& volume, const SegmentOptions& options, Segmentation& found) {
   if (!options.classes) return;
-  if (auto said = classes_in_air(volume, *options.classes, options.threads); !said.empty())
-    found.warnings.insert(found.warnings.begin(), std::move(said));
+  add_warnings(found.warnings, WarningKind::labels, Severity::doubt,
+               {doubt_of_classes(volume, *options.classes, options.threads)});
 }
 
 // `pick`: where a tolerance picks the grid
@@ -87,6 +92,8 @@ Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions
 Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   auto segments = choose_segments(asked.segments);
   if (!segments) return tl::unexpected(segments.error());
+  const auto absent = parse_absent(asked.absent);
+  if (!absent) return tl::unexpected(absent.error());
   std::optional<GridPick> pick;
   if (!asked.tolerance.empty()) {
     if (asked.step_chosen) return bad_use("--tolerance", "picks the grid: leave one of it and --step out");
@@ -105,6 +112,7 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   ProgressBar bar(command.json);
   SegmentOptions options{asked.step, command.threads};
   options.convention = convention(asked.convention).value();
+  options.absent = *absent;
   options.progress = [&](double share, std::string_view) { bar.update(share); };
   auto given = read_given_landmarks(command, asked.landmarks);
   if (!given) return tl::unexpected(given.error());
@@ -114,20 +122,22 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   options.given = scanned->volume.quantity == Quantity::mr ? given->all() : std::move(given->landmarks);
   std::optional<ClassMap> classes;
   if (!asked.labels.empty()) {
-    auto read = read_classes(command, asked.labels, asked.names, asked.mapping);
+    auto read = read_classes(command, asked.labels, asked.names, asked.mapping, scanned->volume);
     if (!read) return tl::unexpected(read.error());
     classes = std::move(*read);
     options.classes = &*classes;
-    command.warn(doubt_of_frames(asked.volume, asked.labels));
   }
   bar.begin("finding the body's parts");
   auto found = segment_scan(scanned->volume, options, *segments, pick);
   bar.end(found ? "done" : "failed");
   if (!found) return tl::unexpected(found.error());
   found->asked = std::move(*segments);
-  command.warn(found->warnings);
-  if (pick && !pick->met) command.warn(in_words(*pick));
-  found->warnings = command.warnings();
+  if (!asked.labels.empty())
+    add_warnings(found->warnings, WarningKind::labels, Severity::doubt,
+                 {doubt_of_frames(asked.volume, asked.labels)});
+  add_reader_warnings(command.warnings(), scanned->volume.grid, *found);
+  if (pick && !pick->met) found->warnings.push_back({WarningKind::table, Severity::note, in_words(*pick)});
+  command.warn_first(in_sentences(found->warnings));
   const InputNames input_names(asked.keep_paths,
                                {asked.volume, asked.labels, asked.names, asked.mapping, asked.landmarks});
   auto account = input_names.without_folders(
@@ -151,8 +161,9 @@ void add_segment(CLI::App& program, Command& command) {
                    "What the voxels hold: hu, density_kgm3, density_gcm3, labels, mr");
   auto* labels =
       verb->add_option("--labels", asked->labels, "Somebody else's label map of the same body, to part by");
-  auto* mapping = verb->add_option("--label-mapping", asked->mapping,
-                                   "From its classes to parts: totalsegmentator, icrp110 or a table");
+  auto* mapping = verb->add_option(
+      "--label-mapping", asked->mapping,
+      "From its classes to parts: totalsegmentator, totalsegmentator_mr, icrp110 or a table");
   labels->needs(mapping);
   mapping->needs(labels);
   verb->add_option("--label-names", asked->names, "Its names (TSV; default: beside it)")->needs(labels);
@@ -167,6 +178,7 @@ void add_segment(CLI::App& program, Command& command) {
       ->capture_default_str();
   verb->add_option("--tolerance,--table-tolerance", asked->tolerance,
                    "Pick the coarsest grid that gives every entry of the inertia table within this, e.g. 1%");
+  verb->add_option("--absent", asked->absent, absent_help);
   verb->add_option("--segments", asked->segments, segments_help);
   verb->add_flag("--keep-paths", asked->keep_paths, keep_paths_help);
   verb->callback([&command, asked, verb] {

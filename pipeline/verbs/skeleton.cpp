@@ -29,14 +29,16 @@ Result<nlohmann::json> work(const SkeletonAsked& asked, const Command& command) 
   auto apart = compare_centres(*table, given->all());
   if (!apart) return tl::unexpected(apart.error());
   command.warn(*apart);
-  std::vector<std::string> warnings;
-  const auto skeleton = build_skeleton(movable_parts(*table, warnings), given->all(), asked.options);
+  std::vector<Warning> warnings;
+  SkeletonOptions options = asked.options;
+  options.absent = told_absent(*table);
+  const auto skeleton = build_skeleton(movable_parts(*table, warnings), given->all(), options);
   if (!skeleton) return tl::unexpected(skeleton.error());
   const auto text = write_scene(skeleton->scene);
   if (!text) return tl::unexpected(text.error());
   if (auto written = write_whole(asked.out, *text); !written) return tl::unexpected(written.error());
-  command.warn(warnings);
-  command.warn(skeleton->warnings);
+  warnings.insert(warnings.end(), skeleton->warnings.begin(), skeleton->warnings.end());
+  command.warn(in_sentences(warnings));
   if (!command.json) fmt::print("{}: {} solids\n", asked.out, skeleton->scene.solids.size());
   return nlohmann::json{{"scene", asked.out}, {"solids", skeleton->scene.solids.size()}};
 }

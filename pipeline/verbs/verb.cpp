@@ -13,6 +13,12 @@ void add_once(std::vector<std::string>& all, const std::string& sentence) {
 
 void Command::warn(const std::string& sentence) const { add_once(told_->warnings, sentence); }
 
+void Command::warn_first(const std::vector<std::string>& sentences) const {
+  const std::vector<std::string> before = std::exchange(told_->warnings, {});
+  warn(sentences);
+  warn(before);
+}
+
 void Command::warn(const std::vector<std::string>& sentences) const {
   for (const std::string& sentence : sentences) warn(sentence);
 }

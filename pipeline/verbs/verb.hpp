@@ -27,6 +27,8 @@ struct Command {
   /// Verbs read their inputs through inputs.hpp, which passes on the readers' warnings.
   void warn(const std::string& sentence) const;
   void warn(const std::vector<std::string>& sentences) const;
+  /// Puts these before all warnings so far, in this order, each once.
+  void warn_first(const std::vector<std::string>& sentences) const;
   const std::vector<std::string>& warnings() const { return told_->warnings; }
   /// Notes what the user may want to know. The program prints "note: ..." on standard error after the work,
   /// except with --json.

@@ -93,6 +93,8 @@ Result<json> volume_info(const Command& command, const std::string& path, const 
   if (!scanned->modality.empty()) info["modality"] = scanned->modality;
   if (!scanned->series_description.empty()) info["description"] = scanned->series_description;
   if (!scanned->pose.empty()) info["pose"] = scanned->pose;
+  if (!scanned->sex.empty()) info["sex"] = scanned->sex;
+  if (scanned->age_years) info["age_years"] = *scanned->age_years;
   info["quantity"] = quantity_name(scanned->volume.quantity);
   info["holds"] = scanned->reading;
   info["least"] = scanned->least, info["greatest"] = scanned->greatest;
@@ -121,6 +123,8 @@ std::string volume_info_text(const json& info) {
   if (info.contains("modality")) line("modality", info["modality"]);
   if (info.contains("description")) line("description", info["description"]);
   if (info.contains("pose")) line("pose", info["pose"]);
+  if (info.contains("sex")) line("sex", info["sex"]);
+  if (info.contains("age_years")) line("age", fmt::format("{:.3g} years", info["age_years"].get<double>()));
   line("holds", info["holds"].is_null() ? "not clear" : info["holds"].get<std::string>());
   line("voxels", numbers("voxels"));
   line("spacing", numbers("spacing_mm") + " mm");

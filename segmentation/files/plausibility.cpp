@@ -3,8 +3,11 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <limits>
 #include <mutex>
+#include <utility>
 
+#include "segmentation/files/display_window.hpp"
 #include "threads/clones.hpp"
 #include "threads/slabs.hpp"
 
@@ -94,6 +97,13 @@ Result<void> check_values(const std::string& path, const GreyVolume& volume, con
                                "or say it in the header (RescaleIntercept -1024, scl_inter -1024)",
                                percent(share(counts.raised, counts.seen)),
                                percent(share(counts.near_zero, counts.seen))));
+  const DisplayWindow window = display_window(volume);
+  if (window.low_cut) return failure(path, advice_on(window));
+  if (window.high_cut)
+    warnings.push_back(fmt::format(
+        "{} of its voxels have its greatest value, {}: denser bone was cut off there and will weigh too "
+        "little; export the scan without a display window",
+        percent(window.at_greatest), window.greatest));
   constexpr double few = 0.05;
   if (below + above > few)
     return failure(
@@ -128,16 +138,46 @@ std::string doubt_of_size(const Grid& grid) {
   return "";
 }
 
-std::string doubt_of_body(double volume, double mass) {
-  // Newborns weigh 2.5 kg and more; most scanner tables carry 300 kg. Body density is 0.93 kg/l with full
-  // lungs and up to 1.1 kg/l without air in them.
-  constexpr double lightest = 2, heaviest = 300, thinnest = 0.8, densest = 1.25;
+double share_of_mass(std::string_view part) {
+  constexpr std::pair<std::string_view, double> shares[] = {
+      {"head", .068},      {"upper_trunk", .157}, {"middle_trunk", .155}, {"lower_trunk", .118},
+      {"upper_arm", .026}, {"forearm", .015},     {"hand", .0059},        {"thigh", .145},
+      {"shank", .046},     {"foot", .0133}};
+  for (const auto& [name, share] : shares)
+    if (part.starts_with(name)) return share;
+  return std::numeric_limits<double>::infinity();
+}
+
+double most_of_part(std::string_view name) {
+  constexpr double heaviest = 0.25;  // m^3 at the density of water
+  return heaviest * share_of_mass(name);
+}
+
+std::string doubt_of_part(std::string_view name, double volume) {
+  const double most = most_of_part(name);
+  if (volume <= most) return "";
+  return fmt::format(
+      "holds {:.3g} l, that of a man of 250 kg {:.2g}: is the voxel size right, and is the air "
+      "around the body -1000 HU?",
+      1e3 * volume, 1e3 * most);
+}
+
+std::string doubt_of_body(double volume, double mass, bool whole) {
+  // Newborns weigh 2.5 kg and more; hardly anyone who fits into a scanner's bore weighs over 200 kg. Body
+  // density is 0.93 kg/l with full lungs and up to 1.1 kg/l without air in them.
+  constexpr double lightest = 2, heaviest = 200, impossible = 300, thinnest = 0.8, densest = 1.25;
   const double weight = mass > 0 ? mass : 1e3 * volume;
   const std::string of = mass > 0 ? fmt::format("{:.3g} kg", mass) : fmt::format("{:.3g} l", 1e3 * volume);
   const std::string excuse = " (A labelled piece of a person may have it)";
-  if (weight < lightest || weight > heaviest)
+  if ((whole && weight < lightest) || weight > impossible)
     return fmt::format("the body has {}, impossible for a whole person: is the voxel size right?{}", of,
-                       excuse);
+                       whole ? excuse : "");
+  if (weight > heaviest)
+    return fmt::format(
+        "the body has {}, more than nearly anyone who fits into a scanner: is the voxel size "
+        "right, and is nothing else (table, phantom) labelled?",
+        of);
+  if (!whole) return "";
   const double density = 1e-3 * mass / volume;
   if (mass > 0 && (density < thinnest || density > densest))
     return fmt::format(

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "error/error.hpp"
@@ -39,8 +40,19 @@ inline constexpr double longest_scan = 3000;
 /// A sentence about an unlikely voxel size; empty: none.
 std::string doubt_of_size(const Grid& grid);
 
-/// A sentence about an impossible mass, volume or density of a whole body; empty: none. `volume` in m^3;
-/// `mass` in kg, 0: unknown.
-std::string doubt_of_body(double volume, double mass = 0);
+/// A sentence about an impossible mass, volume or density of a body; empty: none. `volume` in m^3; `mass` in
+/// kg, 0: unknown. Of one that is not `whole` only too large a mass or volume is told.
+std::string doubt_of_body(double volume, double mass = 0, bool whole = true);
+
+/// A part's share of an adult's mass: mean of men and women of de Leva (1996, J Biomech 29:1223, table 4).
+/// Infinite for what is no part.
+double share_of_mass(std::string_view part);
+
+/// Volume of a part of a body of 250 kg whose parts have these shares, m^3; infinite for what is no part.
+double most_of_part(std::string_view name);
+
+/// A sentence without subject about a part of more than that, such as of a scan whose air is filled with
+/// something else; empty: none. `volume` in m^3.
+std::string doubt_of_part(std::string_view name, double volume);
 
 }  // namespace borelli

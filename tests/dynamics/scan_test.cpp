@@ -225,7 +225,8 @@ TEST_P(ConstraintKinds, TheSolvedAccelerationKeepsTheSecondDerivativeZero) {
   for (int k = 0; k < w.solver.rank(); ++k)  // a weld may ask more than its solids' free coordinates can give
     EXPECT_LT(std::abs(second[w.solver.order()[k]]), 1e-11 * (1 + w.rows.E.norm() + w.a.norm()));
   const Eigen::MatrixXd unit_rows = w.rows.L.leftCols(probe.system.nv).rowwise().normalized();
-  EXPECT_EQ(w.solver.rank(), Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(unit_rows).setThreshold(1e-8).rank());
+  EXPECT_EQ(w.solver.rank(),
+            Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(unit_rows).setThreshold(1e-8).rank());
 }
 
 // The rows over dual numbers: all that the derivatives of the dynamics are made of.

@@ -113,7 +113,7 @@ TEST(SegmentVerb, MrGivesTissuesAndSaysSo) {
   const std::string mr = (folder / "mr.nii.gz").string(), out = (folder / "out").string();
   const auto tissues = run_program("segment " + mr + " --json -o " + out);
   ASSERT_EQ(tissues.code, 0) << tissues.err;
-  EXPECT_NE(tissues.err.find("no part can be told in MR by itself"), std::string::npos) << tissues.err;
+  EXPECT_NE(tissues.err.find("MR alone tells no part"), std::string::npos) << tissues.err;
   const auto table = run_program("inertia --json --volume " + mr + " --labels " + out + "/labels.nii.gz");
   ASSERT_EQ(table.code, 0) << table.err;
   const auto answer = nlohmann::json::parse(table.out);
@@ -178,6 +178,51 @@ TEST(SegmentationFiles, DamagedAccountsAreRefused) {
     ASSERT_FALSE(read) << text;
     EXPECT_NE(read.error().message().find(expected), std::string::npos) << read.error().message();
   }
+}
+
+// A body without its left foot, as it is told: all that is made of it says so, and gives the same verdict.
+TEST(SegmentVerb, VerdictAndAbsentPartsGoThroughAllThatIsMade) {
+  const TestFolder folder;
+  const auto body = build_phantom({});
+  GridOptions coarse;
+  coarse.spacing = Eigen::Vector3d::Constant(4);
+  Scan scan = voxelise(*body, phantom_grid(*body, coarse));
+  for (std::size_t o = 0; o < scan.grey.voxels.size(); ++o)
+    if (scan.labels.voxels[o] == part_label("foot_left")) scan.grey.voxels[o] = -1000;
+  ASSERT_TRUE(write_volume(folder / "scan.nii.gz", scan.grey));
+  const std::string out = (folder / "out").string(), volume = (folder / "scan.nii.gz").string();
+  const auto refused = run_program("segment " + volume + " --absent head -o " + out);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("foot_left"), std::string::npos) << refused.err;
+
+  const auto run = run_program("segment " + volume + " --absent foot_left --json -o " + out);
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto answer = nlohmann::json::parse(run.out);
+  EXPECT_EQ(answer.at("absent"), "foot_left");
+  EXPECT_EQ(answer.at("parts").at("foot_left").at("note"), "absent as told");
+  EXPECT_EQ(answer.at("parts").at("shank_left").at("note"), "stump: foot is absent as told");
+  EXPECT_EQ(answer.at("verdict"), "good") << answer.at("verdict_reasons");
+  std::ifstream file(folder / "out/segmentation.json");
+  const auto account = nlohmann::json::parse(file);
+  EXPECT_EQ(account.at("verdict"), answer.at("verdict"));
+  for (const auto& warning : account.at("single_warnings")) EXPECT_EQ(warning.at("severity"), "note");
+  EXPECT_EQ(*read_verdict(folder / "out/segmentation.json"), "good");
+  EXPECT_TRUE((*read_absent(folder / "out/segmentation.json"))[15]);
+
+  const auto table = run_program("inertia --volume " + volume + " --labels " + out +
+                                 "/labels.nii.gz --landmarks " + out + "/landmarks.json --findings " + out +
+                                 "/segmentation.json --json -o " + out + "/table.json");
+  ASSERT_EQ(table.code, 0) << table.err;
+  const auto inertia = nlohmann::json::parse(table.out);
+  EXPECT_EQ(inertia.at("source").at("segmentation"), "good");
+  EXPECT_EQ(inertia.at("parts").at(14).at("notes"), nlohmann::json({"absent as told"}));
+  const auto scene = run_program("skeleton " + out + "/table.json --landmarks " + out +
+                                 "/landmarks.json -o " + out + "/scene.toml");
+  ASSERT_EQ(scene.code, 0) << scene.err;
+  std::ifstream toml(folder / "out/scene.toml");
+  const std::string text((std::istreambuf_iterator<char>(toml)), {});
+  EXPECT_NE(text.find("Absent as told: foot_left."), std::string::npos);
+  EXPECT_EQ(scene.err.find("shank_left"), std::string::npos) << scene.err;
 }
 
 }  // namespace

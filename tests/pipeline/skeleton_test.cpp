@@ -60,7 +60,7 @@ TEST(Skeleton, StartsInTheScansPoseWithTheScansInertia) {
   const auto skeleton = build_skeleton(made.parts, made.phantom.landmarks);
   ASSERT_TRUE(skeleton) << skeleton.error().message();
   ASSERT_EQ(skeleton->scene.solids.size(), 16u);
-  EXPECT_TRUE(skeleton->warnings.empty()) << skeleton->warnings.front();
+  EXPECT_TRUE(skeleton->warnings.empty()) << skeleton->warnings.front().text;
   for (const Solid& s : skeleton->scene.solids) {
     const Pose X = pose(skeleton->scene, s.name);
     // frames stand along the patient's axes; products of at most six rotations round to a few 1e-16
@@ -188,10 +188,11 @@ TEST(Skeleton, AStartOutsideAPublishedRangeWidensIt) {
   const std::vector<Range>& hip = ball(skeleton->scene, "thigh_left").ranges;
   EXPECT_NEAR(hip[0].upper, flexion * degree, 1e-12);
   EXPECT_DOUBLE_EQ(hip[0].lower, -30 * degree);
-  ASSERT_EQ(skeleton->warnings.size(), 1u) << skeleton->warnings.back();
-  EXPECT_NE(skeleton->warnings[0].find("hip_left: flexion of "), std::string::npos) << skeleton->warnings[0];
-  EXPECT_NE(skeleton->warnings[0].find("outside the usual -30 to 120; its range is widened"),
-            std::string::npos);
+  ASSERT_EQ(skeleton->warnings.size(), 1u) << skeleton->warnings.back().text;
+  EXPECT_EQ(skeleton->warnings[0].kind, WarningKind::range);
+  const std::string& said = skeleton->warnings[0].text;
+  EXPECT_NE(said.find("hip_left flexion 1"), std::string::npos) << said;
+  EXPECT_NE(said.find("degrees (-30 to 120)"), std::string::npos) << said;
   // it compiles, also once it has been through its file
   ASSERT_TRUE(compile(skeleton->scene)) << compile(skeleton->scene).error().message();
   const auto back = parse_scene(write_scene(skeleton->scene).value(), "scene.toml");
@@ -234,11 +235,17 @@ TEST(Skeleton, ATrunkWithoutANeckHasNoRangesThere) {
 
 TEST(JointAxes, AStartThatIsOutsideByRoundingIsNotTold) {
   const JointAxes hip = joint_axes("hip_left");  // flexion -30 to 120 degrees
-  std::vector<std::string> warnings;
+  std::vector<Warning> warnings;
   auto ranges = ranges_with_start(hip, Vector3d(120.04, 0, 0) * degree, "hip_left", warnings);
   EXPECT_TRUE(warnings.empty());
   EXPECT_DOUBLE_EQ(ranges[0].upper, 120.04 * degree);  // the start lies in it nevertheless
   ranges = ranges_with_start(hip, Vector3d(-30.06, 0, 0) * degree, "hip_left", warnings);
+  EXPECT_EQ(warnings.size(), 1u);
+  // nor one by no more than its own deviation
+  warnings.clear();
+  ranges_with_start(hip, Vector3d(122, 0, 0) * degree, "hip_left", warnings, Vector3d(3, 0, 0) * degree);
+  EXPECT_TRUE(warnings.empty());
+  ranges_with_start(hip, Vector3d(124, 0, 0) * degree, "hip_left", warnings, Vector3d(3, 9, 9) * degree);
   EXPECT_EQ(warnings.size(), 1u);
 }
 
@@ -316,7 +323,7 @@ TEST(Skeleton, GroupsOfPartsAreOneSolidEach) {
   }
   const auto skeleton = build_skeleton(some, made.phantom.landmarks);
   ASSERT_TRUE(skeleton) << skeleton.error().message();
-  EXPECT_TRUE(skeleton->warnings.empty()) << skeleton->warnings.front();
+  EXPECT_TRUE(skeleton->warnings.empty()) << skeleton->warnings.front().text;
   ASSERT_EQ(skeleton->scene.solids.size(), 12u);
   for (const auto& [name, parent, joint] : {std::array{"trunk", "world", "mid_hip"},
                                             {"head", "trunk", "neck"},
@@ -364,14 +371,19 @@ TEST(Skeleton, CutPartsAreTakenWithTheReasonThatTheirRowGives) {
   InertiaRow row;
   row.part = "forearm_left";
   row.completeness = Completeness::cut;
-  row.notes = {"holds hand too: no wrist was found"};
+  row.notes = {"no wrist was found: this part contains the hand"};
   row.inertial.mass = 1;
   table.rows.push_back(row);
-  std::vector<std::string> warnings;
+  std::vector<Warning> warnings;
   EXPECT_TRUE(movable_parts(table, warnings).contains("forearm_left"));
   ASSERT_EQ(warnings.size(), 1U);
-  EXPECT_NE(warnings[0].find("no wrist was found"), std::string::npos) << warnings[0];
-  EXPECT_EQ(warnings[0].find("edge"), std::string::npos) << warnings[0];
+  EXPECT_NE(warnings[0].text.find("no wrist was found"), std::string::npos) << warnings[0].text;
+  EXPECT_EQ(warnings[0].text.find("edge"), std::string::npos) << warnings[0].text;
+  // a stump is all that there is of its part
+  table.rows[0].notes = {"stump: hand is absent as told"};
+  warnings.clear();
+  EXPECT_TRUE(movable_parts(table, warnings).contains("forearm_left"));
+  EXPECT_TRUE(warnings.empty());
 }
 
 TEST(Skeleton, JointInertiaIsThatOfTwoBodiesOnAHinge) {

@@ -123,8 +123,8 @@ TEST(ArmsBeforeTrunk, SpinesThatDifferAreDoubted) {
   const double off = (left.point - spine).norm();
   ASSERT_GT(off, 30);
   EXPECT_GT(2 * left.deviation, off);
-  EXPECT_TRUE(std::any_of(found->warnings.begin(), found->warnings.end(), [](const std::string& text) {
-    return text.starts_with("thigh left") && text.find("iliac spines") != std::string::npos;
+  EXPECT_TRUE(std::any_of(found->warnings.begin(), found->warnings.end(), [](const Warning& warning) {
+    return warning.item == "thigh left" && warning.text.find("iliac spines") != std::string::npos;
   }));
 }
 

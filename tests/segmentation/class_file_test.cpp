@@ -4,13 +4,21 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <random>
+#include <utility>
 
 #include "samples/phantom_voxels.hpp"
 #include "scratch_folder.hpp"
 #include "segmentation/class_map.hpp"
+#include "segmentation/mapping_fit.hpp"
+#include "segmentation/mr_tissues.hpp"
 #include "segmentation/segment.hpp"
+#include "segmentation/write.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {
@@ -133,6 +141,162 @@ TEST_F(ClassFile, PartsByTotalSegmentatorsClasses) {
     // hips and girdles go whole to the trunk here, where the phantom's planes cut their corners
     EXPECT_GT(both[n] / all[n], 0.95) << parts[n].name;
   }
+}
+
+// Numbers without names are read by the version whose classes lie where a body has them, whichever is asked
+// for; each voxel's rule is that of its name.
+TEST_F(ClassFile, NumbersWithoutNamesAreReadByTheVersionThatFits) {
+  const auto count = [](const ClassMap& one, const ClassMap& other) {
+    std::size_t differ = 0;
+    for (std::size_t o = 0; o < one.labels.voxels.size(); ++o) {
+      const auto a = one.labels.voxels[o], b = other.labels.voxels[o];
+      differ += (a != 0) != (b != 0) || (a && one.rule(a) != other.rule(b));
+    }
+    return differ;
+  };
+  for (const auto& [version, own] :
+       {std::pair{"1", "totalsegmentator_v1"}, {"2", "totalsegmentator"}, {"mr", "totalsegmentator_mr"}}) {
+    const auto named = read_classes(write(version), "", "totalsegmentator");
+    ASSERT_TRUE(named) << named.error().message();
+    EXPECT_TRUE(named->warnings.empty()) << named->warnings.front();
+    const std::string bare = write(version, " --no-names");
+    for (const std::string asked : {"totalsegmentator", "totalsegmentator_v1", "totalsegmentator_mr"})
+      for (const GreyVolume* scan : {static_cast<const GreyVolume*>(nullptr), &std::as_const(scan_.grey)}) {
+        const auto read = read_classes(bare, "", asked, scan);
+        ASSERT_TRUE(read) << version << " by " << asked << ": " << read.error().message();
+        EXPECT_EQ(count(*named, *read), 0U) << version << " by " << asked;
+        ASSERT_EQ(read->warnings.size(), asked == own ? 0U : 1U) << version << " by " << asked;
+        if (asked == own) continue;
+        for (const std::string& both : {"by the mapping " + asked, std::string("read by ") + own})
+          EXPECT_NE(read->warnings[0].find(both), std::string::npos) << read->warnings[0];
+      }
+    const auto foreign = read_classes(bare, "", "icrp110");
+    ASSERT_FALSE(foreign) << version;
+    EXPECT_NE(foreign.error().message().find(std::string(own) + " fits"), std::string::npos)
+        << foreign.error().message();
+  }
+}
+
+// An MR of the phantom (fat bright, cortex and air dark) with TotalSegmentator's classes for MR has parts.
+TEST_F(ClassFile, PartsOfAnMrByItsClasses) {
+  Phantom drawn = body_;
+  for (PhantomSolid& solid : drawn.solids) {
+    const std::string_view name = solid.tissue.name;
+    const int bright = name == "fat" || name == "spongiosa" ? 900
+                       : name == "cortex"                   ? 30
+                       : name == "lung"                     ? 20
+                       : name == "air"                      ? 0
+                                                            : 340;
+    solid.tissue.hu = bright - 1000;
+  }
+  GreyVolume mr = voxelise(drawn, scan_.grey.grid).grey;
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, 10);
+  for (auto& v : mr.voxels)
+    v = static_cast<std::int16_t>(std::lround(std::hypot(v + 1000 + noise(random), noise(random))));
+  mr.quantity = Quantity::mr;
+  const auto classes = read_classes(write("mr", " --no-names"), "", "totalsegmentator", &mr);
+  ASSERT_TRUE(classes) << classes.error().message();
+  const auto reading = read_mr(mr, &*classes);
+  ASSERT_TRUE(reading) << reading.error().message();
+  SegmentOptions options;
+  options.classes = &*classes;
+  const auto found = segment(flat_body(*reading), options);
+  ASSERT_TRUE(found) << found.error().message();
+  std::array<double, parts.size()> both{}, all{};
+  for (std::size_t o = 0; o < found->labels.voxels.size(); ++o) {
+    const auto exact = scan_.labels.voxels[o], mine = found->labels.voxels[o];
+    both[exact] += 2 * (exact == mine), ++all[exact], ++all[mine];
+  }
+  // the classes show shoulders, hips and the column, but no elbow, wrist, knee or ankle
+  for (const char* name : {"head", "upper_trunk", "middle_trunk", "lower_trunk", "thigh_left", "thigh_right",
+                           "upper_arm_left", "upper_arm_right"}) {
+    const auto n = static_cast<std::size_t>(part_label(name));
+    EXPECT_NE(found->part[n].coverage, Coverage::absent) << name;
+    std::printf("%s %.3f\n", name, both[n] / all[n]);
+  }
+}
+
+// Numbers of no known table: drawn anew, they fit none.
+TEST_F(ClassFile, NumbersThatFitNoTableAreRefused) {
+  auto labels = read_numbered_labels(write("2", " --no-names"));
+  ASSERT_TRUE(labels);
+  const auto places = places_of(*labels, nullptr);
+  std::vector<std::string> warnings;
+  EXPECT_TRUE(fitting_mapping("a.nii", "totalsegmentator", places, warnings));
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    auto drawn = places;
+    std::vector<std::int64_t> numbers;
+    for (const NumberPlace& place : places) numbers.push_back(place.number);
+    std::ranges::shuffle(numbers, std::mt19937(seed));
+    for (std::size_t n = 0; n < drawn.size(); ++n) drawn[n].number = numbers[n];
+    const auto none = fitting_mapping("a.nii", "totalsegmentator", drawn, warnings);
+    ASSERT_FALSE(none) << seed;
+    EXPECT_NE(none.error().message().find("no ready mapping fits"), std::string::npos)
+        << none.error().message();
+  }
+  EXPECT_TRUE(warnings.empty());
+}
+
+// A header that mirrors the body or turns it over is told of elsewhere; its classes keep their names.
+TEST_F(ClassFile, AMirroredHeaderChangesNoMapping) {
+  auto labels = read_numbered_labels(write("2", " --no-names"));
+  ASSERT_TRUE(labels);
+  for (const int axis : {0, 1, 2}) {
+    labels->map.grid.axes.row(axis) *= -1;
+    std::vector<std::string> warnings;
+    EXPECT_TRUE(fitting_mapping("a.nii", "totalsegmentator", places_of(*labels, nullptr), warnings));
+    EXPECT_TRUE(warnings.empty());
+  }
+}
+
+// The folder of masks that TotalSegmentator leaves by default tells the same as its one file with names.
+TEST_F(ClassFile, AFolderOfMasksIsTheSameLabelMap) {
+  const auto whole = read_numbered_labels(write("2"));
+  ASSERT_TRUE(whole);
+  const std::string masks = folder_ / "masks";
+  ASSERT_EQ(
+      std::system(("/usr/bin/python3 " + test::source_folder() + "/tests/segmentation/write_classes.py " +
+                   folder_.path() + " 2 " + masks + " --masks > /dev/null")
+                      .c_str()),
+      0);
+  const auto read = read_numbered_labels(masks);
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_TRUE(read->map.warnings.empty());
+  ASSERT_EQ(read->map.voxels.size(), whole->map.voxels.size());
+  std::size_t differ = 0;
+  for (std::size_t o = 0; o < read->map.voxels.size(); ++o) {
+    const auto a = read->map.voxels[o], b = whole->map.voxels[o];
+    differ += (a != 0) != (b != 0) || (a && read->map.names[a] != whole->map.names[b]);
+  }
+  EXPECT_EQ(differ, 0U);
+  const auto classes = read_classes(masks, "", "totalsegmentator");
+  ASSERT_TRUE(classes) << classes.error().message();
+  EXPECT_TRUE(classes->warnings.empty());
+
+  const auto message = [&] {
+    const auto again = read_classes(masks, "", "totalsegmentator");
+    return again ? "read: " + (again->warnings.empty() ? "" : again->warnings.back())
+                 : again.error().message();
+  };
+  // an unknown class is told once
+  std::filesystem::copy(masks + "/liver.nii.gz", masks + "/moon.nii.gz");
+  EXPECT_NE(message().find("overlap: liver and moon by 100 %"), std::string::npos) << message();
+  std::filesystem::rename(masks + "/moon.nii.gz", folder_ / "moon.nii.gz");
+  std::filesystem::rename(masks + "/liver.nii.gz", masks + "/moon.nii.gz");
+  EXPECT_NE(message().find("does not tell of 1 of its classes (moon)"), std::string::npos) << message();
+  // a file of many values is no mask
+  std::filesystem::copy(write("2"), masks + "/all.nii.gz");
+  EXPECT_NE(message().find("all.nii.gz: is no mask"), std::string::npos) << message();
+  std::filesystem::remove(masks + "/all.nii.gz");
+  // two files of one class, and another grid
+  std::filesystem::copy(masks + "/brain.nii.gz", masks + "/brain.nii");
+  EXPECT_NE(message().find("two masks of brain"), std::string::npos) << message();
+  std::filesystem::remove(masks + "/brain.nii");
+  LabelMap other{{Grid{}, {}}, {"outside", "skin"}, {}};
+  other.grid.size = {4, 4, 4}, other.voxels.assign(64, 1);
+  ASSERT_TRUE(write_labels(masks + "/skin.nii.gz", other));
+  EXPECT_NE(message().find("skin.nii.gz: lies on another grid than"), std::string::npos) << message();
 }
 
 // A table of names that is cut short is refused, not taken for a map without names.

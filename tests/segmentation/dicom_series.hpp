@@ -21,7 +21,7 @@ struct TestSlice {
   std::string series = "1.2.3.1", instance;
   std::string modality = "CT", description = "body", acquisition = "1",
               image_type = "ORIGINAL\\PRIMARY\\AXIAL";
-  std::string patient_position;
+  std::string patient_position, patient_sex, patient_age;
   int columns = 6, rows = 5;
   Eigen::Vector3d position{-10, -20, 30}, along_row{1, 0, 0}, along_column{0, 1, 0};
   double column_spacing = 0.75, row_spacing = 0.5;
@@ -89,6 +89,8 @@ inline void write_slice(const std::string& path, const TestSlice& s) {
   set(0x0028, 0x1052, s.intercept_text.empty() ? fmt::format("{}", s.intercept) : s.intercept_text);
   set(0x0028, 0x1054, "HU");
   if (!s.patient_position.empty()) set(0x0018, 0x5100, s.patient_position);
+  if (!s.patient_sex.empty()) set(0x0010, 0x0040, s.patient_sex);
+  if (!s.patient_age.empty()) set(0x0010, 0x1010, s.patient_age);
   if (s.frames > 1) set(0x0028, 0x0008, std::to_string(s.frames));
   if (s.padding) {
     gdcm::DataElement padding(gdcm::Tag(0x0028, 0x0120), 0, s.is_signed ? gdcm::VR::SS : gdcm::VR::US);

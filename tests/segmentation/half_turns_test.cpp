@@ -29,8 +29,8 @@ TEST(HalfTurns, BodyIsFoundAsItLiesAndTheHeaderDoubted) {
   coarse.spacing.setConstant(4);
   const Scan scan = voxelise(body, phantom_grid(body, coarse), {.noise_hu = 15});
   const auto contradicts = [](const Segmentation& found) {
-    return std::ranges::count_if(found.warnings, [](const std::string& warning) {
-      return warning.starts_with("the header contradicts the body");
+    return std::ranges::count_if(found.warnings, [](const Warning& warning) {
+      return warning.text.starts_with("the header contradicts the body");
     });
   };
   const Segmentation right = found_in(scan.grey);

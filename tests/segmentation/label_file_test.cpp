@@ -6,6 +6,7 @@
 
 #include "grids.hpp"
 #include "scratch_folder.hpp"
+#include "segmentation/class_map.hpp"
 #include "segmentation/parts.hpp"
 #include "segmentation/read.hpp"
 #include "segmentation/write.hpp"
@@ -156,6 +157,48 @@ TEST(LabelFile, SegmentsOf3dSlicerNameTheirValues) {
   const auto thigh = static_cast<std::uint8_t>(part_label("thigh_left"));
   EXPECT_EQ(read->voxels, (std::vector<std::uint8_t>{0, thigh, 17, thigh}));
   EXPECT_EQ(read->names[17], "tumour");
+}
+
+// 3D Slicer's tags tell the class where a person named the segment anew, and its ID where there are no codes.
+// Codes: DICOM PS3.16, CID 4031 (71341001 femur, T-12710 in SRT), CID 244 (7771000 left, 24028007 right).
+TEST(LabelFile, TerminologyOf3dSlicerTellsTheClass) {
+  ScratchFolder folder;
+  const auto tags = [](const std::string& type, const std::string& side) {
+    return "Segmentation.Status:inprogress|TerminologyEntry:Segmentation category and type - 3D Slicer "
+           "General "
+           "Anatomy list~SCT^123037004^Anatomical Structure~" +
+           type + "~" + side + "~Anatomic codes - DICOM master list~^^~^^|";
+  };
+  const std::string text =
+      "NRRD0005\ntype: unsigned char\ndimension: 4\nsizes: 2 3 2 1\nspace: left-posterior-superior\n"
+      "space directions: none (2,0,0) (0,2,0) (0,0,3)\nkinds: list domain domain domain\n"
+      "space origin: (0,0,0)\nencoding: raw\n"
+      "Segment0_ID:=Segment_1\nSegment0_Name:=Oberschenkelknochen\nSegment0_LabelValue:=1\n"
+      "Segment0_Layer:=0\nSegment0_Tags:=" +
+      tags("SCT^71341001^Femur", "SCT^7771000^Left") +
+      "\nSegment1_ID:=Segment_2\nSegment1_Name:=II\nSegment1_LabelValue:=2\nSegment1_Layer:=0\n"
+      "Segment1_Tags:=" +
+      tags("SRT^T-12710^Femur", "SRT^G-A100^Right") +
+      "\nSegment2_ID:=liver\nSegment2_Name:=L\nSegment2_LabelValue:=1\nSegment2_Layer:=1\nSegment2_Tags:=" +
+      tags("SCT^85756007^Tissue", "^^") +
+      "\nSegment3_ID:=s4\nSegment3_Name:=Left kidney\nSegment3_LabelValue:=2\nSegment3_Layer:=1\n"
+      "Segment3_Tags:=" +
+      tags("SCT^64033007^Kidney", "SCT^24028007^Right") + "\n\n";
+  std::vector<char> bytes(text.begin(), text.end());
+  for (const char v : {0, 0, 1, 0, 2, 0, 0, 1, 0, 2, 1, 1})
+    bytes.push_back(v);  // a voxel's layers side by side
+  put_bytes(folder / "a.seg.nrrd", bytes);
+  const auto classes = read_classes(folder / "a.seg.nrrd", "", "totalsegmentator");
+  ASSERT_TRUE(classes) << classes.error().message();
+  const auto mapping = class_mapping("totalsegmentator");
+  const char* const expected[] = {"", "femur_left", "femur_right", "liver", "kidney_left", "liver"};
+  for (std::size_t o = 1; o < 6; ++o)
+    EXPECT_EQ(classes->rule(classes->labels.voxels[o]), *mapping->find(-1, expected[o])) << expected[o];
+  EXPECT_EQ(classes->labels.voxels[0], 0);
+  std::string told;
+  for (const std::string& warning : classes->warnings) told += warning + "\n";
+  EXPECT_NE(told.find("Oberschenkelknochen is femur_left, II is femur_right, L is liver"), std::string::npos)
+      << told;
 }
 
 TEST(LabelFile, PartNamesGetTheirLabelsOthersFollow) {

@@ -155,7 +155,7 @@ double off(const Scanned& of, const std::string& name) {
 
 bool warns(const Scanned& of, const std::string& text) {
   return std::any_of(of.found.warnings.begin(), of.found.warnings.end(),
-                     [&](const std::string& warning) { return warning.find(text) != std::string::npos; });
+                     [&](const Warning& warning) { return warning.text.find(text) != std::string::npos; });
 }
 
 GridOptions voxels(double edge) {

@@ -137,7 +137,7 @@ TEST_F(PartialPhantom, NothingThatCanBeToldIsLabelledAndSaid) {
   const auto knees = found(slice_at("knee_left", -150), slice_at("knee_left", 150));
   expect_coverage(knees, {});
   ASSERT_FALSE(knees.warnings.empty());
-  EXPECT_NE(knees.warnings.front().find("neither both hips nor both shoulders"), std::string::npos);
+  EXPECT_NE(knees.warnings.front().text.find("neither both hips nor both shoulders"), std::string::npos);
 }
 
 TEST_F(PartialPhantom, HeadAloneIsAHead) {
@@ -179,7 +179,7 @@ TEST_F(PartialPhantom, LegsWhoseHipsAreCutAreNoArms) {
     ASSERT_FALSE(legs.warnings.empty());
     if (end >= 0 && legs.part[static_cast<std::size_t>(part_label("thigh_left"))].volume == 0) {
       expect_coverage(legs, {});
-      EXPECT_NE(legs.warnings.front().find("neither both hips nor both shoulders"), std::string::npos);
+      EXPECT_NE(legs.warnings.front().text.find("neither both hips nor both shoulders"), std::string::npos);
       continue;
     }
     expect_coverage(legs, {{"thigh_left", cut},
@@ -220,8 +220,8 @@ TEST_F(PartialPhantom, ArmsWithoutShouldersDoNotPassForTrunk) {
     EXPECT_EQ(name_of(finding(part).coverage), "cut") << part;
     EXPECT_LE(finding(part).confidence, 0.2) << part;
   }
-  EXPECT_TRUE(std::ranges::any_of(legs_and_arms.warnings, [](const std::string& text) {
-    return text.find("whose shoulders are not in view") != std::string::npos;
+  EXPECT_TRUE(std::ranges::any_of(legs_and_arms.warnings, [](const Warning& warning) {
+    return warning.text.find("whose shoulders are not in view") != std::string::npos;
   }));
 }
 

@@ -70,7 +70,7 @@ TEST(Segment, NoisyPhantomOnATableAtThreeMillimetres) {
     skin += found.labels.voxels[o] != 0;
   }
   EXPECT_LT(beyond / skin, 0.01);
-  EXPECT_TRUE(found.warnings.empty()) << found.warnings.front();
+  EXPECT_TRUE(found.warnings.empty()) << found.warnings.front().text;
 }
 
 TEST(Segment, WomanBentAtElbowAndKneeOnAnObliqueTiltedMirroredGrid) {
@@ -233,7 +233,7 @@ TEST(Segment, PartThatNoBodyHasIsNotCalledWhole) {
   const PartFinding& thigh = found->part[static_cast<std::size_t>(part_label("thigh_left"))];
   EXPECT_EQ(thigh.coverage, Coverage::cut);
   EXPECT_LE(thigh.confidence, 0.1);
-  EXPECT_TRUE(thigh.note.starts_with("too small beside the other whole parts")) << thigh.note;
+  EXPECT_TRUE(thigh.note.starts_with("it is too small beside the other whole parts")) << thigh.note;
   EXPECT_EQ(found->part[static_cast<std::size_t>(part_label("thigh_right"))].coverage, Coverage::whole);
 }
 
@@ -248,7 +248,7 @@ TEST(Segment, PartsThatAreLargerThanAnyBodysAreTold) {
   std::size_t told = 0;
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const PartFinding& part = found.part[n];
-    const bool here = part.note.find("that of a man of 250 kg") != std::string::npos;
+    const bool here = part.note.find("l in a man of 250 kg") != std::string::npos;
     told += here;
     // a quarter of a tonne is three times and a half the drawn body
     const double times = part.volume * 1e-6 / body.exact[n].mass;  // litres for kilograms
@@ -256,8 +256,8 @@ TEST(Segment, PartsThatAreLargerThanAnyBodysAreTold) {
     if (!here) continue;
     EXPECT_GT(times, 2.5) << parts[n].name;
     EXPECT_LE(part.confidence, 0.1);
-    const auto names_it = [&](const std::string& warning) {
-      return warning.find(part.note) != std::string::npos;
+    const auto names_it = [&](const Warning& warning) {
+      return warning.text.find(part.note) != std::string::npos;
     };
     EXPECT_TRUE(std::any_of(found.warnings.begin(), found.warnings.end(), names_it)) << parts[n].name;
   }
@@ -337,8 +337,9 @@ TEST(Segment, BodyThatLiesTurnedInTheScannerIsCutAlongItsOwnAxes) {
       EXPECT_GT(agreement[n], small ? 0.9 : 0.95) << parts[n].name;
       EXPECT_NEAR(mine[n] / exact[n], 1, small ? 0.05 : 0.03) << parts[n].name;
     }
-    ASSERT_FALSE(found->warnings.empty());
-    EXPECT_NE(found->warnings.back().find("lies turned by"), std::string::npos) << found->warnings.back();
+    EXPECT_TRUE(std::ranges::any_of(found->warnings, [](const Warning& warning) {
+      return warning.text.find("lies turned by") != std::string::npos;
+    }));
   }
 }
 

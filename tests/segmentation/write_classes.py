@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Writes a label map as TotalSegmentator leaves it, from the phantom's solids; for class_file_test.cpp.
 
-write_classes.py FOLDER VERSION OUTPUT [--no-names]
+write_classes.py FOLDER VERSION OUTPUT [--no-names] [--masks]
+VERSION is 1, 2, or mr for the task total_mr. With --masks OUTPUT is a folder that gets a mask per class (its default output).
 FOLDER holds solids.raw (int32, the number of the solid at each voxel or -1, first axis fastest), solids.txt (a solid's
 name a line) and grid.txt (the size, then the affine's rows in LPS, mm). Shares no code with the program: the format is
 that of NIfTI-1 with the extension that TotalSegmentator's nifti_ext_header.py adds, the numbers those of class_map
-"total" (version 2) or "total_v1" (1) in its map_to_binary.py.
+"total" (version 2), "total_v1" (1) or "total_mr" (mr) in its map_to_binary.py.
 """
 import gzip
+import os
 import re
 import struct
 import sys
@@ -43,6 +45,12 @@ total_v1 = ("spleen kidney_right kidney_left gallbladder liver stomach aorta inf
     "sacrum", "face"] + sides("gluteus_maximus", "gluteus_medius", "gluteus_minimus", "autochthon", "iliopsoas") + [
     "urinary_bladder"]
 
+total_mr = ("spleen kidney_right kidney_left gallbladder liver stomach pancreas adrenal_gland_right adrenal_gland_left lung_left "
+            "lung_right esophagus small_bowel duodenum colon urinary_bladder prostate sacrum vertebrae intervertebral_discs "
+            "spinal_cord heart aorta inferior_vena_cava portal_vein_and_splenic_vein").split() + sides(
+    "iliac_artery", "iliac_vena", "humerus", "scapula", "clavicula", "femur", "hip", "gluteus_maximus", "gluteus_medius",
+    "gluteus_minimus", "autochthon", "iliopsoas") + ["brain"]
+
 # what a solid of the phantom is to TotalSegmentator; the first pattern that fits counts
 rules = [(r"rib \d+ \w+ cartilage", "costal_cartilages"), (r"rib (\d+) (left|right)", r"rib_\2_\1"),
          (r"([CTL]\d+)(?! disc)", r"vertebrae_\1"), (r"(?:humer\w*(?: \w+)?) (left|right)", r"humerus_\1"),
@@ -57,8 +65,12 @@ def class_of(solid):
     for pattern, name in rules:
         match = re.match(pattern, solid)
         if match:
-            return match.expand(name)
+            return of_mr(match.expand(name)) if version == "mr" else match.expand(name)
     return None
+
+
+def of_mr(name):  # total_mr has whole lungs and one class of vertebrae
+    return re.sub(r"vertebrae_\w+", "vertebrae", name.replace("lung_upper_lobe", "lung"))
 
 
 def extension(names):
@@ -90,14 +102,20 @@ def nifti(path, voxels, affine_lps, tail):
 
 
 folder, version, output = sys.argv[1:4]
-names = {n: name for n, name in enumerate(total if version == "2" else total_v1, 1)}
+names = {n: name for n, name in enumerate({"2": total, "1": total_v1, "mr": total_mr}[version], 1)}
 number = {name: n for n, name in names.items()}
 lines = open(f"{folder}/grid.txt").read().split()
 size = [int(n) for n in lines[:3]]
 solids = np.fromfile(f"{folder}/solids.raw", np.int32).reshape(size, order="F")
 of_solid = [number.get(class_of(line.rstrip("\n")), 0) for line in open(f"{folder}/solids.txt")]
 classes = np.array(of_solid + [0], np.uint8)[solids]  # -1: the last
-nifti(output, classes, np.array(lines[3:], float).reshape(3, 4),
-      bytes(4) if "--no-names" in sys.argv else extension(names))
+affine = np.array(lines[3:], float).reshape(3, 4)
+if "--masks" in sys.argv:
+    os.makedirs(output, exist_ok=True)
+    for n, name in names.items():
+        nifti(f"{output}/{name}.nii.gz", (classes == n).astype(np.uint8), affine, bytes(4))
+    open(f"{output}/statistics.json", "w").write("{}")
+else:
+    nifti(output, classes, affine, bytes(4) if "--no-names" in sys.argv else extension(names))
 for n, name in names.items():
     print(n, name, int((classes == n).sum()))

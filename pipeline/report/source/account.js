@@ -1,6 +1,16 @@
 // The run's account: what was read, how long each stage took, the settings, and the files beside the report.
 import { bytes, fixed, h, partTitle, seconds } from './dom.js';
 
+const looks = { good: 'good', doubtful: 'doubt', refused: 'bad' };
+
+/** The verdict in segmentation.json: {verdict, reasons (worst first), look (a class)}; null without one. */
+export function segmentationVerdict(segmentation) {
+  const look = looks[segmentation?.verdict];
+  if (!look) return null;
+  const reasons = Array.isArray(segmentation.verdict_reasons) ? segmentation.verdict_reasons.map(String) : [];
+  return { verdict: segmentation.verdict, reasons, look };
+}
+
 /** Every warning of the run's stages and of segmentation, each once, as {stage, text}. */
 export function warningsOf({ run, segmentation }) {
   const all = new Map();

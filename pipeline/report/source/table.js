@@ -175,7 +175,7 @@ function table(caption, headRows, rows, cells, foot = null) {
           { class: row.completeness === 'whole' ? '' : row.completeness },
           partCell(row),
           row.completeness === 'absent'
-            ? h('td', { colspan: 20, class: 'quiet' }, 'not in the scan')
+            ? h('td', { colspan: 20, class: 'quiet' }, row.notes.find((note) => note === 'absent as told') ?? 'not in the scan')
             : cells(row),
         ),
       ),
@@ -191,7 +191,9 @@ const partCell = (row) =>
     { scope: 'row' },
     h('span', { class: 'swatch', style: { background: row.colour } }),
     partTitle(row.name),
-    row.completeness === 'cut' ? h('span', { class: 'badge' }, 'cut') : null,
+    row.completeness === 'cut'
+      ? h('span', { class: 'badge' }, row.notes.some((note) => note.startsWith('stump: ')) ? 'stump' : 'cut')
+      : null,
     row.flaw ? h('span', { class: 'badge', title: row.flaw }, 'impossible') : null,
   );
 

@@ -1,11 +1,11 @@
 // report.html's program: reads the data that report.cpp wrote into the page and builds the sections from it.
 import './style.css';
 import { eventTable, makeCertificate, residualTable, verdictOf } from './certificate.js';
-import { makeFiles, makeSettings, makeTimings, totalSeconds, warningsOf } from './account.js';
+import { makeFiles, makeSettings, makeTimings, segmentationVerdict, totalSeconds, warningsOf } from './account.js';
 import { motionCharts } from './charts.js';
 import { jointTable, makeCoronal } from './coronal.js';
 import { readBlock, readReport } from './data.js';
-import { fixed, h, seconds, section, significant } from './dom.js';
+import { fixed, h, partTitle, seconds, section, significant } from './dom.js';
 import { makeFits } from './fits.js';
 import { makeHistogram } from './histogram.js';
 import { makeMassChart } from './masses.js';
@@ -74,18 +74,22 @@ function header(report, rows) {
     h('div', {}, h('dt', {}, name), h('dd', {}, value, unit ? h('small', {}, ` ${unit}`) : null));
   const took = seconds(totalSeconds(run)).split(/\s/); // "2 min 22 s"
   const numbers = (words) => words.map((word, i) => (i % 2 ? h('small', {}, ` ${word} `) : word));
-  const warnings = warningsOf(report);
+  const parts = segmentationVerdict(report.segmentation);
+  const warnings = warningsOf(report).filter(({ text }) => !parts?.reasons.includes(text));
   const facts = [
     whole > 0 ? fact(significant(whole, 4), 'kg', isWhole(report) ? 'body mass' : 'in the scan') : null,
     rows.length > 0
       ? fact(String(found), `of ${rows.length}${cut ? `, ${cut} cut` : ''}`, 'parts whole')
+      : null,
+    parts
+      ? h('div', { class: parts.look }, h('dt', {}, 'the segmentation'), h('dd', {}, parts.verdict))
       : null,
     motion ? fact(significant(duration, 3), 's', 'of motion') : null,
     verdict
       ? h(
           'div',
           { class: verdict.trusted ? 'good' : 'bad' },
-          h('dt', {}, 'its certificate'),
+          h('dt', {}, 'the motion'),
           h('dd', {}, verdict.text),
         )
       : null,
@@ -98,6 +102,25 @@ function header(report, rows) {
     h('h1', {}, subject),
     source ? h('p', { class: 'source' }, sourceText(report)) : null,
     facts.length > 0 ? h('dl', { class: 'facts' }, facts) : null,
+    parts?.reasons.length > 0
+      ? h(
+          'aside',
+          { class: `verdict ${parts.look}`, 'aria-label': 'Verdict on the segmentation' },
+          h('h2', {}, `The segmentation is ${parts.verdict}`),
+          h(
+            'ul',
+            {},
+            parts.reasons.map((text) => h('li', {}, text)),
+          ),
+        )
+      : null,
+    report.segmentation?.absent
+      ? h(
+          'p',
+          { class: 'quiet absent' },
+          `Absent as told, with what hangs on it: ${report.segmentation.absent.split(',').map(partTitle).join(', ')}.`,
+        )
+      : null,
     warnings.length > 0
       ? h(
           'aside',

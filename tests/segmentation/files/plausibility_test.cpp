@@ -143,6 +143,21 @@ TEST(Plausibility, ValuesThatCannotBeKeptAreRefusedWhereTheyAreMany) {
   EXPECT_NE(few->warnings[0].find("above 32767"), std::string::npos) << few->warnings[0];
 }
 
+// A viewer's window of CT numbers, and the same as a picture of 8 bits: refused with what to do.
+TEST(Plausibility, DisplayWindowsAreRefusedInEveryFormat) {
+  for (const std::string& format : formats) {
+    for (const auto& [low, high] : {std::pair{-200, 300}, {-160, 240}, {-150, 250}, {-450, 1050}})
+      expect_refused(read(format, body().grey, [&](int v) { return std::clamp(v, low, high); }),
+                     "values below it were cut off (a display window", format);
+    expect_refused(read(format, body().grey, [](int v) { return std::clamp((v + 200) * 255 / 500, 0, 255); }),
+                   "a picture of 8 bits", format);
+    const auto told = read(format, body().grey, [](int v) { return std::min(v, 300); });
+    ASSERT_TRUE(told) << told.error().message();
+    ASSERT_FALSE(told->warnings.empty()) << format;
+    EXPECT_NE(told->warnings[0].find("denser bone was cut off"), std::string::npos) << told->warnings[0];
+  }
+}
+
 GreyVolume cropped(std::array<std::int64_t, 3> first, std::array<std::int64_t, 3> size) {
   const GreyVolume& whole = body().grey;
   GreyVolume out;
@@ -203,6 +218,12 @@ TEST(Plausibility, SizesOfVoxelsAndBodiesAreDoubted) {
   EXPECT_EQ(doubt_of_body(0.0757), "");
   EXPECT_EQ(doubt_of_body(0.0031, 3.2), "");  // a newborn
   EXPECT_NE(doubt_of_body(0.0012, 1.2).find("has 1.2 kg, impossible for a whole person"), std::string::npos);
+  EXPECT_NE(doubt_of_body(0.23, 225).find("has 225 kg, more than nearly anyone"), std::string::npos);
+  EXPECT_NE(doubt_of_body(0.47, 469, false).find("has 469 kg, impossible"), std::string::npos);
+  EXPECT_EQ(doubt_of_body(0.0012, 1.2, false), "");  // a hand
+  EXPECT_EQ(doubt_of_part("thigh_left", 0.02), "");
+  EXPECT_NE(doubt_of_part("thigh_left", 0.17).find("holds 170 l"), std::string::npos);
+  EXPECT_EQ(doubt_of_part("tumour", 0.17), "");
   EXPECT_NE(doubt_of_body(0.7).find("has 700 l, impossible for a whole person"), std::string::npos);
   EXPECT_NE(doubt_of_body(0.0757, 118.6).find("has 1.57 kg/l"), std::string::npos);
 }

@@ -1,0 +1,72 @@
+#include "segmentation/files/display_window.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <mutex>
+#include <vector>
+
+#include "threads/slabs.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr std::size_t all_values = 1 << 16;
+
+std::vector<std::int64_t> histogram(const GreyVolume& volume) {
+  std::vector<std::int64_t> counts(all_values);
+  std::mutex mutex;
+  in_slabs(std::ssize(volume.voxels), 0, [&](std::int64_t first, std::int64_t last) {
+    std::vector<std::int64_t> own(all_values);
+    for (std::int64_t n = first; n < last; ++n)
+      ++own[static_cast<std::uint16_t>(volume.voxels[static_cast<std::size_t>(n)])];
+    const std::lock_guard lock(mutex);
+    for (std::size_t n = 0; n < all_values; ++n) counts[n] += own[n];
+  });
+  return counts;
+}
+
+}  // namespace
+
+DisplayWindow display_window(const GreyVolume& volume) {
+  constexpr int beside = 20;         // values next to an end, among which a cut's is alone
+  constexpr double piled = 10;       // times as many voxels as the others of these have on average
+  constexpr int fewest = 64;         // different values of a picture that noise or mixing spreads
+  constexpr int airless = -500;      // HU: no air is below
+  constexpr int densest_cut = 1500;  // HU: cortical bone is beyond
+  constexpr double much = 0.1, some = 0.002;
+  DisplayWindow window;
+  if (volume.quantity != Quantity::hu) return window;
+  const auto counts = histogram(volume);
+  const auto count = [&](int value) {
+    return static_cast<double>(counts[static_cast<std::uint16_t>(static_cast<std::int16_t>(value))]);
+  };
+  int least = padding_hu + 1, greatest = INT16_MAX, different = 0;
+  while (least < greatest && count(least) == 0) ++least;
+  while (greatest > least && count(greatest) == 0) --greatest;
+  double seen = 0;
+  for (int value = least; value <= greatest; ++value) seen += count(value), different += count(value) > 0;
+  if (seen == 0 || different < fewest || greatest - least < 2 * beside) return window;
+  double above = 0, below = 0;
+  for (int n = 1; n <= beside; ++n) above += count(least + n) / beside, below += count(greatest - n) / beside;
+  window.least = static_cast<std::int16_t>(least), window.greatest = static_cast<std::int16_t>(greatest);
+  window.at_least = count(least) / seen, window.at_greatest = count(greatest) / seen;
+  window.low_cut = least > airless && window.at_least > much && count(least) > piled * above;
+  window.high_cut = greatest < densest_cut && window.at_greatest > some && count(greatest) > piled * below;
+  return window;
+}
+
+std::string advice_on(const DisplayWindow& window) {
+  const bool picture = window.least == 0 && window.greatest <= 255;
+  return fmt::format(
+      "cannot hold CT numbers: {:.3g} % of its voxels have its least value, {}, so that {}; {}",
+      100 * window.at_least, window.least,
+      picture
+          ? "it is a picture of 8 bits (0 to 255) through a display window"
+          : fmt::format("values below it were cut off (a display window{})",
+                        window.high_cut ? fmt::format(" of {} to {}", window.least, window.greatest) : ""),
+      "no rescaling gives air and fat their density back: export the scan itself (DICOM, or NIfTI with "
+      "-1024 to 3071)");
+}
+
+}  // namespace borelli
