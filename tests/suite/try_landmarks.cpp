@@ -30,7 +30,7 @@ LandmarkTrial try_landmarks(std::uint64_t seed, double slice) {
 
   LandmarkTrial out;
   out.stature_m = *options.stature_m;
-  out.warnings = found->warnings;
+  for (const Warning& warning : found->warnings) out.warnings.push_back(warning.text);
   for (const auto& [name, exact] : body->landmarks) {
     const auto it = found->landmarks.find(name);
     if (it != found->landmarks.end())

@@ -1,0 +1,68 @@
+// Where a warped body's tissue goes: segments scaled one by one, skin pushed out or in, joints turned.
+//
+// A place with shares s_j of the joints' motions goes, in this order:
+//   skin     x += lift * fat * n, n square to the segment's axis: bones stay
+//   scale    z = scaled_root(x) + sum over joints j of s_j (scaled_behind(x) - scaled_before(x)), where
+//   scaled_p
+//            stretches part p along and across its axis about its joint to its parent, whose centre goes with
+//            the parent
+//   twist    forearm and hand turn about the forearm's axis, by the share of the way from elbow to wrist
+//   turn     from the farthest joint to the nearest: z turns about the joint's (scaled) centre by s_j times
+//   its
+//            rotation vector
+//   whole    the body as one
+// With s_j of 0 and 1 alone (bones) all of these are affine; with scales of 1 rigid.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+
+#include "segmentation/landmarks.hpp"
+#include "segmentation/parts.hpp"
+#include "tests/suite/body_lattice.hpp"
+
+namespace borelli::suite {
+
+/// Numbers by label as in parts.hpp; angles in rad about the axes of the body at rest (LPS).
+struct Motion {
+  std::array<double, parts.size()> length{}, girth{};  ///< factors along and across a part's axis
+  std::array<double, parts.size()> fat{};              ///< mm that lifted skin goes out (in: negative)
+  std::array<Eigen::Vector3d, n_joints> turn{};        ///< rotation vectors
+  std::array<double, 2> pronation{};                   ///< left, right: about elbow to wrist
+  Eigen::Matrix3d whole = Eigen::Matrix3d::Identity();
+
+  Motion();  ///< the body as it is
+};
+
+class BodyMap {
+ public:
+  BodyMap(const Landmarks& rest, const Motion& motion);
+
+  Eigen::Vector3d operator()(const Eigen::Vector3d& rest, const Shares& shares, double lift) const;
+
+  /// The motion of a part's bones alone, as if lift were 0 and all shares 0 or 1.
+  Eigen::Vector3d with_part(int label, const Eigen::Vector3d& rest) const;
+
+ private:
+  Eigen::Vector3d push(const Eigen::Vector3d& rest, const Shares& shares) const;
+  Eigen::Vector3d scaled(std::size_t label, const Eigen::Vector3d& x) const {
+    return moved_[label] + stretch_[label] * (x - pivot_[label]);
+  }
+
+  std::array<Eigen::Vector3d, parts.size()> pivot_, moved_;  ///< by part: its joint at rest, scaled
+  std::array<Eigen::Matrix3d, parts.size()> stretch_;
+  struct Axis {
+    Eigen::Vector3d point, along;
+  };
+  std::array<Axis, parts.size()> axis_;
+  std::array<std::size_t, n_joints> before_{}, behind_{};
+  std::array<Eigen::AngleAxisd, n_joints> turn_;
+  std::array<Eigen::Matrix3d, n_joints> full_;
+  std::array<Eigen::Vector3d, 2> wrist_rest_;
+  Motion motion_;
+};
+
+/// The shares of a part's bones: 1 of the joints on the way to it, else 0.
+Shares shares_of_part(int label);
+
+}  // namespace borelli::suite

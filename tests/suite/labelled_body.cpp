@@ -1,0 +1,218 @@
+#include "tests/suite/labelled_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "segmentation/read.hpp"
+#include "tests/suite/body_landmarks.hpp"
+
+namespace borelli::suite {
+namespace {
+
+enum Contact : std::uint8_t { open, arm_left, arm_right, leg_left, leg_right, trunk };
+
+// numbers of organ list: tissue that is called the arms'
+bool of_arm(int organ) {
+  return organ == 11 || organ == 59 || organ == 104 || organ == 108 || organ == 118 || organ == 124 ||
+         (organ >= 13 && organ <= 23);
+}
+bool of_leg(int organ) {
+  return organ == 12 || organ == 60 || organ == 105 || organ == 109 || organ == 119 || organ == 125 ||
+         (organ >= 28 && organ <= 38);
+}
+bool is_bone(int organ) { return (organ >= 13 && organ <= 56) || organ == 128; }
+
+std::uint8_t label(std::string_view name) { return static_cast<std::uint8_t>(part_label(name)); }
+
+std::uint8_t bone_part(int organ, bool left) {
+  const auto sided = [&](std::string_view l, std::string_view r) { return label(left ? l : r); };
+  if (organ == 128 || organ == 26 || organ == 27 || organ == 39 || organ == 40 || organ == 47 || organ == 48)
+    return label("head");
+  if (organ >= 13 && organ <= 18) return sided("upper_arm_left", "upper_arm_right");
+  if (organ >= 19 && organ <= 21) return sided("forearm_left", "forearm_right");
+  if (organ == 22 || organ == 23) return sided("hand_left", "hand_right");
+  if (organ >= 28 && organ <= 33) return sided("thigh_left", "thigh_right");
+  if (organ >= 34 && organ <= 36) return sided("shank_left", "shank_right");
+  if (organ == 37 || organ == 38) return sided("foot_left", "foot_right");
+  if (organ == 41 || organ == 42 || organ == 53 || organ == 54) return label("lower_trunk");
+  if (organ == 51 || organ == 52) return label("middle_trunk");
+  return label("upper_trunk");
+}
+
+double middle_x(const LabelledBody& body) {
+  double sum = 0, count = 0;
+  for (std::size_t n = 0; n < body.voxel.size(); ++n)
+    if (body.is(n, 41, 42)) sum += body.centre(n).x(), ++count;
+  return sum / std::max(count, 1.0);
+}
+
+// Below the armpit tissue of the arms is told from all other by its name.
+void tell_arms(LabelledBody& body, double middle) {
+  const std::int64_t plane = body.grid.size[0] * body.grid.size[1];
+  std::int64_t armpit = 0;
+  for (std::size_t n = 0; n < body.voxel.size(); ++n)
+    if (body.is(n, 124, 124)) armpit = std::max<std::int64_t>(armpit, body.voxel[n] / plane);
+  body.contact.assign(body.voxel.size(), open);
+  for (std::size_t n = 0; n < body.voxel.size(); ++n) {
+    if (body.voxel[n] / plane > armpit) continue;
+    if (of_arm(body.organ[n]))
+      body.contact[n] = body.centre(n).x() > middle ? arm_left : arm_right;
+    else
+      body.contact[n] = trunk;
+  }
+}
+
+// The highest slice from which the legs are apart down to the feet, by air or skin in their midst.
+std::int64_t crotch(const LabelledBody& body, double middle) {
+  const Grid& g = body.grid;
+  const auto i0 = static_cast<std::int64_t>((middle - 14 - g.origin.x()) / g.axes(0, 0)),
+             i1 = static_cast<std::int64_t>((middle + 14 - g.origin.x()) / g.axes(0, 0));
+  std::int64_t k = 2;
+  for (; k < g.size[2]; ++k) {
+    double sum = 0, count = 0;
+    bool apart = false;
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        if (const auto n = body.number[g.offset(i, j, k)]; n && of_leg(body.organ[n - 1]))
+          sum += double(j), ++count;
+    if (count == 0) break;
+    const auto j = static_cast<std::int64_t>(sum / count);
+    for (std::int64_t i = i0; i <= i1; ++i) {
+      const auto n = body.number[g.offset(i, j, k)];
+      apart |= n == 0 || body.is(n - 1, 125, 125) || body.is(n - 1, 123, 123);
+    }
+    if (!apart) break;
+  }
+  return k - 1;
+}
+
+void tell_legs(LabelledBody& body, const std::vector<std::uint8_t>& nearest, std::int64_t crotch_slice) {
+  const std::int64_t plane = body.grid.size[0] * body.grid.size[1];
+  for (std::size_t n = 0; n < body.voxel.size(); ++n) {
+    if (body.contact[n] != trunk || !of_leg(body.organ[n])) continue;
+    if (body.voxel[n] / plane > crotch_slice) continue;
+    const std::string_view part = parts[nearest[n]].name;
+    if (part.ends_with("_left")) body.contact[n] = leg_left;
+    if (part.ends_with("_right")) body.contact[n] = leg_right;
+  }
+}
+
+}  // namespace
+
+bool may_touch(std::uint8_t a, std::uint8_t b) {
+  if (a == b || a == open || b == open) return true;
+  const auto is_arm = [](std::uint8_t c) { return c == arm_left || c == arm_right; };
+  if (is_arm(a) || is_arm(b)) return false;
+  return a == trunk || b == trunk;
+}
+
+std::vector<std::uint8_t> bone_parts(const LabelledBody& body) {
+  const double middle = middle_x(body);
+  std::vector<std::uint8_t> out(body.voxel.size());
+  for (std::size_t n = 0; n < out.size(); ++n)
+    if (is_bone(body.organ[n])) out[n] = bone_part(body.organ[n], body.centre(n).x() > middle);
+  return out;
+}
+
+// Dijkstra's ways over 26 neighbours in buckets of half a millimetre.
+std::vector<float> ways_through(const LabelledBody& body, const std::vector<std::uint8_t>& seed,
+                                float longest, std::vector<std::uint8_t>* nearest) {
+  const Grid& g = body.grid;
+  struct Step {
+    std::int64_t di, dj, dk, offset;
+    float length;
+  };
+  std::vector<Step> steps;
+  for (int dk = -1; dk <= 1; ++dk)
+    for (int dj = -1; dj <= 1; ++dj)
+      for (int di = -1; di <= 1; ++di)
+        if (di || dj || dk)
+          steps.push_back({di, dj, dk, (dk * g.size[1] + dj) * g.size[0] + di,
+                           float((g.axes * Eigen::Vector3d(di, dj, dk)).norm())});
+  constexpr float width = 0.5F;
+  std::vector<float> way(body.voxel.size(), no_tissue_way);
+  std::vector<std::vector<std::uint32_t>> bucket(1);
+  for (std::size_t n = 0; n < way.size(); ++n)
+    if (seed[n]) way[n] = 0, bucket[0].push_back(static_cast<std::uint32_t>(n));
+  if (nearest) *nearest = seed;
+  for (std::size_t b = 0; b < bucket.size(); ++b) {
+    for (std::size_t m = 0; m < bucket[b].size(); ++m) {  // grows on the way
+      const std::uint32_t n = bucket[b][m];
+      if (static_cast<std::size_t>(way[n] / width) != b) continue;
+      const std::int64_t o = body.voxel[n], i = o % g.size[0], j = o / g.size[0] % g.size[1],
+                         k = o / (g.size[0] * g.size[1]);
+      for (const Step& s : steps) {
+        if (!g.holds(i + s.di, j + s.dj, k + s.dk)) continue;
+        const std::uint32_t to = body.number[static_cast<std::size_t>(o + s.offset)];
+        if (to == 0) continue;
+        const float length = way[n] + s.length;
+        if (length >= way[to - 1] || length > longest || !may_touch(body.contact[n], body.contact[to - 1]))
+          continue;
+        way[to - 1] = length;
+        if (nearest) (*nearest)[to - 1] = (*nearest)[n];
+        const auto in = static_cast<std::size_t>(length / width);
+        if (in >= bucket.size()) bucket.resize(in + 1);
+        bucket[in].push_back(to - 1);
+      }
+    }
+    std::vector<std::uint32_t>().swap(bucket[b]);
+  }
+  return way;
+}
+
+LabelledBody labelled_body(const std::string& name, const Volume<std::int16_t>& organs,
+                           const Volume<std::int16_t>& hu, const Volume<std::int16_t>& density) {
+  LabelledBody body;
+  body.name = name;
+  body.grid = organs.grid;
+  body.number.assign(body.grid.count(), 0);
+  for (std::size_t o = 0; o < body.number.size(); ++o) {
+    const int organ = organs.voxels[o];
+    if (organ < 1 || organ > 140) continue;
+    body.voxel.push_back(static_cast<std::uint32_t>(o));
+    body.organ.push_back(static_cast<std::uint8_t>(organ));
+    body.bone.push_back(is_bone(organ));
+    body.hu.push_back(hu.voxels[o]);
+    body.density.push_back(density.voxels[o]);
+    body.number[o] = static_cast<std::uint32_t>(body.voxel.size());
+    body.mass += density.voxels[o] * body.grid.voxel_volume() * 1e-9;
+  }
+  const double middle = middle_x(body);
+  tell_arms(body, middle);
+  const std::vector<std::uint8_t> bones = bone_parts(body);
+  std::vector<float> way = ways_through(body, bones, no_tissue_way, &body.owner);
+  tell_legs(body, body.owner, crotch(body, middle));
+  way = ways_through(body, bones, no_tissue_way, &body.owner);
+  body.off_bone.resize(way.size());
+  for (std::size_t n = 0; n < way.size(); ++n) {
+    body.off_bone[n] = static_cast<std::uint8_t>(std::min(way[n], 255.0F));
+    if (body.owner[n] == 0) body.owner[n] = label("lower_trunk");  // specks that touch nothing
+  }
+  body.landmarks = find_body_landmarks(body);
+  body.lattice = lattice_of(body);
+  return body;
+}
+
+Result<LabelledBody> read_labelled_body(const std::string& name, const std::string& shared_folder) {
+  const std::string capital = name == "am" ? "AM" : "AF";
+  const std::string stem = shared_folder + "/volumes/icrp_" + name + "/" + capital;
+  if (!std::filesystem::exists(stem + "_labels.nii.gz"))
+    return failure(stem + "_labels.nii.gz", "the labelled adult of ICRP 110 is not there");
+  const auto organs =
+      read_volume(stem + "_labels.nii.gz", {.quantity = FileQuantity::labels, .progress = {}});
+  const auto hu = read_volume(stem + "_hu.nii.gz", {.quantity = FileQuantity::hu, .progress = {}});
+  const auto density =
+      read_volume(stem + "_density_kgm3.nii.gz", {.quantity = FileQuantity::density_kgm3, .progress = {}});
+  for (const auto* read : {&organs, &hu, &density})
+    if (!*read) return tl::unexpected<Error>(read->error());
+  if (!(organs->volume.grid == hu->volume.grid) || !(organs->volume.grid == density->volume.grid))
+    return failure(stem, "labels, CT numbers and densities are not on one grid");
+  if (!organs->volume.grid.axes.isDiagonal() || organs->volume.grid.axes.diagonal().minCoeff() <= 0)
+    return failure(stem, "the grid's axes are not the patient's");
+
+  return labelled_body(name, organs->volume, hu->volume, density->volume);
+}
+
+}  // namespace borelli::suite

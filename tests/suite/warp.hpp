@@ -1,0 +1,57 @@
+// One way to warp a body and to scan it, drawn by a seed.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "samples/phantom_voxels.hpp"
+#include "tests/suite/body_map.hpp"
+
+namespace borelli::suite {
+
+struct LabelledBody;
+
+/// What of the body is scanned.
+enum class View { whole, no_head, trunk, chest, abdomen, pelvis, legs, one_leg, head_neck, arms_and_trunk };
+
+/// A limb that ends early: the part from a share of its length on, and all that hangs on it.
+struct Loss {
+  int part = 0;
+  double from = 0;          ///< 0: the whole part
+  bool artificial = false;  ///< a tube of metal stands in for what is lost
+};
+
+struct Scanner {
+  Eigen::Vector3d spacing{2, 2, 2};                        ///< mm
+  Eigen::Vector3d rotation_deg = Eigen::Vector3d::Zero();  ///< of the grid, as GridOptions'
+  double tilt_deg = 0;
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< of the grid, voxels
+  ScanOptions effects;                               ///< `partial_volume` is always so along k
+  View view = View::whole;
+  bool left = true;      ///< of one_leg
+  double shift = 0;      ///< of the view's ends along z, mm
+  double gut_hu = 0;     ///< contrast agent in stomach and gut, HU more
+  double vessel_hu = 0;  ///< in heart and vessels
+  double window_low = -1024, window_high = 3071;
+  bool eight_bits = false;  ///< 256 steps over the window
+};
+
+struct Warp {
+  std::uint64_t seed = 0;
+  Motion motion;
+  std::optional<Loss> loss;
+  int metal_hip = 0;  ///< 1 left, 2 right
+  Scanner scanner;
+  std::vector<std::string> kinds;  ///< e.g. "arms raised", "thick slices": sorted
+};
+
+/// The scan of the body at rest: 3 mm voxels without effects.
+Warp rest_warp();
+
+/// The warp of a seed: the same seed and attempt give the same. Another `attempt` draws the pose anew, each
+/// with smaller turns, for bodies whose limbs would go through each other.
+Warp drawn_warp(std::uint64_t seed, int attempt = 0);
+
+}  // namespace borelli::suite
