@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "error/plain_cell.hpp"
+#include "error/printable.hpp"
 
 namespace borelli {
 namespace {
@@ -72,9 +73,9 @@ Result<CsvTable> parse_csv(std::string_view text, const std::string& where) {
     if (table.columns.empty()) {
       table.columns = fields;
     } else if (fields.size() != table.columns.size()) {
-      return failure(where,
-                     fmt::format("row {} (\"{}\" ...) has {} fields, and the header names {} columns",
-                                 table.rows.size() + 1, fields[0], fields.size(), table.columns.size()));
+      return failure(where, fmt::format("row {} (\"{}\" ...) has {} fields, and the header names {} columns",
+                                        table.rows.size() + 1, printable(fields[0]), fields.size(),
+                                        table.columns.size()));
     } else {
       table.rows.push_back(fields);
     }

@@ -55,6 +55,9 @@ TEST(Csv, RefusesDamagedTables) {
   ASSERT_FALSE(ragged);
   EXPECT_EQ(ragged.error().message(),
             "text.csv: row 2 (\"3\" ...) has 3 fields, and the header names 2 columns");
+  EXPECT_EQ(parse_csv("a,b\n\"1\n2" + std::string(100, 'x') + "\"\n", "text.csv").error().message(),
+            "text.csv: row 1 (\"1<0a>2" + std::string(37, 'x') +
+                "...\" ...) has 1 fields, and the header names 2 columns");
 }
 
 }  // namespace
