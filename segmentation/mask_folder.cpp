@@ -20,9 +20,10 @@ namespace fs = std::filesystem;
 constexpr std::string_view mask_endings[] = {".nii.gz", ".nii",  ".hdr.gz", ".hdr",
                                              ".nrrd",   ".nhdr", ".mha",    ".mhd"};
 
-// a file's name without the ending of its format; empty: it has none of these
+// a file's name without the ending of its format; empty: it has none of these, or is hidden
 std::string class_in(const fs::path& file) {
   const std::string name = file.filename(), lower = lower_case(name);
+  if (name.starts_with('.')) return "";  // what macOS leaves beside files
   for (const std::string_view ending : mask_endings)
     if (lower.ends_with(ending)) return name.substr(0, name.size() - ending.size());
   return "";

@@ -260,6 +260,7 @@ TEST_F(ClassFile, AFolderOfMasksIsTheSameLabelMap) {
                    folder_.path() + " 2 " + masks + " --masks > /dev/null")
                       .c_str()),
       0);
+  std::ofstream(masks + "/._liver.nii.gz") << "what macOS leaves beside a file";
   const auto read = read_numbered_labels(masks);
   ASSERT_TRUE(read) << read.error().message();
   EXPECT_TRUE(read->map.warnings.empty());
