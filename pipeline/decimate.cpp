@@ -93,7 +93,8 @@ class Decimation {
         triangles_of_(surface.points.size()),
         quadrics_(surface.points.size()),
         stamps_(surface.points.size(), 0),
-        into_(surface.points.size()) {
+        into_(surface.points.size()),
+        marks_(surface.points.size(), 0) {
     std::iota(into_.begin(), into_.end(), 0u);
     points_.reserve(surface.points.size());
     for (const Vector3d& p : surface.points) points_.push_back(p - near_);
@@ -107,6 +108,7 @@ class Decimation {
     }
   }
 
+  // Least cost first, until no edge is left that costs less than the reach allows.
   Fewer run() {
     for (const Triangle& t : triangles_)
       for (std::size_t e = 0; e < 3; ++e)
@@ -121,6 +123,18 @@ class Decimation {
     return result();
   }
 
+  // The same in rounds over all points, each of which collapses its cheapest edge if the round's reach allows
+  // it; rounds reach further by turns. What a heap would order by cost, rounds order roughly, in a fraction
+  // of the time: points lie in memory beside their neighbours.
+  Fewer run_in_rounds() {
+    const double furthest = reach_;
+    for (const double share : {0.125, 0.25, 0.5, 1.0, 1.0}) {
+      reach_ = share * furthest;
+      for (std::uint32_t v = 0; v < points_.size(); ++v) collapse_cheapest(v);
+    }
+    return result();
+  }
+
  private:
   std::pair<Vector3d, double> plane(const Triangle& t) const {
     const Vector3d twice = (points_[t[1]] - points_[t[0]]).cross(points_[t[2]] - points_[t[0]]);
@@ -128,15 +142,32 @@ class Decimation {
     return {length > 0 ? Vector3d(twice / length) : Vector3d::Zero(), length / 2};
   }
 
+  void collapse_cheapest(std::uint32_t v) {
+    if (gone(v) || locked_[v]) return;
+    find_neighbours(v, ring_);
+    std::optional<Collapse> cheapest;
+    for (const std::uint32_t w : ring_) {
+      if (w < v) continue;  // seen from w
+      const auto one = collapse_of(v, w);
+      if (one && (!cheapest || one->cost < cheapest->cost)) cheapest = one;
+    }
+    if (!cheapest) return;
+    const Vector3d place = joined(v, cheapest->b).best(middle(v, cheapest->b));
+    if (keeps_topology(*cheapest) && keeps_facing(*cheapest, place)) merge(*cheapest, place);
+  }
+
   bool gone(std::uint32_t v) const { return triangles_of_[v].empty(); }
 
-  void consider(std::uint32_t a, std::uint32_t b) {
-    if (locked_[a] || locked_[b]) return;
+  std::optional<Collapse> collapse_of(std::uint32_t a, std::uint32_t b) const {
+    if (locked_[a] || locked_[b]) return {};
     const Quadric sum = joined(a, b);
-    if (!(sum.weight > 0)) return;
+    if (!(sum.weight > 0)) return {};
     const double cost = sum.error(sum.best(middle(a, b)));
-    if (cost > reach_ * reach_ * sum.weight) return;  // the planes' mean squared distance
-    queue_.push({cost, a, b, stamps_[a] + stamps_[b]});
+    if (cost > reach_ * reach_ * sum.weight) return {};  // the planes' mean squared distance
+    return Collapse{cost, a, b, stamps_[a] + stamps_[b]};
+  }
+  void consider(std::uint32_t a, std::uint32_t b) {
+    if (const auto one = collapse_of(a, b)) queue_.push(*one);
   }
 
   Quadric joined(std::uint32_t a, std::uint32_t b) const {
@@ -146,23 +177,31 @@ class Decimation {
   }
   Vector3d middle(std::uint32_t a, std::uint32_t b) const { return (points_[a] + points_[b]) / 2; }
 
-  void find_neighbours(std::uint32_t v, std::vector<std::uint32_t>& ring) const {
+  // The points that share a triangle with v, once each. Until the next call marks_ holds mark_ where they
+  // are.
+  void find_neighbours(std::uint32_t v, std::vector<std::uint32_t>& ring) {
     ring.clear();
+    ++mark_;
     for (const std::uint32_t t : triangles_of_[v])
       for (const std::uint32_t w : triangles_[t])
-        if (w != v) ring.push_back(w);
-    std::ranges::sort(ring);
-    ring.erase(std::ranges::unique(ring).begin(), ring.end());
+        if (w != v && std::exchange(marks_[w], mark_) != mark_) ring.push_back(w);
   }
 
   // The ends' common neighbours are just the two across the edge, and what is left is more than a
   // tetrahedron.
   bool keeps_topology(const Collapse& c) {
-    find_neighbours(c.a, ring_);
     find_neighbours(c.b, other_ring_);
-    common_.clear();
-    std::ranges::set_intersection(ring_, other_ring_, std::back_inserter(common_));
-    return common_.size() == 2 && ring_.size() + other_ring_.size() > 6;
+    const std::uint32_t of_b = mark_;
+    std::size_t around_a = 0, common = 0;
+    ++mark_;
+    for (const std::uint32_t t : triangles_of_[c.a])
+      for (const std::uint32_t w : triangles_[t]) {
+        if (w == c.a) continue;
+        const std::uint32_t before = std::exchange(marks_[w], mark_);
+        around_a += before != mark_;
+        common += before == of_b;
+      }
+    return common == 2 && around_a + other_ring_.size() > 6;
   }
 
   // no triangle that stays turns by more than about 75 degrees, or becomes a needle
@@ -185,6 +224,12 @@ class Decimation {
   }
 
   void apply(const Collapse& c, const Vector3d& place) {
+    merge(c, place);
+    find_neighbours(c.a, ring_);
+    for (const std::uint32_t v : ring_) consider(c.a, v);
+  }
+
+  void merge(const Collapse& c, const Vector3d& place) {
     for (const std::uint32_t t : triangles_of_[c.b]) {
       Triangle& corners = triangles_[t];
       if (std::ranges::find(corners, c.a) != corners.end()) {  // one of the two beside the edge: it goes
@@ -201,8 +246,6 @@ class Decimation {
     points_[c.a] = place;
     quadrics_[c.a] += quadrics_[c.b];
     ++stamps_[c.a];
-    find_neighbours(c.a, ring_);
-    for (const std::uint32_t v : ring_) consider(c.a, v);
   }
 
   Fewer result() const {
@@ -233,55 +276,92 @@ class Decimation {
   std::vector<std::uint32_t> stamps_;
   std::vector<std::uint32_t> into_;  // the point that a point was collapsed into; itself where it stays
   std::priority_queue<Collapse> queue_;
-  std::vector<std::uint32_t> ring_, other_ring_, common_;  // scratch
+  std::vector<std::uint32_t> ring_, other_ring_, marks_;  // scratch
+  std::uint32_t mark_ = 0;
 };
 
 // Ericson (2005) "Real-Time Collision Detection", 5.1.5: by the region of the triangle's plane that holds p's
 // foot
-double distance(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+double squared_distance(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp),
                d6 = ac.dot(cp);
-  if (d1 <= 0 && d2 <= 0) return ap.norm();
-  if (d3 >= 0 && d4 <= d3) return bp.norm();
-  if (d6 >= 0 && d5 <= d6) return cp.norm();
+  if (d1 <= 0 && d2 <= 0) return ap.squaredNorm();
+  if (d3 >= 0 && d4 <= d3) return bp.squaredNorm();
+  if (d6 >= 0 && d5 <= d6) return cp.squaredNorm();
   const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - d1 / (d1 - d3) * ab).norm();
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).norm();
-  if (va <= 0 && d4 >= d3 && d5 >= d6) return (bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)).norm();
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - d1 / (d1 - d3) * ab).squaredNorm();
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).squaredNorm();
+  if (va <= 0 && d4 >= d3 && d5 >= d6)
+    return (bp - (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b)).squaredNorm();
   const double sum = va + vb + vc;
-  return sum > 0 ? (ap - vb / sum * ab - vc / sum * ac).norm() : std::min({ap.norm(), bp.norm(), cp.norm()});
+  return sum > 0 ? (ap - vb / sum * ab - vc / sum * ac).squaredNorm()
+                 : std::min({ap.squaredNorm(), bp.squaredNorm(), cp.squaredNorm()});
 }
 
+/// Where points lie on a surface with fewer triangles.
+class Nearby {
+ public:
+  Nearby(const TriangleSurface& fewer, double tolerance)
+      : fewer_(fewer),
+        squared_(tolerance * tolerance),
+        around_(fewer.points.size()),
+        seen_(fewer.points.size(), 0) {
+    for (std::uint32_t t = 0; t < fewer.triangles.size(); ++t)
+      for (const std::uint32_t v : fewer.triangles[t]) around_[v].push_back(t);
+  }
+
+  // Whether p is within the tolerance of a triangle at most `rings` triangles away from point `home`.
+  bool within(const Vector3d& p, std::uint32_t home, int rings) {
+    if (near_one(p, home)) return true;
+    seen_[home] = ++search_;
+    ring_.assign(1, home);
+    for (int r = 1; r < rings; ++r) {
+      next_.clear();
+      for (const std::uint32_t v : ring_)
+        for (const std::uint32_t t : around_[v])
+          for (const std::uint32_t w : fewer_.triangles[t])
+            if (std::exchange(seen_[w], search_) != search_) next_.push_back(w);
+      if (std::ranges::any_of(next_, [&](std::uint32_t v) { return near_one(p, v); })) return true;
+      ring_.swap(next_);
+    }
+    return false;
+  }
+
+ private:
+  bool near(const Vector3d& p, std::uint32_t t) const {
+    const Triangle& c = fewer_.triangles[t];
+    return squared_distance(p, fewer_.points[c[0]], fewer_.points[c[1]], fewer_.points[c[2]]) <= squared_;
+  }
+  bool near_one(const Vector3d& p, std::uint32_t v) {
+    if (last_ < fewer_.triangles.size() && std::ranges::count(fewer_.triangles[last_], v) > 0 &&
+        near(p, last_))
+      return true;
+    const auto found = std::ranges::find_if(around_[v], [&](std::uint32_t t) { return near(p, t); });
+    if (found != around_[v].end()) last_ = *found;
+    return found != around_[v].end();
+  }
+
+  const TriangleSurface& fewer_;
+  double squared_;                                  // of the tolerance
+  std::vector<std::vector<std::uint32_t>> around_;  // triangles of a point
+  std::uint32_t last_ = 0;  // the triangle that the point before was near: often the next one is, too
+  std::vector<std::uint32_t> seen_, ring_, next_;  // scratch; seen_: the number of the last search there
+  std::uint32_t search_ = 0;
+};
+
 // Which points of `surface`, whose homes on `fewer` are given, may lie farther than `tolerance` from it:
-// their nearest triangle is sought among those around the home, so what passes is near enough, and little
-// else is held back.
+// their nearest triangle is sought around the home, so what passes is near enough, and little else is held
+// back.
 std::vector<std::uint32_t> too_far(const TriangleSurface& surface, const TriangleSurface& fewer,
                                    const std::vector<std::uint32_t>& home, double tolerance) {
-  std::vector<std::vector<std::uint32_t>> around(fewer.points.size());
-  for (std::uint32_t t = 0; t < fewer.triangles.size(); ++t)
-    for (const std::uint32_t v : fewer.triangles[t]) around[v].push_back(t);
-  const auto near = [&](const Vector3d& p, std::uint32_t t) {
-    const Triangle& c = fewer.triangles[t];
-    return distance(p, fewer.points[c[0]], fewer.points[c[1]], fewer.points[c[2]]) <= tolerance;
-  };
-  std::uint32_t last = 0;  // the triangle that the point before was near: often the next one is, too
-  const auto near_one = [&](const Vector3d& p, std::uint32_t v) {
-    if (last < fewer.triangles.size() && std::ranges::count(fewer.triangles[last], v) > 0 && near(p, last))
-      return true;
-    const auto found = std::ranges::find_if(around[v], [&](std::uint32_t t) { return near(p, t); });
-    if (found != around[v].end()) last = *found;
-    return found != around[v].end();
-  };
+  Nearby nearby(fewer, tolerance);
   std::vector<std::uint32_t> far;
-  for (std::uint32_t n = 0; n < surface.points.size(); ++n) {
-    const Vector3d& p = surface.points[n];
-    if (near_one(p, home[n])) continue;
-    const bool beyond = std::ranges::none_of(around[home[n]], [&](std::uint32_t t) {
-      return std::ranges::any_of(fewer.triangles[t], [&](std::uint32_t v) { return near_one(p, v); });
-    });
-    if (beyond) far.push_back(n);
-  }
+  for (std::uint32_t n = 0; n < surface.points.size(); ++n)
+    if (!nearby.within(surface.points[n], home[n], 2)) far.push_back(n);
+  // Points of a fine surface may have gone further along it. Where these are many, most are far indeed.
+  if (far.size() <= surface.points.size() / 1000)
+    std::erase_if(far, [&](std::uint32_t n) { return nearby.within(surface.points[n], home[n], 6); });
   return far;
 }
 
@@ -297,10 +377,11 @@ std::vector<std::uint32_t> composed(const std::vector<std::uint32_t>& first,
 // points on the result. Where a point would be farther, the points of `start` around its home are locked and
 // the step is done again. Nothing where that does not help.
 std::optional<Fewer> step_down(const TriangleSurface& surface, const Fewer& start, double reach,
-                               double tolerance) {
+                               double tolerance, bool in_rounds = false) {
   std::vector<bool> locked(start.surface.points.size(), false);
-  for (int attempt = 0; attempt < 4; ++attempt) {
-    Fewer fewer = Decimation(start.surface, reach, locked).run();
+  for (int attempt = 0; attempt < 10; ++attempt) {
+    Decimation decimation(start.surface, reach, locked);
+    Fewer fewer = in_rounds ? decimation.run_in_rounds() : decimation.run();
     fewer.home = composed(start.home, fewer.home);
     const auto far = too_far(surface, fewer.surface, fewer.home, tolerance);
     if (far.empty()) return fewer;
@@ -318,9 +399,12 @@ TriangleSurface decimate(const TriangleSurface& surface, double tolerance) {
   if (surface.triangles.empty() || !(tolerance > 0)) return surface;
   Fewer best{surface, std::vector<std::uint32_t>(surface.points.size())};
   std::iota(best.home.begin(), best.home.end(), 0u);
+  constexpr double first_reach = 0.05;  // of the tolerance
+  if (auto fewer = step_down(surface, best, first_reach * tolerance, tolerance, true))
+    best = std::move(*fewer);
   // A collapse knows its mean distance from planes, not the farthest point's; so it is let go further by
   // steps, each measured. The first leaves little of the work to the others.
-  for (double reach = 0.15 * tolerance; reach < tolerance; reach *= 1.6) {
+  for (double reach = 0.15 * tolerance; reach < 0.9 * tolerance; reach *= 1.6) {
     auto fewer = step_down(surface, best, reach, tolerance);
     if (!fewer) break;
     best = std::move(*fewer);

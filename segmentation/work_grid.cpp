@@ -1,6 +1,7 @@
 #include "segmentation/work_grid.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -72,25 +73,72 @@ struct Windows {
   }
 };
 
-// Weighted sums of rows of the scan, with the least and the greatest voxel that went into each.
-struct Sums {
-  std::vector<double> sums;
+// Some rows of the scan (or of sums of them), each with its weight in a mean.
+template <class T>
+struct WeightedRows {
+  std::vector<const T*> rows;
+  std::vector<double> weights;
+
+  void clear() { rows.clear(), weights.clear(); }
+  void add(const T* row, double weight) { rows.push_back(row), weights.push_back(weight); }
+};
+
+// sum = (begin ? 0 : sum) + the next n of the rows from `first` on: one pass over the numbers for all of them
+template <int n, class T>
+void sum_of(const WeightedRows<T>& from, std::size_t first, bool begin, std::size_t count, double* sum) {
+  std::array<const T*, n> rows;
+  std::array<double, n> weights;
+  for (std::size_t r = 0; r < n; ++r) rows[r] = from.rows[first + r], weights[r] = from.weights[first + r];
+  for (std::size_t i = 0; i < count; ++i) {
+    double value = begin ? 0 : sum[i];
+    for (std::size_t r = 0; r < n; ++r) value += weights[r] * rows[r][i];
+    sum[i] = value;
+  }
+}
+
+template <class T>
+void sum_of(const WeightedRows<T>& from, std::size_t count, double* sum) {
+  for (std::size_t first = 0; first < from.rows.size();) {
+    const std::size_t left = from.rows.size() - first;
+    if (left >= 4)
+      sum_of<4>(from, first, first == 0, count, sum), first += 4;
+    else if (left == 3)
+      sum_of<3>(from, first, first == 0, count, sum), first += 3;
+    else if (left == 2)
+      sum_of<2>(from, first, first == 0, count, sum), first += 2;
+    else
+      sum_of<1>(from, first, first == 0, count, sum), first += 1;
+  }
+}
+
+// The least and the greatest voxel of each column of some rows.
+struct Extremes {
   std::vector<std::int16_t> least, most;
 
-  explicit Sums(std::size_t n) : sums(n), least(n), most(n) {}
-  // `values` with their least and greatest voxels; they begin the sums, or are added.
-  template <class T>
-  void add(bool begin, double weight, std::size_t count, const T* values, const std::int16_t* low,
-           const std::int16_t* high) {
-    double* const sum = sums.data();
-    std::int16_t *const l = least.data(), *const m = most.data();
+  explicit Extremes(std::size_t n) : least(n), most(n) {}
+  // `begin`: of this row alone
+  void add(bool begin, std::size_t count, const std::int16_t* low, const std::int16_t* high) {
     for (std::size_t i = 0; i < count; ++i) {
-      sum[i] = (begin ? 0 : sum[i]) + weight * values[i];
-      l[i] = begin ? low[i] : std::min(l[i], low[i]);
-      m[i] = begin ? high[i] : std::max(m[i], high[i]);
+      least[i] = begin ? low[i] : std::min(least[i], low[i]);
+      most[i] = begin ? high[i] : std::max(most[i], high[i]);
     }
   }
 };
+
+// Whether a slice holds padding, of every slice.
+std::vector<char> padded_slices(const GreyVolume& volume, int padding, int threads) {
+  std::vector<char> padded(static_cast<std::size_t>(volume.grid.size[2]));
+  const auto slice = static_cast<std::size_t>(volume.grid.size[0] * volume.grid.size[1]);
+  in_slabs(volume.grid.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
+    for (auto k = static_cast<std::size_t>(k0); k < static_cast<std::size_t>(k1); ++k) {
+      const std::int16_t* const voxels = volume.voxels.data() + k * slice;
+      std::int16_t least = std::numeric_limits<std::int16_t>::max();
+      for (std::size_t i = 0; i < slice; ++i) least = std::min(least, voxels[i]);
+      padded[k] = least < padding;
+    }
+  });
+  return padded;
+}
 
 }  // namespace
 
@@ -268,38 +316,55 @@ WorkVolume resampled(const GreyVolume& volume, const Grid& g, int threads) {
   const auto width_of_row = static_cast<std::size_t>(g.size[0]);
   const auto nx = static_cast<std::size_t>(volume.grid.size[0]),
              slice = nx * static_cast<std::size_t>(volume.grid.size[1]);
+  // where none of the slices holds padding, extremes need not be known
+  const std::vector<char> padded = padded_slices(volume, padding, threads);
   in_slabs(g.size[2], threads, [&](std::int64_t k0, std::int64_t k1) {
-    Sums of_slices(slice), of_rows(nx + x.weights.size()), means(width_of_row);
+    std::vector<double> of_slices(slice), of_rows(nx + x.weights.size()), means(width_of_row);
+    Extremes slice_extremes(slice), row_extremes(nx + x.weights.size()), extremes(width_of_row);
+    WeightedRows<std::int16_t> slices;
+    WeightedRows<double> rows;
     for (std::int64_t k = k0; k < k1; ++k) {
       const auto kz = static_cast<std::size_t>(k);
+      slices.clear();
+      bool whole = true;  // no padding
       for (std::size_t c = 0; z.inside[kz] && c < z.weights.size(); ++c) {
         if (c > 0 && z.weights[c][kz] == 0) continue;
-        const std::int16_t* const from = volume.voxels.data() + (z.first[kz] + c) * slice;
-        of_slices.add(c == 0, z.weights[c][kz], slice, from, from, from);
+        slices.add(volume.voxels.data() + (z.first[kz] + c) * slice, z.weights[c][kz]);
+        whole = whole && !padded[z.first[kz] + c];
       }
+      sum_of(slices, slice, of_slices.data());
+      for (std::size_t c = 0; !whole && c < slices.rows.size(); ++c)
+        slice_extremes.add(c == 0, slice, slices.rows[c], slices.rows[c]);
       for (std::int64_t j = 0; j < g.size[1]; ++j) {
         const auto jy = static_cast<std::size_t>(j);
         const bool among = z.inside[kz] && y.inside[jy];
+        rows.clear();
         for (std::size_t b = 0; among && b < y.weights.size(); ++b) {
           if (b > 0 && y.weights[b][jy] == 0) continue;
           const std::size_t row = (y.first[jy] + b) * nx;
-          of_rows.add(b == 0, y.weights[b][jy], nx, &of_slices.sums[row], &of_slices.least[row],
-                      &of_slices.most[row]);
+          rows.add(of_slices.data() + row, y.weights[b][jy]);
+          if (!whole) row_extremes.add(b == 0, nx, &slice_extremes.least[row], &slice_extremes.most[row]);
         }
-        for (std::size_t a = 0; among && a < x.weights.size(); ++a)
-          for (std::size_t i = 0; i < width_of_row; ++i) {
-            const std::size_t from = x.first[i] + a;
-            means.sums[i] = (a == 0 ? 0 : means.sums[i]) + x.weights[a][i] * of_rows.sums[from];
-            means.least[i] = a == 0 ? of_rows.least[from] : std::min(means.least[i], of_rows.least[from]);
-            means.most[i] = a == 0 ? of_rows.most[from] : std::max(means.most[i], of_rows.most[from]);
+        sum_of(rows, nx, of_rows.data());
+        for (std::size_t i = 0; among && i < width_of_row; ++i) {
+          const double* const from = of_rows.data() + x.first[i];
+          double mean = 0;
+          for (std::size_t a = 0; a < x.weights.size(); ++a) mean += x.weights[a][i] * from[a];
+          means[i] = mean;
+          for (std::size_t a = 0; !whole && a < x.weights.size(); ++a) {
+            const std::int16_t low = row_extremes.least[x.first[i] + a],
+                               high = row_extremes.most[x.first[i] + a];
+            extremes.least[i] = a == 0 ? low : std::min(extremes.least[i], low);
+            extremes.most[i] = a == 0 ? high : std::max(extremes.most[i], high);
           }
+        }
         const std::size_t first = g.offset(0, j, k);
         for (std::size_t i = 0; i < width_of_row; ++i) {
           const bool inside = among && x.inside[i];
-          if (inside && means.least[i] >= padding) {
+          if (inside && (whole || extremes.least[i] >= padding)) {
             out.seen.voxels[first + i] = 1;
-            put(first + i, means.sums[i]);
-          } else if (inside && means.most[i] < padding) {
+            put(first + i, means[i]);
+          } else if (inside && extremes.most[i] < padding) {
             out.hu.voxels[first + i] = air;
           } else {
             put_samples(static_cast<std::int64_t>(i), j, k);
