@@ -18,6 +18,8 @@
 
 namespace borelli {
 
+struct Hdf5Functions;  // on_demand/hdf5.hpp
+
 struct Hdf5Array {
   std::vector<std::size_t> shape;  ///< row-major
   std::vector<double> values;      ///< product of shape
@@ -49,6 +51,7 @@ class Hdf5Writer {
   void check(bool fine, const std::string& what);
   std::string path_, problem_;
   std::int64_t file_ = -1;
+  const Hdf5Functions* functions_ = nullptr;
 };
 
 /// Reads a file. Every answer that is missing or of another type is an error that names the file and the
@@ -75,10 +78,12 @@ class Hdf5Reader {
   Result<double> number_attribute(const std::string& object, const std::string& name) const;
 
  private:
-  Hdf5Reader(std::string path, std::int64_t file) : path_(std::move(path)), file_(file) {}
-  tl::unexpected<Error> damaged(const std::string& name, const std::string& what) const;
+  Hdf5Reader(std::string path, std::int64_t file, const Hdf5Functions& functions)
+      : path_(std::move(path)), file_(file), functions_(&functions) {}
+  tl::unexpected<Error> damaged(const std::string& name, const std::string& problem) const;
   std::string path_;
   std::int64_t file_ = -1;
+  const Hdf5Functions* functions_ = nullptr;
 };
 
 }  // namespace borelli

@@ -1,13 +1,5 @@
 #include "pipeline/mesh.hpp"
 
-#include <vtkCellArray.h>
-#include <vtkFlyingEdges3D.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPolyData.h>
-#include <vtkSmartPointer.h>
-#include <vtkWindowedSincPolyDataFilter.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
@@ -18,7 +10,9 @@
 #include <numeric>
 
 #include "pipeline/decimate.hpp"
+#include "pipeline/on_demand/vtk.hpp"
 #include "process/memory.hpp"
+#include "process/on_demand.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {
@@ -26,12 +20,6 @@ namespace {
 
 using Eigen::Vector3d;
 using Eigen::Vector3i;
-
-// Smoothing: waves shorter than about 18 triangles go, longer stay. Tried on spheres, fingers, limbs and
-// tilted planes of known surface: .1 leaves steps (normals 3 to 10 degrees off), .01 eats fingers; .03 brings
-// both to 0.1 voxel and 2 degrees.
-constexpr double pass_band = 0.03;
-constexpr int iterations = 30;
 
 constexpr double largest_loss = 0.005;  // of a part's volume
 
@@ -68,8 +56,9 @@ std::vector<VoxelBox> boxes_of(const LabelMap& labels) {
 /// A label's share of each block of voxels, in a box with one layer of nothing around, so that the surface
 /// closes also at the grid's border.
 struct Shares {
-  vtkSmartPointer<vtkImageData> image;  ///< 0 to 255
-  Vector3d origin, block;               ///< an image's index, times block, plus origin: an index of the grid
+  std::vector<unsigned char> voxels;  ///< 0 to 255
+  std::array<int, 3> size{};          ///< of the image, voxels
+  Vector3d origin, block;             ///< an image's index, times block, plus origin: an index of the grid
 };
 
 /// Blocks of one voxel, or of as many as lie within twice the tolerance: a finer surface would only be
@@ -84,15 +73,14 @@ Vector3i blocks_for(const Grid& grid, double tolerance_mm) {
 
 Shares shares_of(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, const Vector3i& block) {
   std::array<std::int64_t, 3> count{};
-  Shares out{vtkSmartPointer<vtkImageData>::New(), {}, block.cast<double>()};
+  Shares out;
+  out.block = block.cast<double>();
   for (int c = 0; c < 3; ++c) {
     count[c] = (box.last[c] - box.first[c]) / block[c] + 3;
     out.origin[c] = static_cast<double>(box.first[c]) + (block[c] - 1) / 2.0 - block[c];
   }
-  out.image->SetDimensions(int(count[0]), int(count[1]), int(count[2]));
-  out.image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
-  auto* const shares = static_cast<unsigned char*>(out.image->GetScalarPointer());
-  std::fill_n(shares, count[0] * count[1] * count[2], 0);
+  for (std::size_t c = 0; c < 3; ++c) out.size[c] = static_cast<int>(count[c]);
+  out.voxels.assign(static_cast<std::size_t>(count[0] * count[1] * count[2]), 0);
   std::vector<std::uint32_t> sums(static_cast<std::size_t>(count[0] * count[1]));
   const std::uint32_t whole = static_cast<std::uint32_t>(block.prod());
   for (std::int64_t layer = 1; layer + 1 < count[2]; ++layer) {
@@ -109,54 +97,19 @@ Shares shares_of(const LabelMap& labels, std::uint8_t label, const VoxelBox& box
         else
           for (std::int64_t i = 0; i < n; ++i) to[i / block[0]] += row[i] == label;
       }
-    unsigned char* const plane = shares + layer * count[0] * count[1];
+    unsigned char* const plane = out.voxels.data() + layer * count[0] * count[1];
     for (std::size_t n = 0; n < sums.size(); ++n)
       plane[n] = static_cast<unsigned char>(255 * sums[n] / whole);
   }
   return out;
 }
 
-vtkSmartPointer<vtkPolyData> smooth_surface(const vtkSmartPointer<vtkImageData>& image) {
-  vtkNew<vtkFlyingEdges3D> edges;
-  edges->SetInputData(image);
-  edges->ComputeNormalsOff();
-  edges->ComputeGradientsOff();
-  edges->ComputeScalarsOff();
-  edges->SetValue(0, 127.5);
-  edges->Update();
-  if (edges->GetOutput()->GetNumberOfPolys() == 0)
-    return edges->GetOutput();  // (of which VTK would complain)
-  vtkNew<vtkWindowedSincPolyDataFilter> smooth;
-  smooth->SetInputConnection(edges->GetOutputPort());
-  smooth->SetPassBand(pass_band);
-  smooth->SetNumberOfIterations(iterations);
-  smooth->NormalizeCoordinatesOn();
-  smooth->NonManifoldSmoothingOn();
-  smooth->FeatureEdgeSmoothingOff();
-  smooth->BoundarySmoothingOff();
-  smooth->Update();
-  return smooth->GetOutput();
-}
-
 // index to mm (by our own affine: it may be sheared), triangles facing outwards
-TriangleSurface placed(vtkPolyData& surface, const Shares& shares, const Grid& grid) {
-  TriangleSurface out;
-  out.points.reserve(static_cast<std::size_t>(surface.GetNumberOfPoints()));
-  for (vtkIdType n = 0; n < surface.GetNumberOfPoints(); ++n) {
-    Vector3d p;
-    surface.GetPoint(n, p.data());
-    out.points.push_back(grid.point(shares.origin + shares.block.cwiseProduct(p)));
-  }
-  // flying edges leaves the higher value, the part, behind its triangles in a right-handed frame
-  const bool mirrored = grid.axes.determinant() < 0;
-  vtkIdType count = 0;
-  const vtkIdType* ids = nullptr;
-  auto* const cells = surface.GetPolys();
-  for (cells->InitTraversal(); cells->GetNextCell(count, ids);) {
-    const auto corner = [&](int n) { return static_cast<std::uint32_t>(ids[n]); };
-    if (count == 3) out.triangles.push_back({corner(0), corner(mirrored ? 2 : 1), corner(mirrored ? 1 : 2)});
-  }
-  return out;
+TriangleSurface placed(TriangleSurface surface, const Shares& shares, const Grid& grid) {
+  for (Vector3d& p : surface.points) p = grid.point(shares.origin + shares.block.cwiseProduct(p));
+  if (grid.axes.determinant() < 0)
+    for (auto& t : surface.triangles) std::swap(t[1], t[2]);
+  return surface;
 }
 
 double volume_of(const TriangleSurface& surface) {
@@ -198,14 +151,14 @@ Mesh to_mesh(const TriangleSurface& surface, const std::string& name) {
   return mesh;
 }
 
-TriangleSurface surface_within(const LabelMap& labels, std::uint8_t label, const VoxelBox& box,
-                               double tolerance_mm) {
+TriangleSurface surface_within(const VtkFunctions& vtk, const LabelMap& labels, std::uint8_t label,
+                               const VoxelBox& box, double tolerance_mm) {
   const Grid& grid = labels.grid;
   const double volume = static_cast<double>(box.voxels) * grid.voxel_volume();
-  const Shares shares = shares_of(labels, label, box, blocks_for(grid, tolerance_mm));
+  Shares shares = shares_of(labels, label, box, blocks_for(grid, tolerance_mm));
   // half a voxel: what the labels leave open
   const double most = 0.5 * grid.spacing().cwiseProduct(shares.block).minCoeff();
-  TriangleSurface surface = placed(*smooth_surface(shares.image), shares, grid);
+  TriangleSurface surface = placed(vtk.smooth_surface(shares.voxels, shares.size), shares, grid);
   restore_volume(surface, volume, most);
   if (tolerance_mm > 0) {
     surface = decimate(surface, tolerance_mm);
@@ -214,18 +167,19 @@ TriangleSurface surface_within(const LabelMap& labels, std::uint8_t label, const
   return surface;
 }
 
-Mesh part_mesh(const LabelMap& labels, std::uint8_t label, const VoxelBox& box, double tolerance) {
+Mesh part_mesh(const VtkFunctions& vtk, const LabelMap& labels, std::uint8_t label, const VoxelBox& box,
+               double tolerance) {
   const double volume = static_cast<double>(box.voxels) * labels.grid.voxel_volume();
   const double finest = 0.05 * labels.grid.spacing().minCoeff();  // mm
   double across = 0;                                              // mm, twice the part's box
   for (int c = 0; c < 3; ++c)
     across += 2 * labels.grid.axes.col(c).norm() * static_cast<double>(box.last[c] - box.first[c] + 1);
   double tolerance_mm = std::min(1e3 * tolerance, across);
-  TriangleSurface surface = surface_within(labels, label, box, tolerance_mm);
+  TriangleSurface surface = surface_within(vtk, labels, label, box, tolerance_mm);
   // what is thinner than the tolerance would lose its form
   while (tolerance_mm > 0 && std::abs(volume_of(surface) / volume - 1) > largest_loss) {
     tolerance_mm = tolerance_mm > finest ? tolerance_mm / 2 : 0;
-    surface = surface_within(labels, label, box, tolerance_mm);
+    surface = surface_within(vtk, labels, label, box, tolerance_mm);
   }
   return to_mesh(surface, labels.names[label]);
 }
@@ -244,6 +198,8 @@ double bytes_of_surfaces(const std::vector<VoxelBox>& boxes, const Grid& grid, c
 }  // namespace
 
 Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions& options) {
+  const auto vtk = on_demand<VtkFunctions>();
+  if (!vtk) return tl::unexpected(vtk.error());
   const auto boxes = boxes_of(labels);
   std::vector<std::uint8_t> present;
   std::size_t all = 0;
@@ -273,7 +229,7 @@ Result<std::vector<Mesh>> part_meshes(const LabelMap& labels, const MeshOptions&
     for (std::size_t m = next++; m < present.size() && !stopped; m = next++) {
       const std::size_t n = order[m];
       const VoxelBox& box = boxes[present[n]];
-      meshes[n] = part_mesh(labels, present[n], box, options.tolerance);
+      meshes[n] = part_mesh(**vtk, labels, present[n], box, options.tolerance);
       const std::lock_guard lock(telling);
       done += box.voxels;
       if (options.progress && !options.progress(static_cast<double>(done) / static_cast<double>(all)))

@@ -1,40 +1,18 @@
 #include "pipeline/picture.hpp"
 
-#include <librsvg/rsvg.h>
-
 #include <algorithm>
-#include <memory>
 
+#include "pipeline/on_demand/rsvg.hpp"
 #include "pipeline/whole_file.hpp"
+#include "process/on_demand.hpp"
 
 namespace borelli {
 
 Result<void> write_png(std::string_view svg, const std::filesystem::path& path) {
-  GError* error = nullptr;
-  const std::unique_ptr<RsvgHandle, void (*)(RsvgHandle*)> drawing(
-      rsvg_handle_new_from_data(reinterpret_cast<const guint8*>(svg.data()), svg.size(), &error),
-      [](RsvgHandle* h) {
-        if (h) g_object_unref(h);
-      });
-  const auto fails = [&] {
-    const std::string why = error ? error->message : "it has no size in pixels";
-    g_clear_error(&error);
-    return failure(path.string(), "cannot be drawn: " + why);
-  };
-  double width = 0, height = 0;
-  if (!drawing || !rsvg_handle_get_intrinsic_size_in_pixels(drawing.get(), &width, &height)) return fails();
-  const RsvgRectangle frame{0, 0, 2 * width, 2 * height};
-  const std::unique_ptr<cairo_surface_t, void (*)(cairo_surface_t*)> surface(
-      cairo_image_surface_create(CAIRO_FORMAT_RGB24, int(frame.width), int(frame.height)),
-      cairo_surface_destroy);
-  const std::unique_ptr<cairo_t, void (*)(cairo_t*)> pen(cairo_create(surface.get()), cairo_destroy);
-  if (!rsvg_handle_render_document(drawing.get(), pen.get(), &frame, &error)) return fails();
-  return write_whole(path, [&](const std::filesystem::path& part) -> Result<void> {
-    if (const cairo_status_t status = cairo_surface_write_to_png(surface.get(), part.c_str());
-        status != CAIRO_STATUS_SUCCESS)
-      return failure(path.string(), cairo_status_to_string(status));
-    return {};
-  });
+  const auto rsvg = on_demand<RsvgFunctions>();
+  if (!rsvg) return tl::unexpected(rsvg.error());
+  return write_whole(
+      path, [&](const std::filesystem::path& part) { return (*rsvg)->draw(svg, part, path.string()); });
 }
 
 std::vector<std::string> plot_files(const std::vector<std::string>& names) {

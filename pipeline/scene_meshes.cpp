@@ -1,114 +1,27 @@
 #include "pipeline/scene_meshes.hpp"
 
-#include <vtkCapsuleSource.h>
-#include <vtkConeSource.h>
-#include <vtkCubeSource.h>
-#include <vtkCylinderSource.h>
-#include <vtkIdList.h>
-#include <vtkNew.h>
-#include <vtkPolyData.h>
-#include <vtkSphereSource.h>
-#include <vtkTriangleFilter.h>
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "pipeline/glb.hpp"
+#include "pipeline/on_demand/vtk.hpp"
 #include "pipeline/report.hpp"
+#include "process/on_demand.hpp"
 
 namespace borelli {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr int sides = 32;
+using AddForm = decltype(VtkFunctions::add_form);
 
-/// Adds a VTK source's triangles, moved by X and first scaled along its own axes.
-void append(Mesh& mesh, vtkPolyDataAlgorithm* source, const Pose& X,
-            const Vector3d& scale = Vector3d::Ones()) {
-  vtkNew<vtkTriangleFilter> triangles;
-  triangles->SetInputConnection(source->GetOutputPort());
-  triangles->Update();
-  vtkPolyData* data = triangles->GetOutput();
-  const auto first = static_cast<std::uint32_t>(mesh.points.size());
-  for (vtkIdType i = 0; i < data->GetNumberOfPoints(); ++i) {
-    Vector3d p;
-    data->GetPoint(i, p.data());
-    mesh.points.push_back((X * p.cwiseProduct(scale).eval()).cast<float>());
-  }
-  vtkNew<vtkIdList> corners;
-  for (vtkIdType c = 0; c < data->GetNumberOfCells(); ++c) {
-    data->GetCellPoints(c, corners);
-    if (corners->GetNumberOfIds() != 3) continue;
-    std::array<std::uint32_t, 3> triangle{};
-    for (vtkIdType i = 0; i < 3; ++i)
-      triangle[static_cast<std::size_t>(i)] = first + static_cast<std::uint32_t>(corners->GetId(i));
-    mesh.triangles.push_back(triangle);
-  }
-}
-
-/// VTK's cylinders, capsules and cones lie along y or x, ours along z.
-Pose along_z(const Pose& X, const Vector3d& their_axis) {
-  return X * Pose{Eigen::Quaterniond::FromTwoVectors(their_axis, Vector3d::UnitZ()).toRotationMatrix(),
-                  Vector3d::Zero()};
-}
-
-struct Drawing {
-  Mesh& mesh;
-  Pose X;  ///< of the form in its solid
-
-  void operator()(const Box& box) const {
-    vtkNew<vtkCubeSource> cube;
-    append(mesh, cube, X, box.size);
-  }
-  void operator()(const Sphere& sphere) const { (*this)(Ellipsoid{Vector3d::Constant(sphere.radius)}); }
-  void operator()(const Ellipsoid& ellipsoid) const {
-    vtkNew<vtkSphereSource> ball;
-    ball->SetRadius(1);
-    ball->SetThetaResolution(sides);
-    ball->SetPhiResolution(sides / 2);
-    append(mesh, ball, X, ellipsoid.radii);
-  }
-  void operator()(const Cylinder& cylinder) const {
-    vtkNew<vtkCylinderSource> barrel;
-    barrel->SetRadius(cylinder.radius);
-    barrel->SetHeight(cylinder.length);
-    barrel->SetResolution(sides);
-    append(mesh, barrel, along_z(X, Vector3d::UnitY()));
-  }
-  void operator()(const Capsule& capsule) const {
-    vtkNew<vtkCapsuleSource> pill;
-    pill->SetRadius(capsule.radius);
-    pill->SetCylinderLength(capsule.length);
-    pill->SetThetaResolution(sides);
-    pill->SetPhiResolution(sides / 2);
-    append(mesh, pill, along_z(X, Vector3d::UnitY()));
-  }
-  void operator()(const Cone& cone) const {
-    vtkNew<vtkConeSource> hat;
-    hat->SetRadius(cone.radius);
-    hat->SetHeight(cone.length);
-    hat->SetResolution(sides);
-    hat->SetCenter(cone.length / 2, 0, 0);
-    append(mesh, hat, along_z(X, Vector3d::UnitX()));
-  }
-  void operator()(const ClosedMesh& closed) const {
-    const auto first = static_cast<std::uint32_t>(mesh.points.size());
-    for (const Vector3d& p : closed.vertices) mesh.points.push_back((X * p).cast<float>());
-    for (const auto& t : closed.triangles)
-      mesh.triangles.push_back({first + static_cast<std::uint32_t>(t[0]),
-                                first + static_cast<std::uint32_t>(t[1]),
-                                first + static_cast<std::uint32_t>(t[2])});
-  }
-};
-
-void rod(Mesh& mesh, const Vector3d& from, const Vector3d& to, double radius) {
+void rod(AddForm add, Mesh& mesh, const Vector3d& from, const Vector3d& to, double radius) {
   const Vector3d d = to - from;
   if (d.norm() < 2 * radius) return;
   const Pose X{Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), d).toRotationMatrix(), (from + to) / 2};
-  Drawing{mesh, X}(Cylinder{radius, d.norm()});
+  add(mesh, X, Cylinder{radius, d.norm()});
 }
 
 /// A plane that something holds against a solid or the world.
@@ -174,24 +87,25 @@ Vector3d box_of(double mass, const Vector3d& moments) {
 
 /// A solid without a shape: what takes hold of it, or its inertia where nothing does but at its origin, drawn
 /// with a thickness that fits the scene.
-Result<void> stand_in(Mesh& mesh, const Solid& solid, const std::vector<Vector3d>& held, double thickness) {
-  for (const Vector3d& point : held) rod(mesh, Vector3d::Zero(), point, thickness / 2);
+Result<void> stand_in(AddForm add, Mesh& mesh, const Solid& solid, const std::vector<Vector3d>& held,
+                      double thickness) {
+  for (const Vector3d& point : held) rod(add, mesh, Vector3d::Zero(), point, thickness / 2);
   if (!mesh.triangles.empty()) return {};
   const auto elements = inertials_of(solid);
   if (!elements) return tl::unexpected(elements.error());
   Inertial whole;
   for (const Inertial& element : *elements) whole += element;
   if (!(whole.mass > 0)) return {};
-  rod(mesh, Vector3d::Zero(), whole.centre, thickness / 2);
+  rod(add, mesh, Vector3d::Zero(), whole.centre, thickness / 2);
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(whole.tensor);
   Eigen::Matrix3d R = principal.eigenvectors();
   if (R.determinant() < 0) R.col(0) = -R.col(0);
   const Pose X{R, whole.centre};
   const Vector3d edges = box_of(whole.mass, principal.eigenvalues());
   if (edges.maxCoeff() < thickness)
-    Drawing{mesh, X}(Sphere{2 * thickness});
+    add(mesh, X, Sphere{2 * thickness});
   else
-    Drawing{mesh, X}(Box{edges.cwiseMax(thickness)});
+    add(mesh, X, Box{edges.cwiseMax(thickness)});
   return {};
 }
 
@@ -212,16 +126,19 @@ double extent(const Scene& scene, const Holds& holds) {
   return largest > 0 ? largest : 1;
 }
 
-void plate(Mesh& mesh, const HeldPlane& plane, double size) {
+void plate(AddForm add, Mesh& mesh, const HeldPlane& plane, double size) {
   const double thickness = size / 200;
   const Pose X{Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), plane.normal).toRotationMatrix(),
                plane.point.point - thickness / 2 * plane.normal};
-  Drawing{mesh, X}(Box{{size, size, thickness}});
+  add(mesh, X, Box{{size, size, thickness}});
 }
 
 }  // namespace
 
 Result<std::vector<Mesh>> scene_meshes(const Scene& scene) {
+  const auto vtk = on_demand<VtkFunctions>();
+  if (!vtk) return tl::unexpected(vtk.error());
+  const AddForm add = (*vtk)->add_form;
   const Holds holds = holds_of(scene);
   const double size = extent(scene, holds);
   std::vector<Mesh> meshes;
@@ -229,23 +146,24 @@ Result<std::vector<Mesh>> scene_meshes(const Scene& scene) {
     Mesh mesh{solid.name, {}, {}};
     for (const ShapeElement& element : solid.shapes) {
       const Shape& shape = element.shape;
-      std::visit(Drawing{mesh, {shape.orientation.toRotationMatrix(), shape.position}}, shape.form);
+      add(mesh, {shape.orientation.toRotationMatrix(), shape.position}, shape.form);
     }
     if (solid.shapes.empty()) {
       const auto held = holds.points.find(solid.name);
-      if (auto drawn = stand_in(
-              mesh, solid, held == holds.points.end() ? std::vector<Vector3d>{} : held->second, 0.03 * size);
+      if (auto drawn =
+              stand_in(add, mesh, solid, held == holds.points.end() ? std::vector<Vector3d>{} : held->second,
+                       0.03 * size);
           !drawn)
         return tl::unexpected(drawn.error());
     }
     for (const HeldPlane& plane : holds.planes)
-      if (plane.point.solid == solid.name) plate(mesh, plane, 2 * size);
+      if (plane.point.solid == solid.name) plate(add, mesh, plane, 2 * size);
     if (!mesh.triangles.empty()) meshes.push_back(std::move(mesh));
   }
   for (const HeldPlane& plane : holds.planes) {
     if (plane.point.solid != world_name) continue;
     Mesh mesh{"world: " + plane.name, {}, {}};
-    plate(mesh, plane, 4 * size);
+    plate(add, mesh, plane, 4 * size);
     meshes.push_back(std::move(mesh));
   }
   return meshes;

@@ -363,6 +363,7 @@ constexpr std::size_t bytes_of_child = std::size_t{64} << 20;
 
 template <class T>
 Result<void> read_in_child(std::span<const DicomSlice> slices, std::span<T> to) {
+  if (auto ready = load_codecs(); !ready) return ready;
   const std::size_t area = to.size() / slices.size();
   const std::string& path = slices.front().path;
   auto pixels = SharedBytes::make(path, to.size_bytes()), at = SharedBytes::make(path, sizeof(std::uint32_t));

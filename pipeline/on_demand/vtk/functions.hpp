@@ -1,0 +1,15 @@
+// The functions of the table in on_demand/vtk.hpp, each in the file of its name.
+#pragma once
+
+#include "pipeline/on_demand/vtk.hpp"
+
+namespace borelli::by_vtk {
+
+TriangleSurface smooth_surface(std::vector<unsigned char>& shares, const std::array<int, 3>& size);
+void add_form(Mesh& mesh, const Pose& X, const Form& form);
+Result<void> write_vtp(const std::string& path, const Mesh& mesh);
+Result<Mesh> read_vtp(const std::string& path);
+Result<void> draw_body(const std::string& path, const std::vector<Mesh>& meshes,
+                       const std::vector<Colour>& colours, const PictureOptions& options);
+
+}  // namespace borelli::by_vtk

@@ -1,0 +1,93 @@
+// VTK's PolyData as XML.
+#include <vtkCellArray.h>
+#include <vtkCellArrayIterator.h>
+#include <vtkErrorCode.h>
+#include <vtkFieldData.h>
+#include <vtkNew.h>
+#include <vtkObject.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkStringArray.h>
+#include <vtkXMLPolyDataReader.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+
+#include "pipeline/on_demand/vtk/functions.hpp"
+
+namespace borelli::by_vtk {
+
+Result<void> write_vtp(const std::string& path, const Mesh& mesh) {
+  vtkNew<vtkPoints> points;
+  points->SetNumberOfPoints(static_cast<vtkIdType>(mesh.points.size()));
+  for (std::size_t n = 0; n < mesh.points.size(); ++n) {
+    const Eigen::Vector3d p = mesh.points[n].cast<double>();
+    points->SetPoint(static_cast<vtkIdType>(n), p.data());
+  }
+  vtkNew<vtkCellArray> triangles;
+  for (const auto& t : mesh.triangles) {
+    const vtkIdType ids[3] = {t[0], t[1], t[2]};
+    triangles->InsertNextCell(3, ids);
+  }
+  vtkNew<vtkStringArray> part;
+  part->SetName("part");
+  part->InsertNextValue(mesh.name);
+  vtkNew<vtkPolyData> surface;
+  surface->SetPoints(points);
+  surface->SetPolys(triangles);
+  surface->GetFieldData()->AddArray(part);
+
+  // VTK would print its own words
+  const int warnings = vtkObject::GetGlobalWarningDisplay();
+  vtkObject::GlobalWarningDisplayOff();
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetFileName(path.c_str());
+  writer->SetInputData(surface);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  errno = 0;
+  const bool written = writer->Write() == 1 && writer->GetErrorCode() == vtkErrorCode::NoError;
+  const int reason = errno;
+  vtkObject::SetGlobalWarningDisplay(warnings);
+  if (!written) {
+    return failure(path,
+                   "cannot be written: " +
+                       (reason ? std::generic_category().message(reason)
+                               : std::string(vtkErrorCode::GetStringFromErrorCode(writer->GetErrorCode()))));
+  }
+  return {};
+}
+
+Result<Mesh> read_vtp(const std::string& path) {
+  const int warnings = vtkObject::GetGlobalWarningDisplay();
+  vtkObject::GlobalWarningDisplayOff();
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  vtkObject::SetGlobalWarningDisplay(warnings);
+  vtkPolyData* surface = reader->GetOutput();
+  auto* part =
+      surface ? vtkStringArray::SafeDownCast(surface->GetFieldData()->GetAbstractArray("part")) : nullptr;
+  if (reader->GetErrorCode() != vtkErrorCode::NoError || !part || part->GetNumberOfValues() != 1)
+    return failure(path, "is no part's mesh as this program writes it, or is damaged");
+  Mesh mesh;
+  mesh.name = part->GetValue(0);
+  for (vtkIdType n = 0; n < surface->GetNumberOfPoints(); ++n)
+    mesh.points.push_back(Eigen::Map<const Eigen::Vector3d>(surface->GetPoint(n)).cast<float>());
+  const auto cells = vtk::TakeSmartPointer(surface->GetPolys()->NewIterator());
+  for (cells->GoToFirstCell(); !cells->IsDoneWithTraversal(); cells->GoToNextCell()) {
+    vtkIdType count = 0;
+    const vtkIdType* ids = nullptr;
+    cells->GetCurrentCell(count, ids);
+    if (count != 3) return failure(path, "holds a face of other than three corners");
+    if (std::any_of(ids, ids + 3, [&](vtkIdType id) { return id < 0 || id >= std::ssize(mesh.points); }))
+      return failure(path, "has a face with a corner that is not one of its points");
+    mesh.triangles.push_back({static_cast<std::uint32_t>(ids[0]), static_cast<std::uint32_t>(ids[1]),
+                              static_cast<std::uint32_t>(ids[2])});
+  }
+  return mesh;
+}
+
+}  // namespace borelli::by_vtk

@@ -1,0 +1,18 @@
+// What GDCM does for this program: it unpacks JPEG, JPEG-LS and JPEG 2000.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "segmentation/dicom_slice.hpp"
+
+namespace borelli {
+
+struct GdcmFunctions {
+  static constexpr const char* library = "borelli_gdcm";
+  /// unpack_by_codec (files/dicom_codecs.hpp)
+  Result<void> (*unpack)(const DicomSlice& slice, std::span<const std::byte> stream, std::span<std::byte> to,
+                         DicomPixels& pixels);
+};
+
+}  // namespace borelli
