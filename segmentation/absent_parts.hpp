@@ -1,4 +1,4 @@
-// Parts that a body lacks, as its user tells (amputation).
+// Parts that the user names as missing, after an amputation for example (--absent).
 #pragma once
 
 #include <array>
@@ -13,17 +13,17 @@
 
 namespace borelli {
 
-/// By label: whether the part is told to be absent. What hangs on an absent part is absent, too.
+/// By label: whether the user names the part as missing. The parts that hang on it are missing too.
 using AbsentParts = std::array<bool, parts.size()>;
 
 /// What notes say of such a part.
 inline constexpr std::string_view absent_as_told = "absent as told";
 
-/// "thigh_left,hand_right": these parts and all that hang on them; empty: none. Errors: a name that is no
-/// part, or none of a limb.
+/// Parses "thigh_left,hand_right"; "" names none. Parts that hang on a named one are included. Errors: a name
+/// that is not a part, or not of a limb.
 Result<AbsentParts> parse_absent(std::string_view text);
 
-/// The same parts as text, without those that an absent one implies; empty where none is absent.
+/// The reverse of parse_absent: the named parts without those that hang on them; "" for none.
 std::string in_text(const AbsentParts& absent);
 
 bool any_absent(const AbsentParts& absent);
@@ -31,10 +31,10 @@ bool any_absent(const AbsentParts& absent);
 /// The part by name, e.g. "thigh" and "_left".
 bool is_absent(const AbsentParts& absent, std::string_view stem, std::string_view side);
 
-/// Gives labels of absent parts to the part that they hang on.
+/// Relabels missing parts as the nearest part that they hang on and that is there.
 void leave_out(const AbsentParts& absent, std::vector<std::uint8_t>& labels);
 
-/// Errors: a landmark is given that is the joint of an absent part.
+/// Errors: `given` holds the joint of a missing part.
 Result<void> check_given(const AbsentParts& absent, const Landmarks& given);
 
 /// For the help of --absent.

@@ -64,6 +64,12 @@ struct ClassMapping {
 inline constexpr std::string_view ready_mappings[] = {"totalsegmentator", "totalsegmentator_v1",
                                                       "totalsegmentator_mr", "icrp110"};
 
+/// For the help of --label-mapping.
+inline constexpr const char* label_mapping_help =
+    "The labels are another program's classes. Their parts are told by: totalsegmentator, "
+    "totalsegmentator_v1, "
+    "totalsegmentator_mr, icrp110, or a table from class to part";
+
 /// One of the ready ones by its name, or a file (.json, else tabs). Errors: no such file; a line without
 /// part, a part or tissue that is none, a class twice, each with its line or key.
 Result<ClassMapping> class_mapping(const std::string& name_or_file);

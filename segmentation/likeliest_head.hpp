@@ -1,4 +1,4 @@
-// The likeliest head of a femur or humerus on one side, where no pair tells it.
+// Finds the head of a femur or humerus on one side, where the other side shows none.
 #pragma once
 
 #include <algorithm>
@@ -11,13 +11,13 @@
 
 namespace borelli {
 
-/// The likeliest head about the best voted places that fit.
+/// The most probable ball that passes `fits(ball)`, searched about the best votes that pass it. Empty if no
+/// solid ball passes.
 template <class Fits>
 std::optional<FoundSphere> likeliest_head(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates,
                                           const Fits& fits) {
   constexpr std::size_t most_places = 8;
   constexpr double same = 15, again = 1;  // mm, between places; see find_heads in trunk.cpp
-  const double scatter = 0.4 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
   std::optional<FoundSphere> best;
   double most = 0;
   std::vector<Eigen::Vector3d> places;
@@ -28,8 +28,7 @@ std::optional<FoundSphere> likeliest_head(const Anatomy& a, const HeadsInBody& b
     places.push_back(place);
     for (const FoundSphere& ball : candidates.about(place)) {
       // as of a pair that are alike
-      const double score = std::pow(ball.score * std::exp(-std::pow(ball.deviation / scatter, 2)), 2) *
-                           std::exp(-std::pow((ball.radius - 25) / 7, 2));
+      const double score = std::pow(agreement(a, ball), 2) * std::exp(-std::pow((ball.radius - 25) / 7, 2));
       if (score > most && fits(ball) && body.solid(ball)) most = score, best = ball;
     }
     return true;
@@ -40,11 +39,12 @@ std::optional<FoundSphere> likeliest_head(const Anatomy& a, const HeadsInBody& b
   return best;
 }
 
-/// The humeral head over a hip, on the same side: a lung's top beside and below it.
+/// Finds the humeral head above `hip` on the same side; the top of a lung lies beside and below it. Empty if
+/// there is none.
 std::optional<FoundSphere> find_shoulder_over(const FoundSphere& hip, int side, const Anatomy& anatomy,
                                               const HeadsInBody& body, RoundHeads& candidates);
 
-/// The ball in a sagittal plane's mirror (`middle`: mm, patient x).
+/// The ball mirrored in the sagittal plane x = `middle` (mm, LPS).
 FoundSphere mirror_image(FoundSphere ball, double middle);
 
 }  // namespace borelli

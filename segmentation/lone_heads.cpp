@@ -34,27 +34,27 @@ struct Content {
 };
 
 Content content_of(const Anatomy& a, const Cuboid& box) {
-  const auto& g = a.grid();
+  const Grid &g = a.grid(), &scan = a.source->grid;
   const Vector3d low = g.index(box.low), high = g.index(box.high);
   double all = 0, shown = 0, bone = 0;
   for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
     for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
       for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
         ++all;
-        // what lies beyond the work grid and not beyond the scan is air
-        const Vector3d at = a.source->grid.index(
-            g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
-        bool in_scan = true;
-        for (int c = 0; c < 3; ++c)
-          in_scan = in_scan && at[c] > -0.5 &&
-                    at[c] < static_cast<double>(a.source->grid.size[static_cast<std::size_t>(c)]) - 0.5;
-        shown += g.holds(i, j, k) ? a.scan.seen.at(i, j, k) : in_scan;
-        if (g.holds(i, j, k)) bone += a.bone.at(i, j, k);
+        if (g.holds(i, j, k)) {
+          shown += a.scan.seen.at(i, j, k);
+          bone += a.bone.at(i, j, k);
+        } else {  // outside the work grid, the scan shows air
+          const Vector3d at = scan.index(
+              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
+          shown += scan.holds(std::lround(at[0]), std::lround(at[1]), std::lround(at[2]));
+        }
       }
   return {bone * g.voxel_volume(), all > 0 ? shown / all : 0};
 }
 
-// Whether a box holds a limb's bone and its mirror image, which the scan shows, hardly any.
+// Whether `own` holds a limb's bone, while the mirror image of `own` is in view and holds less than `hardly`
+// times as much.
 bool limb_is_gone(const Anatomy& a, const Cuboid& own, double middle, double hardly) {
   constexpr double least = 15e3, in_view = 0.6;  // mm^3
   const Content here = content_of(a, own), there = content_of(a, own.mirrored(middle));
@@ -63,7 +63,7 @@ bool limb_is_gone(const Anatomy& a, const Cuboid& own, double middle, double har
 
 Cuboid cuboid_of(const Vector3d& a, const Vector3d& b) { return {a.cwiseMin(b), a.cwiseMax(b)}; }
 
-// Beside a hip where its thigh is, from the middle outwards.
+// Compares the two thighs' places below the hips.
 bool leg_is_gone(const Anatomy& a, const FoundSphere& hip, double middle, int side) {
   constexpr double near_middle = 15, outside = 120, deep = 100, below = 90, far_below = 300;
   const Vector3d c = hip.centre;
@@ -74,7 +74,7 @@ bool leg_is_gone(const Anatomy& a, const FoundSphere& hip, double middle, int si
       middle, 0.1);
 }
 
-// Outwards of a humeral head and below it, where no rib reaches.
+// Compares the two arms' places below the humeral heads and outside the ribs.
 bool arm_is_gone(const Anatomy& a, const Vector3d& head, double middle, int side, double hardly) {
   constexpr double inside = 5, outside = 100, deep = 100, below = 60, far_below = 330;
   // a raised arm is none beside the chest

@@ -1,5 +1,5 @@
-// The hip and the shoulder of a body that lacks the other leg or arm: no pair tells them, and what the trunk
-// needs of the side that is gone is their mirror image.
+// Finds hip and shoulder of a body that lacks the other leg or arm. The missing side's joint is their mirror
+// image, which the trunk's own rules need.
 #pragma once
 
 #include "segmentation/heads_in_body.hpp"
@@ -9,24 +9,25 @@
 
 namespace borelli {
 
-/// Where the trunk has no hips: the one that is there, over its femur and below the lungs (or the shoulders
-/// that were found), and the other as its mirror image, with `no_leg` set there. The other leg must be told
-/// to be absent, or none be seen: no bone of a thigh beside this one's, where the scan shows the place.
+/// If `trunk` has no hips, finds the one that is there: above its femur, and below the lungs or the
+/// shoulders. Sets the other to its mirror image, and `no_leg` on that side. The other leg must be named in
+/// `trunk.absent`, or the scan must show its place without a thigh's bone.
 void find_lone_hip(const Anatomy& anatomy, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk);
 
-/// The same of a shoulder, over two hips; of a pair that was found one is none where nothing of an arm lies
-/// beside the chest. `no_arm` is set there.
+/// The same for a shoulder; needs both hips. If no arm's bone lies beside the chest on one side, that side's
+/// ball of a found pair is replaced by the mirror image of the other. Sets `no_arm` on that side.
 void find_lone_shoulder(const Anatomy& anatomy, const HeadsInBody& body, RoundHeads& candidates,
                         Trunk& trunk);
 
-/// What the body lacks, told or not, with all that hangs on it.
+/// Missing parts, named by the user or found missing, with the parts that hang on them.
 AbsentParts gone_parts(const Trunk& trunk);
+/// By side: whether the leg is missing.
 std::array<bool, 2> sides_without_leg(const Trunk& trunk);
 
-/// The hips' middle of a body with one leg, by that leg's hip and its mirror image.
+/// Sets `mid_hip` of a body with one leg: the midpoint of its hip and that hip's mirror image.
 void put_middle_of_hips(const Trunk& trunk, Landmarks& marks);
 
-/// The mirror images again, in the plane that the column tells.
+/// Mirrors anew in the midsagittal plane of the vertebral column, once that is known.
 void settle_lone_heads(Trunk& trunk);
 
 }  // namespace borelli

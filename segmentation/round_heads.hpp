@@ -1,6 +1,8 @@
 // What is round among a body's bones and may be the head of a femur or humerus.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -8,6 +10,13 @@
 #include "segmentation/spheres.hpp"
 
 namespace borelli {
+
+/// How well the edges about a ball agree on it, 0 to 1: its score, less where they scatter. About a true
+/// sphere they scatter by a quarter of the scan's resolution, about a compromise of two by half of it.
+inline double agreement(const Anatomy& anatomy, const FoundSphere& ball) {
+  const double scatter = 0.4 * std::max(1.0, std::cbrt(anatomy.source->grid.voxel_volume()));
+  return ball.score * std::exp(-std::pow(ball.deviation / scatter, 2));
+}
 
 class RoundHeads {
  public:

@@ -56,16 +56,12 @@ template <class Fits, class Holds>
 Pair likeliest(const Anatomy& a, const Balls& left, const Balls& right, Spacing apart, double level,
                const Fits& fits, const Holds& holds) {
   Pair best;
-  // edges scatter by a quarter of the scan's resolution about a true sphere, by half of it about a compromise
-  const double scatter = 0.4 * std::max(1.0, std::cbrt(a.source->grid.voxel_volume()));
-  const auto close = [&](const FoundSphere& ball) {
-    return ball.score * std::exp(-std::pow(ball.deviation / scatter, 2));
-  };
   for (const auto& l : left)
     for (const auto& r : right) {
       const Vector3d d = l.centre - r.centre;
       if (d[0] < apart.least || d[0] > apart.most) continue;
-      const double score = close(l) * close(r) * std::exp(-std::pow((l.radius - r.radius) / 2, 2)) *
+      const double score = agreement(a, l) * agreement(a, r) *
+                           std::exp(-std::pow((l.radius - r.radius) / 2, 2)) *
                            std::exp(-std::pow((0.5 * (l.radius + r.radius) - 25) / 7, 2)) *
                            std::exp(-std::pow(d[1] / level, 2) - std::pow(d[2] / level, 2));
       if (score > best.score && fits(l.centre, r.centre) && holds(l, r)) best = {l, r, score};

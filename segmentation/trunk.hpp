@@ -26,9 +26,8 @@ struct Trunk {
   /// Size against an adult of de Leva's male sample (stature 1.741 m), from what is in view.
   double scale = 1;
 
-  AbsentParts absent{};  ///< what the body lacks, as its user tells
-  /// By side: the body has no such limb (lone_heads.hpp); its hip or shoulder is the other one's mirror
-  /// image.
+  AbsentParts absent{};  ///< parts that the user names as missing (--absent)
+  /// By side: the limb is missing, and its hip or shoulder is the mirror image of the other (lone_heads.hpp).
   std::array<bool, 2> no_leg{}, no_arm{};
 
   /// Nothing is in view that parts hang on.

@@ -1,4 +1,4 @@
-// What HDF5 does for this program. hdf5_file.hpp is the interface to use.
+// Functions of the library that calls HDF5. Use them through hdf5_file.hpp.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace borelli {
 
-/// A file is HDF5's number of it; below 0: none. Names are paths, "/group/array"; groups arise as needed.
-/// What answers a text answers what is wrong ("is damaged"), "" where nothing is.
+/// `file` is HDF5's identifier; a negative one means failure. Names are paths such as "/group/array"; missing
+/// groups are created. Functions that return a string return the problem ("is damaged"), or "" on success.
 struct Hdf5Functions {
   static constexpr const char* library = "borelli_hdf5";
 
@@ -24,14 +24,14 @@ struct Hdf5Functions {
   bool (*put_number_attribute)(std::int64_t file, const std::string& object, const std::string& name,
                                double number);
   bool (*put_group)(std::int64_t file, const std::string& name);
-  /// The bytes of a file that was created, with room for some more.
+  /// Copies the file that create() made to `bytes`, with `room` more bytes reserved.
   std::string (*image)(std::int64_t file, std::string& bytes, std::size_t room);
   bool (*close)(std::int64_t file);
 
   std::int64_t (*open)(const std::string& path);
   bool (*holds)(std::int64_t file, const std::string& name);
-  /// What is `name` has been found by holds(). `size` of the file, bytes; `admit` is asked before so many are
-  /// taken.
+  /// Reads the array `name`; call holds() first. `size`: of the file, bytes. `admit` is asked before memory
+  /// is allocated, with the number of bytes.
   std::string (*numbers)(std::int64_t file, const std::string& name, double size,
                          const std::function<bool(double bytes)>& admit, Hdf5Array& out);
   std::string (*texts)(std::int64_t file, const std::string& name, double size,

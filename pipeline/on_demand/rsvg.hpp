@@ -1,4 +1,4 @@
-// What librsvg does for this program: SVG to PNG.
+// Functions of the library that calls librsvg: SVG to PNG.
 #pragma once
 
 #include <filesystem>
@@ -10,8 +10,8 @@ namespace borelli {
 
 struct RsvgFunctions {
   static constexpr const char* library = "borelli_rsvg";
-  /// Draws `svg` at twice its size in pixels into the PNG `file`. Errors, about `name`: no drawing, or
-  /// without a size; not writable.
+  /// Renders `svg` to the PNG `file`, with two pixels for each unit of length. Error messages call the
+  /// drawing `name`. Errors: `svg` is not SVG, or states no size; `file` cannot be written.
   Result<void> (*draw)(std::string_view svg, const std::filesystem::path& file, const std::string& name);
 };
 

@@ -1,4 +1,4 @@
-// What VTK does for this program: surfaces, forms, files of meshes, pictures.
+// Functions of the library that calls VTK: surfaces, shapes, mesh files, pictures.
 #pragma once
 
 #include <array>
@@ -17,15 +17,18 @@ namespace borelli {
 struct VtkFunctions {
   static constexpr const char* library = "borelli_vtk";
 
-  /// The smoothed surface where an image of `size` voxels passes 127.5, in indices of the image; without
-  /// triangles where it passes nowhere. Facing outwards in a right-handed frame.
+  /// Smoothed isosurface at 127.5 of an image of `size` voxels, x fastest. Points are voxel indices;
+  /// triangles face outwards in a right-handed frame. No triangles if no voxel exceeds 127.5.
   TriangleSurface (*smooth_surface)(std::vector<unsigned char>& shares, const std::array<int, 3>& size);
-  /// Adds the form's triangles to the mesh, moved by X.
+  /// Appends the triangles of `form`, placed by `X`, to `mesh`.
   void (*add_form)(Mesh& mesh, const Pose& X, const Form& form);
-  Result<void> (*write_vtp)(const std::string& path, const Mesh& mesh);  ///< mesh_file.hpp
-  /// Reads what write_vtp wrote; a damaged file may crash VTK.
+  /// See mesh_file.hpp. Errors: the file cannot be written.
+  Result<void> (*write_vtp)(const std::string& path, const Mesh& mesh);
+  /// Reads a file of write_vtp. A damaged file may crash VTK: call it in a child process first. Errors: the
+  /// file cannot be read.
   Result<Mesh> (*read_vtp)(const std::string& path);
-  /// draw_body (render.hpp), where an X display answers and the meshes are not flat; a colour to each
+  /// See draw_body in render.hpp; colours[i] is that of meshes[i]. Needs an X display. The meshes must not
+  /// all be flat.
   Result<void> (*draw_body)(const std::string& path, const std::vector<Mesh>& meshes,
                             const std::vector<Colour>& colours, const PictureOptions& options);
 };

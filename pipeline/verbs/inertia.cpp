@@ -19,6 +19,7 @@
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
+#include "segmentation/class_mapping.hpp"
 #include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/mr_tissues.hpp"
 #include "segmentation/verdict.hpp"
@@ -319,9 +320,7 @@ void add_inertia(CLI::App& program, Command& command) {
   verb->add_option("--volume", settings->volume, "CT or density volume: a DICOM folder or a file");
   verb->add_option("--labels", settings->labels, "Label map on the volume's grid");
   verb->add_option("--names", settings->names, "Names of its labels (TSV; default: beside it)");
-  verb->add_option("--label-mapping", settings->mapping,
-                   "Its classes are somebody else's: totalsegmentator, totalsegmentator_mr, icrp110 or a "
-                   "table from class to part");
+  verb->add_option("--label-mapping", settings->mapping, label_mapping_help);
   verb->add_option(
       "--landmarks", settings->landmarks,
       "Joint centres and bony points (JSON, or .mrk.json and .fcsv of 3D Slicer): lengths and axes");

@@ -18,6 +18,7 @@
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
+#include "segmentation/class_mapping.hpp"
 #include "segmentation/segment.hpp"
 
 namespace borelli {
@@ -219,9 +220,7 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_option("--quantity", asked->quantity, "What the voxels hold: hu, density_kgm3, density_gcm3, mr");
   verb->add_option("--labels", s.labels, "A label map on the volume's grid, to use instead of segmenting");
   verb->add_option("--label-names", s.label_names, "Its names (TSV; default: beside it)");
-  verb->add_option("--label-mapping", s.label_mapping,
-                   "Its classes are somebody else's: totalsegmentator, totalsegmentator_mr, icrp110 or a "
-                   "table from class to part");
+  verb->add_option("--label-mapping", s.label_mapping, label_mapping_help);
   verb->add_option(
       "--landmarks", s.landmarks,
       "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer): they override what is found");

@@ -16,6 +16,7 @@
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/whole_file.hpp"
 #include "segmentation/body_doubts.hpp"
+#include "segmentation/class_mapping.hpp"
 #include "segmentation/dicom_segmentation.hpp"
 #include "segmentation/verdict.hpp"
 
@@ -161,9 +162,7 @@ void add_segment(CLI::App& program, Command& command) {
                    "What the voxels hold: hu, density_kgm3, density_gcm3, labels, mr");
   auto* labels =
       verb->add_option("--labels", asked->labels, "Somebody else's label map of the same body, to part by");
-  auto* mapping = verb->add_option(
-      "--label-mapping", asked->mapping,
-      "From its classes to parts: totalsegmentator, totalsegmentator_mr, icrp110 or a table");
+  auto* mapping = verb->add_option("--label-mapping", asked->mapping, label_mapping_help);
   labels->needs(mapping);
   mapping->needs(labels);
   verb->add_option("--label-names", asked->names, "Its names (TSV; default: beside it)")->needs(labels);

@@ -1,4 +1,4 @@
-// What GDCM does for this program: it unpacks JPEG, JPEG-LS and JPEG 2000.
+// Functions of the library that calls GDCM: decoding of JPEG, JPEG-LS and JPEG 2000.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace borelli {
 
 struct GdcmFunctions {
   static constexpr const char* library = "borelli_gdcm";
-  /// unpack_by_codec (files/dicom_codecs.hpp)
+  /// See unpack_by_codec in files/dicom_codecs.hpp.
   Result<void> (*unpack)(const DicomSlice& slice, std::span<const std::byte> stream, std::span<std::byte> to,
                          DicomPixels& pixels);
 };

@@ -1,4 +1,4 @@
-// What ITK does for this program: N4, the bias field of MR.
+// Functions of the library that calls ITK: the bias field of MR by N4.
 #pragma once
 
 #include "error/error.hpp"
@@ -8,7 +8,8 @@ namespace borelli {
 
 struct ItkFunctions {
   static constexpr const char* library = "borelli_itk";
-  Result<Volume<float>> (*bias_field)(const Volume<float>& mr, const Mask& mask);  ///< bias_field.hpp
+  /// See bias_field.hpp.
+  Result<Volume<float>> (*bias_field)(const Volume<float>& mr, const Mask& mask);
 };
 
 }  // namespace borelli

@@ -1,29 +1,39 @@
-// Landmarks of a labelled adult, from the bones' labels alone.
+// Finds landmarks of a labelled adult from the labels of its bones.
 //
-//   hip_*, shoulder_*      sphere through the labelled head's faces (in-plane faces between voxels), kept to
-//                          faces within 2.5 mm of the ball; hips: faces within 16 mm of the pelvis to begin
-//                          with; shoulders: of the humerus' upper 32 mm
-//   elbow_medial_*, _lateral_*, knee_medial_*, _lateral_*
-//                          ends of the bone along its longest horizontal axis, 8 to 40 mm above its lower end
-//   elbow_*                middle of the humerus' voxels within 8 mm of ulna and radius
-//   wrist_*                middle of the border of ulna+radius and hand bones
-//   knee_*                 middle of the epicondyles, front to back that of the condyles, 20 mm above their
-//   end medial_malleolus_*, lateral_malleolus_*
-//                          ends across of tibia and fibula in their lowest 30 mm; ankle_* is their middle
-//   neck, t12_l1, l5_s1    middle of the border of the two regions of the spine, before the spinal cord
-//   cervicale              hindmost voxel of the cervical spine's lowest 25 mm
-//   suprasternale, xiphion upper and lower end of the sternum
-//   spine_upper            middle of the vertebral bodies level with the xiphion
-//   omphalion, spine_lower skin in front, and vertebral bodies, level with 36 % of the lumbar spine's height:
-//   no
-//                          label tells the navel (deviation 12 mm)
-//   asis_*                 foremost voxel of the pelvis' upper half; psis_* its hindmost
+//   hip_*, shoulder_*
+//       Centre of a sphere fitted to faces between voxels of the labelled head, within 2.5 mm of the sphere.
+//       Hip: starts from faces within 16 mm of the pelvis. Shoulder: from the humerus' upper 32 mm.
+//   elbow_medial_*, elbow_lateral_*, knee_medial_*, knee_lateral_*
+//       Ends of the bone along its longest horizontal axis, 8 to 40 mm above its lower end.
+//   elbow_*
+//       Mean of the humerus' voxels within 8 mm of ulna and radius.
+//   wrist_*
+//       Mean of the faces between the hand's bones and ulna and radius.
+//   knee_*
+//       Midpoint of the epicondyles; front to back that of the condyles, 20 mm above their end.
+//   medial_malleolus_*, lateral_malleolus_*, ankle_*
+//       Outermost points of tibia and fibula in their lowest 30 mm; the ankle is their midpoint.
+//   neck, t12_l1, l5_s1
+//       Middle of the border between two regions of the spine, in front of the spinal cord.
+//   cervicale
+//       Rearmost voxel of the cervical spine's lowest 25 mm.
+//   suprasternale, xiphion
+//       Upper and lower end of the sternum.
+//   spine_upper
+//       Middle of the vertebral bodies at the xiphion's level.
+//   omphalion, spine_lower
+//       Front skin and vertebral bodies at 36 % of the lumbar spine's height. No label marks the navel:
+//       deviation 12 mm.
+//   asis_*, psis_*
+//       Frontmost and rearmost voxel of the pelvis' upper half.
 //   vertex, heel_*, toe_tip_*, dactylion_3_*
-//                          highest voxel, hindmost and foremost foot, hand's farthest from the wrist
-//   metacarpale_3_*        hand bones' middle at 46 % of the way from wrist to dactylion
-//   mid_hip, l4_l5         between the hips; at 20 % of the lumbar spine's height
+//       Topmost voxel of the body; rearmost and frontmost of a foot; a hand's farthest from its wrist.
+//   metacarpale_3_*
+//       Mean of the hand's bones at 46 % of the way from wrist to dactylion.
+//   mid_hip, l4_l5
+//       Midpoint of the hips; middle of the spine at 20 % of the lumbar spine's height.
 //
-// A landmark's `deviation` is what this reading of the labels is unsure by, mm.
+// `deviation`: standard deviation of this reading of the labels, mm.
 #pragma once
 
 #include "segmentation/landmarks.hpp"

@@ -1,17 +1,16 @@
-// Where a warped body's tissue goes: segments scaled one by one, skin pushed out or in, joints turned.
+// Maps a place of a body at rest to its place in the warped body: segments scaled one by one, skin moved
+// outwards or inwards, joints turned.
 //
-// A place with shares s_j of the joints' motions goes, in this order:
-//   skin     x += lift * fat * n, n square to the segment's axis: bones stay
-//   scale    z = scaled_root(x) + sum over joints j of s_j (scaled_behind(x) - scaled_before(x)), where
-//   scaled_p
-//            stretches part p along and across its axis about its joint to its parent, whose centre goes with
-//            the parent
-//   twist    forearm and hand turn about the forearm's axis, by the share of the way from elbow to wrist
-//   turn     from the farthest joint to the nearest: z turns about the joint's (scaled) centre by s_j times
-//   its
-//            rotation vector
-//   whole    the body as one
-// With s_j of 0 and 1 alone (bones) all of these are affine; with scales of 1 rigid.
+// A place with share s_j of the motion of each joint j is moved in these steps:
+//   skin     x += lift * fat * n, with n perpendicular to the segment's axis. Bones stay.
+//   scale    z = scaled_root(x) + sum over joints j of s_j (scaled_behind(x) - scaled_before(x)).
+//            scaled_p stretches part p along and across its axis, about the joint to its parent. That joint
+//            moves with the scaled parent.
+//   twist    Forearm and hand turn about the forearm's axis, by the share of the way from elbow to wrist.
+//   turn     From the farthest joint to the nearest, z turns about the joint's scaled centre by s_j times its
+//            rotation vector.
+//   whole    The whole body turns.
+// Where every s_j is 0 or 1, as in bones, the map is affine, and rigid if no part is scaled.
 #pragma once
 
 #include <Eigen/Geometry>

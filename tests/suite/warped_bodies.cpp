@@ -220,19 +220,17 @@ Landmarks moved_landmarks(const LabelledBody& body, const BodyMap& map) {
   return out;
 }
 
-double guessed_overlap(const LabelledBody& body, const BodyMap& map) {
-  return crowding(body, [&](std::size_t n) {
-    return map(body.centre(n), body.lattice.voxel_share[n], body.lattice.voxel_lift[n]);
-  });
-}
-
 Warp fitting_warp(const LabelledBody& body, std::uint64_t seed) {
   Warp best;
   double least = 1e18;
   const double at_rest = crowding(body, [&](std::size_t n) { return body.centre(n); });
   for (int attempt = 0; attempt < 6; ++attempt) {
     Warp warp = drawn_warp(seed, attempt);
-    const double overlap = guessed_overlap(body, BodyMap(body.landmarks, warp.motion)) - at_rest;
+    const BodyMap map(body.landmarks, warp.motion);
+    const auto moved = [&](std::size_t n) {
+      return map(body.centre(n), body.lattice.voxel_share[n], body.lattice.voxel_lift[n]);
+    };
+    const double overlap = crowding(body, moved) - at_rest;
     if (overlap < least) least = overlap, best = warp;
     if (least < 250e3) break;
   }

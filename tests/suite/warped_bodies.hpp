@@ -1,8 +1,8 @@
-// Bodies of real anatomy that no rule's author drew: the ICRP adults bent, reshaped and scanned, with their
-// truth.
+// Bends, reshapes and scans the labelled ICRP adults; gives each scan with its truth.
 //
-// Labels, bones, organs, CT numbers and densities go along with the tissue (body_map, body_raster). The parts
-// of the truth are the carried owners, parted by PartPlanes at the landmarks, which move as their bones do.
+// Labels, bones, organs, CT numbers and densities are warped with the tissue (body_map, body_raster).
+// Landmarks move with their bones. The true parts are the warped parts, cut by PartPlanes at the moved
+// landmarks.
 #pragma once
 
 #include "tests/suite/labelled_body.hpp"
@@ -18,10 +18,6 @@ WarpedBody warped_body(const LabelledBody& body, const Warp& warp);
 
 /// The body's landmarks after the motion, mm; those of what is lost too.
 Landmarks moved_landmarks(const LabelledBody& body, const BodyMap& map);
-
-/// A guess at what limbs and trunk share of one place, mm^3, from each 18th voxel; contacts at rest count
-/// too.
-double guessed_overlap(const LabelledBody& body, const BodyMap& map);
 
 /// The first of six attempts whose limbs do not go through each other by more than 250 ml, or the one that
 /// does so least.
