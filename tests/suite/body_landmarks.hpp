@@ -10,7 +10,7 @@
 //   wrist_*
 //       Mean of the faces between the hand's bones and ulna and radius.
 //   knee_*
-//       Midpoint of the epicondyles; front to back that of the condyles, 20 mm above their end.
+//       x: midpoint of the epicondyles. y: mean of the femur's lowest 36 mm. z: 20 mm above its lower end.
 //   medial_malleolus_*, lateral_malleolus_*, ankle_*
 //       Outermost points of tibia and fibula in their lowest 30 mm; the ankle is their midpoint.
 //   neck, t12_l1, l5_s1
