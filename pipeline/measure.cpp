@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 
+#include "error/printable.hpp"
 #include "inertia/skin.hpp"
 #include "pipeline/deviations.hpp"
 #include "pipeline/isb_frames.hpp"
@@ -35,7 +36,7 @@ bool agree(const Grid& a, const Grid& b) {
 
 Result<void> check(const GreyVolume& volume, const LabelMap& labels, const MeasureOptions& options) {
   if (!options.sex.empty() && options.sex != "male" && options.sex != "female")
-    return bad_use("sex", fmt::format("'{}' is not known: male or female expected", options.sex));
+    return bad_use("sex", fmt::format("'{}' is not known: male or female expected", printable(options.sex)));
   if (!agree(volume.grid, labels.grid))
     return bad_use(
         "labels",

@@ -2,6 +2,7 @@
 // are; and what the next steps need of it again and again.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "segmentation/work_grid.hpp"
 
 namespace borelli {
+
+struct Proposal;
 
 struct Anatomy {
   const GreyVolume* source = nullptr;  ///< the scan itself, for close-ups; outlives this
@@ -21,6 +24,12 @@ struct Anatomy {
   Distances depth;        ///< below the skin, mm; 0 outside the body. The scan's edge is no skin.
   Distances off_bone;     ///< distance to the nearest bone voxel, mm, up to 60
   Distances within_bone;  ///< depth below a bone's surface, mm; 0 outside bone
+
+  /// What the forest says of the body (proposal/proposal.hpp); null: not asked.
+  std::shared_ptr<const Proposal> proposal;
+  /// Of each voxel the kinds of seeds (bits) that may reach it, where the proposal is sure of its limb
+  /// (walls.hpp); empty: not asked.
+  std::vector<std::uint8_t> wall;
 
   const Grid& grid() const { return scan.hu.grid; }
   double step() const { return grid().axes(0, 0); }

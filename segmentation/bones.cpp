@@ -6,6 +6,7 @@
 
 #include "segmentation/joints_along_way.hpp"
 #include "segmentation/parts.hpp"
+#include "segmentation/proposal/walls.hpp"
 
 namespace borelli {
 namespace {
@@ -60,7 +61,7 @@ Volume<std::uint8_t> label_bones(const Anatomy& a, const Trunk& trunk, const Lim
     if (trunk.shoulder[n] && limbs.arm(side).present)
       mark(limbs.arm(side), arm_joints(limbs.arm(side), trunk.scale), "upper_arm", "forearm", "hand");
   }
-  Volume<std::uint8_t> bones = nearest_seeds(std::move(places), seeds);
+  Volume<std::uint8_t> bones = nearest_seeds(walled(a, std::move(places), kind_of_part), seeds);
   in_turns(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t k = first; k < last; ++k)
       for (std::int64_t j = 0; j < g.size[1]; ++j)

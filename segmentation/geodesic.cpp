@@ -50,7 +50,8 @@ class Ways {
   /// Owners, and by which step each place is reached (null: not asked for), are kept up beside the lengths.
   Ways(Places& places, float longest, std::uint8_t* owner, std::uint8_t* by_step, std::int64_t first,
        std::int64_t last)
-      : grid_(places.grid),
+      : places_(places),
+        grid_(places.grid),
         place_(places.place.get()),
         owner_(owner),
         by_step_(by_step),
@@ -126,6 +127,7 @@ class Ways {
     for (; steps; steps &= steps - 1) {
       const auto step = static_cast<std::size_t>(std::countr_zero(steps));
       const auto to = static_cast<std::size_t>(at + offset_[step]);
+      if (!places_.lets_in(to, way.label)) continue;
       begin(to, length[step / 3][step % 3], way.label, static_cast<std::uint8_t>(step));
     }
   }
@@ -158,6 +160,7 @@ class Ways {
     return static_cast<std::uint32_t>(bits[0] | bits[1] | bits[2]);
   }
 
+  const Places& places_;
   const Grid& grid_;
   Places::Place* place_;
   std::uint8_t *owner_, *by_step_;
@@ -192,7 +195,8 @@ Volume<std::uint8_t> follow_ways(Places& places, const Volume<std::uint8_t>& see
       const std::int64_t first = half == 0 ? 0 : middle, last = half == 0 ? middle : nx;
       Ways ways = ways_in(first, last);
       each(first, last, [&](std::size_t o) {
-        if (seeds.voxels[o] && places.place[o].cost != 0) ways.begin(o, 0, seeds.voxels[o], at_seed);
+        if (seeds.voxels[o] && places.place[o].cost != 0 && places.lets_in(o, seeds.voxels[o]))
+          ways.begin(o, 0, seeds.voxels[o], at_seed);
       });
       ways.follow();
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
@@ -32,6 +33,14 @@ struct Places {
   int threads;  ///< that ways may be followed by; 0: as many as the machine has
   std::unique_ptr<Place[], Free> place;
   float cheapest = no_way;
+  /// Of each voxel, by offset: only seeds of these kinds (bits) may reach it; 0: any may. Null: any may reach
+  /// all.
+  const std::uint8_t* kind = nullptr;
+  std::array<std::uint8_t, 32> kind_of_seed{};  ///< by label, one bit
+
+  bool lets_in(std::size_t o, std::uint8_t label) const {
+    return !kind || kind[o] == 0 || (kind[o] & kind_of_seed[label]);
+  }
 
   /// Costs by offset, asked for by `of_threads`.
   template <class Cost>

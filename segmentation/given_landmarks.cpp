@@ -77,9 +77,11 @@ Result<GivenLandmarks> as_landmarks(const std::string& path, const std::vector<P
               : Landmark{*note.place, note.deviation, note.radius, note.source};
   }
   if (!strange.empty())
-    out.warnings.push_back(path + ": no landmark bears these names, and they are left aside: " + strange);
+    out.warnings.push_back(
+        path + ": no landmark bears these names, and they are left aside: " + printable(strange, 200));
   if (!unset.empty())
-    out.warnings.push_back(path + ": these points are not placed, and count for nothing: " + unset);
+    out.warnings.push_back(path +
+                           ": these points are not placed, and count for nothing: " + printable(unset, 200));
   if (out.landmarks.empty() && out.unmoved.empty())
     return failure(
         path, "holds no point that is placed and bears a landmark's name (hip_left, knee_right, neck ...)" +

@@ -1,4 +1,5 @@
 #include "segmentation/limbs.hpp"
+#include "segmentation/proposal/walls.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -142,6 +143,14 @@ LimbWay follow(const Anatomy& a, const Geodesic& territory, Limb limb) {
 }
 
 constexpr float longest_limb = 3000;  // mm of way
+constexpr SeedKinds kind_of_limb{
+    0,
+    wall_kind(limb_of(BodyRegion::leg, left_side)),
+    wall_kind(limb_of(BodyRegion::leg, right_side)),
+    wall_kind(limb_of(BodyRegion::arm, left_side)),
+    wall_kind(limb_of(BodyRegion::arm, right_side)),
+    wall_kind(limb_of(BodyRegion::trunk, -1)),
+};
 
 Limbs limbs_of(const Anatomy& a, const Trunk& trunk, Geodesic territory) {
   Limbs limbs;
@@ -186,17 +195,19 @@ Geodesic territory_of_kept_trunk(const Anatomy& a, const Trunk& trunk, const Vol
   Volume<float> open = cost;
   for (std::size_t o = 0; o < open.voxels.size(); ++o)
     if (a.off_bone[o] > 0) open.voxels[o] = no_way;
-  const auto joined = nearest_seeds({open, a.threads}, seeds, static_cast<float>(along_bone * trunk.scale));
+  const auto joined = nearest_seeds(walled(a, {open, a.threads}, kind_of_limb), seeds,
+                                    static_cast<float>(along_bone * trunk.scale));
   Volume<std::uint8_t> wider = seeds;
   for (std::size_t o = 0; o < wider.voxels.size(); ++o)
     if (joined.voxels[o] == axial) wider.voxels[o] = axial;
-  const auto kept = geodesic({cost, a.threads}, wider, false, static_cast<float>(beyond));
+  const auto kept =
+      geodesic(walled(a, {cost, a.threads}, kind_of_limb), wider, false, static_cast<float>(beyond));
   open = cost;
   for (std::size_t o = 0; o < wider.voxels.size(); ++o) {
     if (kept.owner.voxels[o] == axial) open.voxels[o] = no_way;
     if (wider.voxels[o] == axial) wider.voxels[o] = 0;
   }
-  Geodesic territory = geodesic({open, a.threads}, wider, true, longest_limb);
+  Geodesic territory = geodesic(walled(a, {open, a.threads}, kind_of_limb), wider, true, longest_limb);
   for (std::size_t o = 0; o < wider.voxels.size(); ++o)
     if (kept.owner.voxels[o] == axial) territory.begin_at(o, axial, kept.length(o));
   return territory;
@@ -234,7 +245,7 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
       open.voxels[o] = along_bone + static_cast<float>(dark * dark * (step_cost(off) - 1));
     }
   }
-  const auto joined = nearest_seeds({open, a.threads}, seeds);
+  const auto joined = nearest_seeds(walled(a, {open, a.threads}, kind_of_limb), seeds);
   std::array<Geodesic, 2> alone;
   constexpr std::array<Limb, 2> arms{Limb::arm_left, Limb::arm_right};
   for (std::size_t n = 0; n < 2; ++n) {
@@ -245,7 +256,7 @@ void part_arms(const Anatomy& a, const Volume<float>& cost, const Volume<std::ui
       if (joined.voxels[o] == other) open.voxels[o] = no_way;
       if (from.voxels[o] == other) from.voxels[o] = 0;
     }
-    alone[n] = geodesic({open, a.threads}, from, true, longest_limb);
+    alone[n] = geodesic(walled(a, {open, a.threads}, kind_of_limb), from, true, longest_limb);
   }
   Geodesic& territory = limbs.territory;
   territory = std::move(alone[0]);
@@ -284,15 +295,18 @@ Limbs trace_limbs(const Anatomy& a, const Trunk& trunk) {
     if (trunk.shoulder[n] && !trunk.no_arm[n])
       mark_ball(a, trunk.shoulder[n]->centre, core(*trunk.shoulder[n]), arm, seeds);
   }
-  Limbs limbs = limbs_of(a, trunk, geodesic(Places(g, a.threads, cost_at), seeds, true, longest_limb));
+  Limbs limbs = limbs_of(
+      a, trunk, geodesic(walled(a, Places(g, a.threads, cost_at), kind_of_limb), seeds, true, longest_limb));
   limbs.arms_meet = arms_meet(limbs.territory);
   if (limbs.arms_meet) part_arms(a, cost(), seeds, limbs);
   // A hand on the hip lies as near to the pelvis' bones as its own do to each other, and the way to it from
-  // there is shorter than along its arm.
+  // there is shorter than along its arm. The arm then ends early, or before the other arm does.
   constexpr double far_enough = 500, gained = 100;  // mm; of a whole arm's way some 700
   const auto ends_early = [&](int side) {
-    return limbs.arm(side).present && !limbs.arm(side).cut &&
-           limbs.arm(side).length() < far_enough * trunk.scale;
+    const LimbWay &way = limbs.arm(side), &other = limbs.arm(1 - side);
+    return way.present && !way.cut &&
+           (way.length() < far_enough * trunk.scale ||
+            (other.present && way.length() < other.length() - gained * trunk.scale));
   };
   if (!ends_early(left_side) && !ends_early(right_side)) return limbs;
   unmark_hands(a, trunk, wings, seeds);

@@ -34,6 +34,9 @@
 #include "segmentation/one_side.hpp"
 #include "segmentation/part_findings.hpp"
 #include "segmentation/part_planes.hpp"
+#include "segmentation/proposal/proposal.hpp"
+#include "segmentation/proposal/walls.hpp"
+#include "segmentation/second_opinion.hpp"
 #include "segmentation/soft_tissue.hpp"
 #include "segmentation/trunk_landmarks.hpp"
 #include "segmentation/unparted_limbs.hpp"
@@ -108,9 +111,10 @@ using Progress = std::function<void(double, std::string_view)>;
 
 // Parts and landmarks of a body whose trunk is known. `options` as for this volume: where a body of unusual
 // size is looked at as one of usual size, their lengths are enlarged as it is.
-Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& of_body, ClassParts* classes,
+Segmentation parts_of(const GreyVolume& volume, Anatomy& a, const Trunk& of_body, ClassParts* classes,
                       const SegmentOptions& options, const Progress& progress) {
   progress(0.5, "following the limbs");
+  if (a.proposal && !of_body.empty() && heads_agree(*a.proposal, of_body)) put_walls(a);
   // in the meantime, since ways are followed by one thread
   auto lean = std::async(aside(a.threads), [&] { return lean_flesh(a); });
   Trunk trunk = of_body;
@@ -162,6 +166,10 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   find_frame_points(a, trunk, owner, out.landmarks);
   mirror_sides(trunk, limbs, out.landmarks);
   put_given(options.given, out.landmarks);
+  if (a.proposal) {
+    doubt_joints_by_proposal(a, gone_parts(trunk), out.landmarks);
+    put_given(options.given, out.landmarks);
+  }
   place_unseen_hips(out.landmarks, sides_without_leg(trunk));  // the posterior spines tell the pelvis' tilt
   const PartPlanes planes(out.landmarks, options.convention);
   progress(0.9, "cutting at the joints");
@@ -176,6 +184,7 @@ Segmentation parts_of(const GreyVolume& volume, const Anatomy& a, const Trunk& o
   if (trunk.brain) doubt_trunk_without_shoulders(out);
   if (!classes && !by_hand && trunk.shoulder[0]) doubt_trunk_without_hips(a, owner, planes, trunk.scale, out);
   if (!classes && !trunk.empty()) warn_of_flesh_without_part(a, owner, out);
+  if (a.proposal && !by_hand && !trunk.empty()) doubt_by_proposal(*a.proposal, out);
   if (by_hand)
     out.warnings.push_back({WarningKind::body, Severity::note,
                             "neither both hips nor both shoulders were found: the given landmarks alone tell "
@@ -194,6 +203,14 @@ bool has_both(const Trunk& trunk) {
 
 bool has_body(const Anatomy& a) {
   return std::any_of(a.body.voxels.begin(), a.body.voxels.end(), [](std::uint8_t v) { return v != 0; });
+}
+
+// Asks the forest about a body. Errors: those of propose, which do not depend on the body.
+Result<void> ask_forest(Anatomy& a, const Forest* forest) {
+  auto proposal = propose(a, forest);
+  if (!proposal) return tl::unexpected(proposal.error());
+  a.proposal = std::make_shared<const Proposal>(*std::move(proposal));
+  return {};
 }
 
 // How a volume is looked at: a body that lies turned in the scanner along its own axes, and one of unusual
@@ -297,7 +314,7 @@ std::optional<Segmentation> parts_in_view(const GreyVolume& volume, const View& 
   const GreyVolume usual{view.seen(volume.grid), volume.voxels, volume.quantity};
   Anatomy a = look(usual, options.step / view.size, options.threads);
   a.size = view.size;
-  if (!has_body(a)) return std::nullopt;
+  if (!has_body(a) || !ask_forest(a, options.forest)) return std::nullopt;
   const Trunk trunk = find_trunk(a, options.absent);
   constexpr double least = 0.75, most = 1.25;  // no other size fits better by far
   if (!has_both(trunk) || trunk.scale < least || trunk.scale > most) return std::nullopt;
@@ -347,8 +364,8 @@ std::vector<View> other_views(const Anatomy& a, const Trunk& trunk) {
 }
 
 // Parts of a body that lies as its header says, but for turns and sizes that `other_views` looks at.
-Segmentation parts_as_it_lies(const GreyVolume& volume, const Anatomy& a, const Trunk& trunk,
-                              ClassParts* classes, const SegmentOptions& options, const Progress& progress) {
+Segmentation parts_as_it_lies(const GreyVolume& volume, Anatomy& a, const Trunk& trunk, ClassParts* classes,
+                              const SegmentOptions& options, const Progress& progress) {
   if (!classes)  // they know better
     for (const View& view : other_views(a, trunk))
       if (auto found = parts_in_view(volume, view, options, progress)) {
@@ -366,7 +383,8 @@ std::optional<Segmentation> parts_turned_over(const GreyVolume& volume, const Ei
                                               const SegmentOptions& options, const Progress& progress) {
   const View view{1, axes};
   const GreyVolume turned{view.seen(volume.grid), volume.voxels, volume.quantity};
-  const Anatomy a = look(turned, options.step, options.threads);
+  Anatomy a = look(turned, options.step, options.threads);
+  if (!ask_forest(a, options.forest)) return std::nullopt;
   const Trunk trunk = find_trunk(a, options.absent);
   // nothing is left to doubt, and upright hips and shoulders both are in view
   if (half_turn(a, trunk) || !(trunk.hip[0] || trunk.shoulder[0]) || (axes(2, 2) < 0 && !has_both(trunk)))
@@ -487,6 +505,10 @@ Result<Segmentation> segment(const GreyVolume& volume, const SegmentOptions& opt
     return failure("segmentation",
                    "no body is in the volume: nothing in it is denser than air over more than a few "
                    "centimetres (does it hold Hounsfield units?)");
+  if (!classes) {
+    progress(0.4, "telling limbs apart");
+    if (auto asked = ask_forest(a, options.forest); !asked) return tl::unexpected(asked.error());
+  }
   progress(0.45, "finding hips, shoulders and spine");
   const Trunk trunk = find_trunk(a, options.absent);
   std::optional<Segmentation> out;

@@ -24,6 +24,8 @@
 
 namespace borelli {
 
+class Forest;
+
 enum class Coverage {
   absent,  ///< not in the scan
   cut,     ///< in the scan, but not as a part of its own: the scan's edge cuts it, or no plane parts it from
@@ -67,6 +69,8 @@ struct SegmentOptions {
   const ClassMap* classes = nullptr;
   Convention convention = Convention::deleva1996;  ///< by which the parts are cut
   AbsentParts absent{};                            ///< what the body lacks: nothing is looked for there
+  const Forest* forest =
+      nullptr;  ///< asked what each place is; null: the program's own. It outlives the call.
   /// Called with the share done (0 to 1) and what is done next.
   std::function<void(double, std::string_view)> progress{};
 };

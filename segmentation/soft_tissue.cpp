@@ -4,6 +4,7 @@
 
 #include "segmentation/geodesic.hpp"
 #include "segmentation/parts.hpp"
+#include "segmentation/proposal/walls.hpp"
 #include "segmentation/tissues.hpp"
 #include "segmentation/touching_flesh.hpp"
 #include "threads/slabs.hpp"
@@ -54,15 +55,17 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const LeanFlesh& lean,
                                        const Volume<std::uint8_t>& bones, double margin,
                                        Convention convention) {
   const auto& g = a.grid();
-  Volume<std::uint8_t> owner = nearest_seeds(Places(g, a.threads,
-                                                    [&](std::size_t o) {
-                                                      return !a.body.voxels[o]     ? no_way
-                                                             : lean.mask.voxels[o] ? 1 / (1 + lean.depth[o])
-                                                             : a.scan.hu.voxels[o] >= lung_to_hu
-                                                                 ? through_fat
-                                                                 : through_air;
-                                                    }),
-                                             bones);
+  Volume<std::uint8_t> owner =
+      nearest_seeds(walled(a,
+                           Places(g, a.threads,
+                                  [&](std::size_t o) {
+                                    return !a.body.voxels[o]                   ? no_way
+                                           : lean.mask.voxels[o]               ? 1 / (1 + lean.depth[o])
+                                           : a.scan.hu.voxels[o] >= lung_to_hu ? through_fat
+                                                                               : through_air;
+                                  }),
+                           kind_of_part),
+                    bones);
 
   // `is_one` tells the parts among which the plain length of the way decides
   const auto part_by_length = [&](bool (*is_one)(std::uint8_t)) {
@@ -70,8 +73,10 @@ Volume<std::uint8_t> label_soft_tissue(const Anatomy& a, const LeanFlesh& lean,
     for (auto& label : own_bones.voxels)
       if (label && !is_one(label)) label = 0;
     const auto by_length = nearest_seeds(
-        Places(g, a.threads,
-               [&](std::size_t o) { return owner.voxels[o] && is_one(owner.voxels[o]) ? 1 : no_way; }),
+        walled(a,
+               Places(g, a.threads,
+                      [&](std::size_t o) { return owner.voxels[o] && is_one(owner.voxels[o]) ? 1 : no_way; }),
+               kind_of_part),
         own_bones);
     for (std::size_t o = 0; o < g.count(); ++o)
       if (by_length.voxels[o]) owner.voxels[o] = by_length.voxels[o];

@@ -6,6 +6,7 @@
 #include "segmentation/heads_in_body.hpp"
 #include "segmentation/lone_heads.hpp"
 #include "segmentation/one_side.hpp"
+#include "segmentation/proposal/limb_roots.hpp"
 #include "segmentation/round_heads.hpp"
 
 namespace borelli {
@@ -30,15 +31,15 @@ struct Pair {
 };
 
 template <class Fits>
-std::vector<Pair> pairs(const std::vector<FoundSphere>& balls, Spacing apart, double level,
-                        const Fits& fits) {
+std::vector<Pair> pairs(const std::vector<FoundSphere>& balls, const LimbRoots& roots, Spacing apart,
+                        double level, const Fits& fits) {
   std::vector<Pair> out;
   for (const auto& l : balls)
     for (const auto& r : balls) {
       const Vector3d d = l.centre - r.centre;
       if (d[0] < apart.least || d[0] > apart.most) continue;
-      const double score =
-          std::sqrt(l.score * r.score) * std::exp(-std::pow(d[1] / level, 2) - std::pow(d[2] / level, 2));
+      const double score = std::sqrt(l.score * r.score) * roots.likelihood(l.centre, r.centre) *
+                           std::exp(-std::pow(d[1] / level, 2) - std::pow(d[2] / level, 2));
       if (score < 0.004 || !fits(l.centre, r.centre)) continue;
       out.push_back({l, r, score});
     }
@@ -53,14 +54,14 @@ using Balls = std::vector<FoundSphere>;
 // both well and closely agreed on, of one radius, and that of a head (19 to 29 mm in adults), as far apart
 // and as level as `fits` asks; `holds` is asked of the balls themselves.
 template <class Fits, class Holds>
-Pair likeliest(const Anatomy& a, const Balls& left, const Balls& right, Spacing apart, double level,
-               const Fits& fits, const Holds& holds) {
+Pair likeliest(const Anatomy& a, const LimbRoots& roots, const Balls& left, const Balls& right, Spacing apart,
+               double level, const Fits& fits, const Holds& holds) {
   Pair best;
   for (const auto& l : left)
     for (const auto& r : right) {
       const Vector3d d = l.centre - r.centre;
       if (d[0] < apart.least || d[0] > apart.most) continue;
-      const double score = agreement(a, l) * agreement(a, r) *
+      const double score = agreement(a, l) * agreement(a, r) * roots.likelihood(l.centre, r.centre) *
                            std::exp(-std::pow((l.radius - r.radius) / 2, 2)) *
                            std::exp(-std::pow((0.5 * (l.radius + r.radius) - 25) / 7, 2)) *
                            std::exp(-std::pow(d[1] / level, 2) - std::pow(d[2] / level, 2));
@@ -75,8 +76,9 @@ Pair likeliest(const Anatomy& a, const Balls& left, const Balls& right, Spacing 
 // heads again where those stand farther than `again` mm from all of them, since about a place some
 // millimetres off not all of what edges agree on is found.
 template <class Fits, class Holds>
-std::optional<Pair> find_heads(const Anatomy& a, RoundHeads& candidates, Spacing apart, double level,
-                               double again, const Fits& fits, const Holds& holds) {
+std::optional<Pair> find_heads(const Anatomy& a, const LimbRoots& roots, RoundHeads& candidates,
+                               Spacing apart, double level, double again, const Fits& fits,
+                               const Holds& holds) {
   constexpr double same = 15;  // mm; balls are looked for within 30 mm of a place
   constexpr std::size_t most_places = 5;
   struct Side {
@@ -93,7 +95,7 @@ std::optional<Pair> find_heads(const Anatomy& a, RoundHeads& candidates, Spacing
     side.balls.insert(side.balls.end(), more.begin(), more.end());
     return true;
   };
-  const auto voted = pairs(candidates.votes(), apart, level, fits);
+  const auto voted = pairs(candidates.votes(), roots, apart, level, fits);
   if (voted.empty()) return std::nullopt;
   for (const Pair& pair : voted) {
     if (sides[0].places.size() < most_places) look_about(sides[0], pair.left.centre, same);
@@ -101,12 +103,12 @@ std::optional<Pair> find_heads(const Anatomy& a, RoundHeads& candidates, Spacing
   }
   Pair best;
   const auto look_on = [&] {
-    best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits, holds);
+    best = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds);
     for (int round = 0; round < 3 && best.score > 0; ++round) {
       const bool left = look_about(sides[0], best.left.centre, again),
                  right = look_about(sides[1], best.right.centre, again);
       if (!left && !right) break;
-      best = likeliest(a, sides[0].balls, sides[1].balls, apart, level, fits, holds);
+      best = likeliest(a, roots, sides[0].balls, sides[1].balls, apart, level, fits, holds);
     }
   };
   look_on();
@@ -146,12 +148,14 @@ constexpr double below_end = 55, below_ilium = 85;
 void find_hips(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
   const auto fits = [&](const Vector3d& l, const Vector3d& r) { return body.near_hips(l, r); };
   const auto holds = [&](const FoundSphere& l, const FoundSphere& r) { return body.are_hips(l, r); };
-  auto heads = find_heads(a, candidates, hips_apart, 25, hips_again, fits, holds);
+  const LimbRoots roots(a, BodyRegion::leg);
+  auto heads = find_heads(a, roots, candidates, hips_apart, 25, hips_again, fits, holds);
+  if (!heads) heads = find_heads(a, {}, candidates, hips_apart, 25, hips_again, fits, holds);
   // just above the scan's end sockets pass for heads where it cuts the heads: what fits better is they
   constexpr double apart = 30;  // mm, of balls about one hip
   if (!heads || body.cuts(heads->left, apart) || body.cuts(heads->right, apart)) {
     const auto may_be = [&](const FoundSphere& l, const FoundSphere& r) { return body.may_be_hips(l, r); };
-    const auto other = find_heads(a, candidates, hips_apart, 25, hips_again, fits, may_be);
+    const auto other = find_heads(a, roots, candidates, hips_apart, 25, hips_again, fits, may_be);
     // alone they must be sure: the lower two thirds of heads score .037 to .13 (four bodies), less of them,
     // ilia and edges of sockets .021 at most
     constexpr double sure = 0.03;
@@ -180,7 +184,9 @@ void find_shoulders(const Anatomy& a, const HeadsInBody& body, RoundHeads& candi
   const auto holds = [&](const FoundSphere& l, const FoundSphere& r) {
     return body.solid(l) && body.solid(r);
   };
-  auto heads = find_heads(a, candidates, shoulders_apart, 50, shoulders_again, fits, holds);
+  const LimbRoots roots(a, BodyRegion::arm);
+  auto heads = find_heads(a, roots, candidates, shoulders_apart, 50, shoulders_again, fits, holds);
+  if (!heads) heads = find_heads(a, {}, candidates, shoulders_apart, 50, shoulders_again, fits, holds);
   if (!heads) return;
   // a head that the scan's side cuts would lead the other astray, as would a rib's end for one out of view:
   // true pairs score .2 to .3, those .005 at most

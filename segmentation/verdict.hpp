@@ -24,6 +24,7 @@ struct SegmentationVerdict {
 /// - a whole body has a volume that no person has, or less or more than 11 and 65 l/m^2 for its stature;
 /// - left and right of a pair, both whole, differ by a quarter in volume;
 /// - a joint of a part in view may lie more than 15 mm off;
+/// - a part holds much that surely belongs to another limb (second_opinion.hpp);
 /// - any other warning says `doubt` or `fault`: a body that its header turns over, flesh without a part,
 ///   given labels or landmarks that do not fit the scan, a voxel size that no scan has.
 /// Else it is good. A part that the scan's edge cuts is none of these by itself.

@@ -378,9 +378,16 @@ TEST(Segment, EndsOfAHandThatIsNotAllThereAreLessSure) {
   const PartFinding& hand = found.part[static_cast<std::size_t>(part_label("hand_left"))];
   EXPECT_EQ(hand.coverage, Coverage::cut);
   EXPECT_LT(hand.confidence, 0.2);
+  // no wrist, and the forearm says that it holds the hand; or points as unsure as they are off
   for (const char* name : {"wrist_left", "metacarpale_3_left", "dactylion_3_left"}) {
-    const Landmark& mark = found.landmarks.at(name);
-    EXPECT_LT((mark.point - body.landmarks.at(name).point).norm(), 2 * mark.deviation) << name;
+    const auto mark = found.landmarks.find(name);
+    if (mark == found.landmarks.end())
+      EXPECT_NE(found.part[static_cast<std::size_t>(part_label("forearm_left"))].note.find("hand"),
+                std::string::npos)
+          << name;
+    else
+      EXPECT_LT((mark->second.point - body.landmarks.at(name).point).norm(), 2 * mark->second.deviation)
+          << name;
   }
   EXPECT_LT(found.landmarks.at("dactylion_3_right").deviation, 10);
 }

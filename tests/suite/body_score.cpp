@@ -37,6 +37,15 @@ std::string other_side(std::string_view name) {
   return "";
 }
 
+// "arm" of a part of an arm, "leg" of one of a leg, else the name itself
+std::string limb_of_part_name(std::string_view name) {
+  for (const std::string_view part : {"upper_arm", "forearm", "hand"})
+    if (name.starts_with(part)) return "arm";
+  for (const std::string_view part : {"thigh", "shank", "foot"})
+    if (name.starts_with(part)) return "leg";
+  return plain(name);
+}
+
 bool well_within(const GreyVolume& grey, const Vector3d& point) {
   for (int axis = 0; axis < 3; ++axis)
     for (const double sign : {-1.0, 1.0}) {
@@ -78,7 +87,7 @@ class Scoring {
       if (warning.severity == Severity::note) continue;
       const std::string words = plain(warning.text);
       const std::string side = name.ends_with("_left") ? "left " : name.ends_with("_right") ? "right " : "";
-      for (const std::string& form : {plain(name), side + plain(stem(name))})
+      for (const std::string& form : {plain(name), side + plain(stem(name)), side + limb_of_part_name(name)})
         if (words.find(form) != std::string::npos) return true;
     }
     return false;
@@ -217,10 +226,12 @@ BodyScore& BodyScore::operator+=(const BodyScore& other) {
   return *this;
 }
 
-BodyScore score_body(const TrueScan& scan) {
+BodyScore score_body(const TrueScan& scan, const Forest* forest) {
   const auto begin = std::chrono::steady_clock::now();
   BodyScore out;
-  const auto found = segment(scan.grey);
+  SegmentOptions options;
+  options.forest = forest;
+  const auto found = segment(scan.grey, options);
   if (found)
     out = Scoring(scan, *found).all();
   else

@@ -42,7 +42,7 @@ struct BodyScore {
 };
 
 /// Segments the scan as `borelli segment` does, weighs the parts as `borelli inertia` does, and counts.
-BodyScore score_body(const TrueScan& scan);
+BodyScore score_body(const TrueScan& scan, const Forest* forest = nullptr);
 
 /// The phantom of a seed with its truth: body, pose, grid and scanner drawn by the seed.
 TrueScan drawn_phantom(std::uint64_t seed);

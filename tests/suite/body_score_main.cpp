@@ -1,6 +1,6 @@
 // body_score: how well and how honestly segmentation does on bodies whose truth is known, as Markdown.
 //   body_score [--source phantoms|male|female|all] [--seeds FIRST LAST] [--open|--sealed] [--list]
-//   [--open-sealed]
+//   [--open-sealed] [--forest FILE]
 // Even seeds are the open half, odd ones the sealed half. Of the sealed half only the totals are printed,
 // never a kind of scan or a failure, unless --open-sealed says so. --list: failures of the open half by kind.
 #include <fmt/core.h>
@@ -17,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "segmentation/proposal/forest.hpp"
 #include "tests/paths.hpp"
 #include "tests/suite/body_score.hpp"
 #include "tests/suite/warped_bodies.hpp"
@@ -32,6 +33,7 @@ void stop(int) { stopped = 1; }
 struct Asked {
   std::uint64_t first = 0, last = 9;
   std::vector<std::string> sources{"phantoms", "male", "female"};
+  std::string forest;  // a model file; empty: the program's own
   bool open = true, sealed = true, list = false, open_sealed = false;
 };
 
@@ -46,6 +48,8 @@ bool parse(int count, char** words, Asked& asked) {
       const std::string source = words[++n];
       if (source != "all" && source != "phantoms" && source != "male" && source != "female") return false;
       if (source != "all") asked.sources = {source};
+    } else if (word == "--forest" && n + 1 < count) {
+      asked.forest = words[++n];
     } else if (word == "--open") {
       asked.sealed = false;
     } else if (word == "--sealed") {
@@ -131,8 +135,17 @@ int main(int count, char** words) {
     fmt::print(
         stderr,
         "body_score [--source phantoms|male|female|all] [--seeds FIRST LAST] [--open|--sealed] [--list] "
-        "[--open-sealed]\n");
+        "[--open-sealed] [--forest FILE]\n");
     return 2;
+  }
+  std::optional<Forest> forest;
+  if (!asked.forest.empty()) {
+    auto read = read_forest(asked.forest);
+    if (!read) {
+      fmt::print(stderr, "{}\n", read.error().message());
+      return 1;
+    }
+    forest = *std::move(read);
   }
   std::signal(SIGINT, stop), std::signal(SIGTERM, stop);
   Table totals;
@@ -155,7 +168,7 @@ int main(int count, char** words) {
       try {
         const suite::TrueScan scan =
             body ? suite::warped_body(*body, suite::fitting_warp(*body, seed)) : suite::drawn_phantom(seed);
-        const BodyScore score = suite::score_body(scan);
+        const BodyScore score = suite::score_body(scan, forest ? &*forest : nullptr);
         totals[source + (sealed ? ", sealed" : ", open")] += score;
         fmt::print(stderr, "{} ({:.1f} s)\n", shown ? scan.what : fmt::format("{} seed {}", source, seed),
                    score.seconds);

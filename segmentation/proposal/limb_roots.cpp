@@ -1,0 +1,49 @@
+#include "segmentation/proposal/limb_roots.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// from a limb's root in bone to the head's centre, of the left side, mm: medians over the roots that
+// root_deviation comes from
+const Vector3d to_humeral_head(21, -18, -9), to_femoral_head(3, -8, -10);
+// what lies nearer than this is as likely as any other place: by its edges a head is told from what else is
+// round there better than by a root, which may be 50 mm off
+constexpr double near_by = 60, width = 20, farthest = 120;
+
+double likelihood_of(const std::optional<Vector3d>& joint, const Vector3d& point) {
+  if (!joint) return 1;
+  const double off = (point - *joint).norm();
+  return off > farthest ? 0 : std::exp(-0.5 * std::pow(std::max(0.0, off - near_by) / width, 2));
+}
+
+}  // namespace
+
+LimbRoots::LimbRoots(const Anatomy& a, BodyRegion limb) {
+  if (!a.proposal) return;
+  for (const int side : {left_side, right_side}) {
+    const BodyPiece* piece = a.proposal->piece(limb, side);
+    // what the scan cuts soon beyond the joint has its border elsewhere
+    constexpr double least_chain = 200;  // mm: half a femur
+    if (!piece || !piece->root || !piece->root_in_bone || piece->bone_chain < least_chain) continue;
+    Vector3d offset = limb == BodyRegion::arm ? to_humeral_head : to_femoral_head;
+    offset[0] *= side_sign(side);
+    joint[static_cast<std::size_t>(side)] = *piece->root + offset;
+    confidence[static_cast<std::size_t>(side)] = piece->confidence;
+  }
+}
+
+bool LimbRoots::sure() const {
+  constexpr double least = 0.65;
+  return joint[0] && joint[1] && confidence[0] >= least && confidence[1] >= least;
+}
+
+double LimbRoots::likelihood(const Vector3d& left, const Vector3d& right) const {
+  return likelihood_of(joint[0], left) * likelihood_of(joint[1], right);
+}
+
+}  // namespace borelli

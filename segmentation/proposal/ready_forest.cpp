@@ -1,0 +1,15 @@
+// The forest that the program holds, from segmentation/data/voxel_forest.bin as it was when it was built.
+#include "segmentation/proposal/class_probabilities.hpp"
+
+extern "C" {
+extern const char borelli_voxel_forest[];
+extern const char borelli_voxel_forest_end[];
+}
+
+namespace borelli {
+
+Result<Forest> ready_forest() {
+  return parse_forest({borelli_voxel_forest, borelli_voxel_forest_end}, "voxel_forest.bin");
+}
+
+}  // namespace borelli

@@ -1,0 +1,44 @@
+// Keeps ways from seeds of one limb out of what is surely of another.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "segmentation/geodesic.hpp"
+#include "segmentation/proposal/proposal.hpp"
+
+namespace borelli {
+
+/// By label of the seeds: their kind, one bit of five.
+using SeedKinds = std::array<std::uint8_t, 32>;
+
+/// Of an index into body_limbs; head and trunk are of one kind, since the neck's cut is a plane.
+constexpr std::uint8_t wall_kind(std::size_t limb) {
+  return limb == 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(1U << (limb == 1 ? 2U : limb));
+}
+
+/// By label of parts.hpp.
+inline constexpr SeedKinds kind_of_part = [] {
+  SeedKinds kinds{};
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    kinds[label] = wall_kind(limb_of_part(static_cast<int>(label)));
+  return kinds;
+}();
+
+/// By index into body_limbs, the kinds of seeds that may reach a place which is surely of that limb: its own;
+/// where a limb touches the same one of the other side, both. There the sides come from ways along bones, as
+/// the rules' own do, and not from the forest.
+std::array<std::uint8_t, body_limbs.size()> kinds_let_in(const Proposal& proposal);
+
+/// Sets the anatomy's walls from its proposal.
+void put_walls(Anatomy& anatomy);
+
+/// The same places with the anatomy's walls, if it has any.
+inline Places walled(const Anatomy& a, Places places, const SeedKinds& kind_of_seed) {
+  if (a.wall.empty()) return places;
+  places.kind = a.wall.data();
+  places.kind_of_seed = kind_of_seed;
+  return places;
+}
+
+}  // namespace borelli
