@@ -13,7 +13,7 @@
 
 #include "error/error.hpp"
 #include "inertia/inertial.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli {
 

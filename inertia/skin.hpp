@@ -11,7 +11,7 @@
 
 #include "error/error.hpp"
 #include "inertia/moments.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli {
 

@@ -3,9 +3,9 @@
 // exactly.
 //
 // Segments and their lengths after de Leva (1996) J Biomech 29:1223. Two segments meet in a plane, and the
-// planes are those of segmentation/cuts.hpp at the phantom's own landmarks: whoever finds the landmarks and
-// labels the limbs gets the masses of the table. Solids are disjoint or nested; a nested solid takes the
-// place of what its parent holds there.
+// planes are those of segmentation/vocabulary/cuts.hpp at the phantom's own landmarks: whoever finds the
+// landmarks and labels the limbs gets the masses of the table. Solids are disjoint or nested; a nested solid
+// takes the place of what its parent holds there.
 #pragma once
 
 #include <array>
@@ -20,9 +20,9 @@
 #include "inertia/density.hpp"
 #include "inertia/inertial.hpp"
 #include "samples/elliptic_stack.hpp"
-#include "segmentation/cuts.hpp"
-#include "segmentation/landmarks.hpp"
-#include "segmentation/parts.hpp"
+#include "segmentation/vocabulary/cuts.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "samples/phantom.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli {
 

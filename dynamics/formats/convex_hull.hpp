@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "dynamics/shape.hpp"
+#include "dynamics/scene/shape.hpp"
 #include "error/error.hpp"
 
 namespace borelli {

@@ -8,10 +8,10 @@
 #include <set>
 
 #include "dynamics/formats/mjcf_cable.hpp"
+#include "dynamics/formats/mjcf_defaults.hpp"
 #include "dynamics/formats/mjcf_edit.hpp"
-#include "dynamics/mjcf_defaults.hpp"
-#include "dynamics/mjcf_include.hpp"
-#include "dynamics/mjcf_names.hpp"
+#include "dynamics/formats/mjcf_include.hpp"
+#include "dynamics/formats/mjcf_names.hpp"
 
 namespace borelli {
 namespace {

@@ -1,8 +1,8 @@
 // Expands MJCF: includes, classes of defaults, <attach>, <replicate>, <frame>, <composite>.
 #pragma once
 
-#include "dynamics/mjcf_compiler.hpp"
-#include "dynamics/xml_element.hpp"
+#include "dynamics/formats/mjcf_compiler.hpp"
+#include "dynamics/formats/xml_element.hpp"
 
 namespace borelli {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "dynamics/xml_element.hpp"
+#include "dynamics/formats/xml_element.hpp"
 
 namespace borelli {
 

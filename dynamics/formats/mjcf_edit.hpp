@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "dynamics/pose.hpp"
-#include "dynamics/xml_element.hpp"
+#include "dynamics/formats/xml_element.hpp"
+#include "dynamics/numbers/pose.hpp"
 
 namespace borelli {
 

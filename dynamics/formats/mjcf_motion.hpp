@@ -1,7 +1,7 @@
 // Which unread elements and attributes of MJCF change the motion.
 #pragma once
 
-#include "dynamics/unread.hpp"
+#include "dynamics/formats/unread.hpp"
 
 namespace borelli {
 

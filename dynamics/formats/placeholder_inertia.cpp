@@ -8,8 +8,8 @@
 #include <numbers>
 #include <set>
 
-#include "dynamics/solid_order.hpp"
-#include "dynamics/switch_check.hpp"
+#include "dynamics/system/solid_order.hpp"
+#include "dynamics/system/switch_check.hpp"
 #include "error/printable.hpp"
 
 namespace borelli {

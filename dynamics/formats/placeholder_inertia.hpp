@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/scene.hpp"
+#include "dynamics/scene/scene.hpp"
 #include "error/error.hpp"
 
 namespace borelli {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/hdf5_file.hpp"
+#include "pipeline/files/hdf5_file.hpp"
 
 namespace borelli {
 

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/pose.hpp"
-#include "dynamics/shape.hpp"
-#include "pipeline/decimate.hpp"
-#include "pipeline/mesh.hpp"
-#include "pipeline/palette.hpp"
-#include "pipeline/render.hpp"
+#include "dynamics/numbers/pose.hpp"
+#include "dynamics/scene/shape.hpp"
+#include "pipeline/export/decimate.hpp"
+#include "pipeline/export/mesh.hpp"
+#include "pipeline/export/render.hpp"
+#include "pipeline/files/palette.hpp"
 
 namespace borelli {
 

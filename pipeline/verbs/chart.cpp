@@ -6,19 +6,19 @@
 #include <limits>
 #include <optional>
 
-#include "dynamics/integrator.hpp"
-#include "dynamics/model_file.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/methods/integrator.hpp"
 #include "error/json_text.hpp"
-#include "pipeline/stages/digest.hpp"
+#include "pipeline/charts/work_precision_page.hpp"
+#include "pipeline/files/digest.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/names.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
-#include "pipeline/work_precision_page.hpp"
 #include "process/input_file.hpp"
 
 namespace borelli {
@@ -194,20 +194,20 @@ void add_chart(CLI::App& program, Command& command) {
   std::vector<std::string> methods = integrator_names();
   methods.emplace_back(automatic);
   auto* verb = program.add_subcommand(
-      "chart", "Run a scene by every method; draw what accuracy costs (work-precision)");
+      "chart", "Run a scene by every method; draw error against cost (work-precision)");
   auto o = std::make_shared<ChartOptions>();
   verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
   add_model_options(*verb, o->model);
-  verb->add_option("-o,--output", o->folder, "Folder for page, drawings and table")->capture_default_str();
+  verb->add_option("-o,--out", o->folder, "Folder for page, drawings and table")->capture_default_str();
   verb->add_option("--methods", o->settings.methods,
-                   "Integrators, and auto (--accuracy), with commas between; all, where not given")
+                   "Integrators, and auto (--accuracy), with commas between [all]")
       ->delimiter(',')
       ->check(CLI::IsMember(methods));
   verb->add_option("--equations", o->equations, "Equations of motion to run")
       ->delimiter(',')
       ->check(CLI::IsMember({"recursive", "lagrange"}))
       ->capture_default_str();
-  verb->add_option("--constraints", o->constraints, "How constraints are kept")
+  verb->add_option("--constraints", o->constraints, "What keeps the constraints")
       ->delimiter(',')
       ->check(CLI::IsMember({"projection", "baumgarte"}))
       ->capture_default_str();
@@ -215,22 +215,26 @@ void add_chart(CLI::App& program, Command& command) {
   verb->add_option("--outputs", o->settings.outputs, "Times at which runs are compared")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
-  verb->add_option("--repeats", o->settings.repeats, "Runs that a time is the median of")
+  verb->add_option("--repeats", o->settings.repeats, "Runs per point; times are their medians")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
-  verb->add_option("--per-decade", o->settings.per_decade, "Tolerances in a decade, of methods that have one")
+  verb->add_option("--per-decade", o->settings.per_decade, "Tolerances per decade, of adaptive methods")
       ->check(CLI::Range(1, 10))
       ->capture_default_str();
   verb->add_option("--budget", o->settings.budget,
-                   "Processor time of a run, s; a method's ladder ends with the first that takes longer")
+                   "Processor time per run, s; a method's ladder ends with the first run that takes longer")
       ->check(number_within(1e-5, 1e6))  // (less than the least run takes would chart nothing)
       ->capture_default_str();
   verb->add_option("--reference", o->reference,
-                   "A motion known better than any run (a closed form): CSV or HDF5 as simulate writes them, "
-                   "with a row at each output time");
+                   "A motion known better than any run (a closed form), as simulate writes it: CSV or HDF5, "
+                   "a row at each output time");
   verb->add_option("--reference-error", o->reference_error,
-                   "What that is off by, over the scene's length and in rad (default: 1e-12)")
+                   "Error of the reference, relative to the scene's length and in rad [1e-12]")
       ->check(positive_number());
+  group_options(*verb, "Runs",
+                {"--methods", "--equations", "--constraints", "--end", "--outputs", "--repeats",
+                 "--per-decade", "--budget"});
+  group_options(*verb, "Reference", {"--reference", "--reference-error"});
   verb->callback([&command, o] {
     for (auto* names : {&o->settings.methods, &o->equations, &o->constraints}) *names = each_once(*names);
     command.work = [o](const Command& c) { return work(*o, c); };

@@ -7,8 +7,8 @@
 #include <ctime>
 #include <filesystem>
 
-#include "dynamics/keeper.hpp"
-#include "pipeline/whole_file.hpp"
+#include "dynamics/numbers/keeper.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "process/input_file.hpp"
 
 namespace borelli {

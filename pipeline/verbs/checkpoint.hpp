@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-#include "dynamics/simulate.hpp"
+#include "dynamics/run/simulate.hpp"
 
 namespace borelli {
 

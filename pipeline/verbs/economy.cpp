@@ -6,26 +6,26 @@
 #include <filesystem>
 #include <optional>
 
-#include "dynamics/model_file.hpp"
-#include "dynamics/scene_file.hpp"
-#include "pipeline/economy_page.hpp"
-#include "pipeline/picture.hpp"
-#include "pipeline/stages/input_names.hpp"
-#include "pipeline/table_tolerance.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "pipeline/body/table_tolerance.hpp"
+#include "pipeline/charts/economy_page.hpp"
+#include "pipeline/charts/picture.hpp"
+#include "pipeline/charts/volume_economy.hpp"
+#include "pipeline/files/input_names.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
 #include "pipeline/verbs/volume_info.hpp"
-#include "pipeline/volume_economy.hpp"
-#include "pipeline/whole_file.hpp"
 
 namespace borelli {
 namespace {
 
 struct EconomyOptions {
-  std::string input, folder = "economy", tolerance;
+  std::string input, folder = "economy", tolerance, quantity;
   ModelOptions model;
   std::optional<double> end;
   EconomySettings settings;
@@ -90,11 +90,11 @@ void print(const Economy& economy) {
 
 Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
-  const std::vector<std::string>& holds = o.settings.quantities;
-  if (o.of_scene || o.model.floating || holds.size() > 1)
-    return bad_use("economy",
-                   "of a volume takes --tolerance and one --quantity alone; the rest is of scenes");
-  const auto scanned = read_volume(command, o.input, holds.empty() ? "" : holds[0]);
+  if (o.of_scene || o.model.floating)
+    return bad_use(
+        o.input,
+        "is a volume, which takes --tolerance and --quantity alone; the other options are for scenes");
+  const auto scanned = read_volume(command, o.input, o.quantity);
   if (!scanned) return tl::unexpected(scanned.error());
   if (scanned->volume.quantity == Quantity::mr)
     return bad_use(o.input, "is MR, which has no densities to make a table of: give CT or densities");
@@ -141,6 +141,8 @@ Result<nlohmann::json> work_on_volume(const EconomyOptions& o, const Command& co
 
 Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& command) {
   const std::filesystem::path folder = o.folder;
+  if (!o.quantity.empty())
+    return bad_use("--quantity", "says what a volume holds, and " + o.input + " is a scene: give --keep");
   auto model = read_model(command, o.input, o.model);
   if (!model) return tl::unexpected(model.error());
   model->scene.simulation.end_time = o.end.value_or(model->scene.simulation.end_time);
@@ -164,29 +166,29 @@ Result<nlohmann::json> work_on_scene(const EconomyOptions& o, const Command& com
 void add_economy(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "economy",
-      "Find the least that a scene or a scan needs: its smallest model, its coarsest voxels and grid");
+      "Find the smallest model of a scene, or the coarsest voxels and grid of a scan, within a tolerance");
   auto o = std::make_shared<EconomyOptions>();
   verb->add_option("input", o->input, "A scene (TOML, MJCF, URDF), or a CT or density volume")->required();
   add_model_options(*verb, o->model);
-  verb->add_option("-o,--output", o->folder, "Folder for the scene, page, drawings and table")
+  verb->add_option("-o,--out", o->folder, "Folder for the scene, page, drawings and table")
       ->capture_default_str();
-  verb->add_option("--quantity", o->settings.quantities,
-                   "What is to stay within the tolerance: centre, solid:NAME, solid:NAME:x,y,z, turn:NAME, "
-                   "coordinate:NAME; several may follow; all solids' gravity centres, where not given. Of a "
-                   "volume: what its voxels hold (hu, "
-                   "density_kgm3, density_gcm3)");
+  verb->add_option("--keep", o->settings.quantities,
+                   "Of a scene: what is to stay within --tolerance: centre, solid:NAME, solid:NAME:x,y,z, "
+                   "turn:NAME, coordinate:NAME; may be repeated (default: all solids' gravity centres)");
+  verb->add_option("--quantity", o->quantity,
+                   "Of a volume: what its voxels hold: hu, density_kgm3, density_gcm3");
   verb->add_option("--tolerance", o->tolerance,
                    "Largest error, as 1% or 0.01 (default): of a scene's lengths over its own, of angles in "
                    "rad; of a table's entries, relative");
   verb->add_option("--end", o->end, "End time, s")->check(positive_number());
-  verb->add_option("--outputs", o->settings.outputs, "Times at which motions are compared, at least")
+  verb->add_option("--outputs", o->settings.outputs, "Least number of times at which motions are compared")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  verb->add_option("--repeats", o->settings.repeats, "Runs that a time is the median of")
+  verb->add_option("--repeats", o->settings.repeats, "Runs per model; times are their medians")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   verb->callback([&command, o, verb] {
-    for (const char* option : {"--end", "--outputs", "--repeats"})
+    for (const char* option : {"--keep", "--end", "--outputs", "--repeats"})
       o->of_scene = o->of_scene || verb->count(option) > 0;
     command.work = [o](const Command& c) -> Result<nlohmann::json> {
       if (!o->tolerance.empty()) {

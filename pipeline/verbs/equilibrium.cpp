@@ -1,13 +1,13 @@
 // borelli equilibrium SCENE: where everything stays at rest.
-#include "dynamics/equilibrium.hpp"
+#include "dynamics/constraints/equilibrium.hpp"
 
 #include <fmt/core.h>
 
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "error/json_text.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
 
 namespace borelli {
 namespace {
@@ -59,7 +59,7 @@ void add_equilibrium(CLI::App& program, Command& command) {
       "Where a scene stays at rest, near a state, as JSON (`modes` tells whether it is stable)");
   auto o = std::make_shared<EquilibriumOptions>();
   add_state_options(*verb, *o);
-  verb->add_option("-o,--output", o->output, "The state, for --state of other verbs (.json)");
+  verb->add_option("-o,--out", o->output, "The state, for --state of other verbs (.json)");
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }
 

@@ -1,13 +1,13 @@
 // borelli evaluate SCENE --state S.json: the equations of motion at one state, as JSON.
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/evaluate.hpp"
 
 #include <fmt/core.h>
 
 #include <cstdio>
 #include <sstream>
 
-#include "dynamics/derivatives.hpp"
-#include "dynamics/reaction.hpp"
+#include "dynamics/equations/derivatives.hpp"
+#include "dynamics/equations/reaction.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/verb.hpp"

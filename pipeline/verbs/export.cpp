@@ -3,16 +3,16 @@
 
 #include <filesystem>
 
-#include "pipeline/display.hpp"
-#include "pipeline/mesh_file.hpp"
-#include "pipeline/render.hpp"
+#include "pipeline/export/display.hpp"
+#include "pipeline/export/mesh_file.hpp"
+#include "pipeline/export/render.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
-#include "segmentation/landmarks_file.hpp"
-#include "segmentation/parts.hpp"
+#include "segmentation/files/landmarks_file.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
 namespace {
@@ -99,14 +99,15 @@ void add_export(CLI::App& program, Command& command) {
   auto wanted = std::make_shared<ExportAsked>();
   verb->add_option("labels", wanted->labels, "A label map: .nii.gz, .nrrd, .mha")->required();
   verb->add_option("-o,--out", wanted->folder, "Folder for the files")->required();
-  verb->add_option("--names", wanted->names,
+  verb->add_option("--label-names", wanted->names,
                    "Names of the labels (TSV); by default the one beside the labels");
   verb->add_flag("--stl", wanted->stl, "Meshes as STL (with no format named: STL and VTP)");
   verb->add_flag("--vtp", wanted->vtp, "Meshes as VTP");
   verb->add_flag("--picture", wanted->picture, "A picture, body.png");
   verb->add_option("--landmarks", wanted->landmarks,
                    "Landmarks (JSON), whose joint centres the picture shows");
-  verb->add_option("--tolerance", wanted->tolerance_mm, "How far fewer triangles may move the surface, mm")
+  verb->add_option("--mesh-tolerance", wanted->tolerance_mm,
+                   "How far fewer triangles may move the surface, mm")
       ->check(number_within(0.0, 50.0));
   verb->callback([&command, wanted] {
     command.work = [wanted](const Command& chosen) { return run(*wanted, chosen); };

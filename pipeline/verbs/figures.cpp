@@ -3,10 +3,10 @@
 
 #include <filesystem>
 
-#include "pipeline/paper_figures.hpp"
+#include "pipeline/files/whole_file.hpp"
+#include "pipeline/paper/paper_figures.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
 
 namespace borelli {
 namespace {
@@ -45,7 +45,7 @@ void add_figures(CLI::App& program, Command& command) {
   auto* verb =
       program.add_subcommand("figures", "Draw the paper's figures 2, 3, 4, 6, 7, 8 and 10 from our own runs");
   auto folder = std::make_shared<std::string>("figures");
-  verb->add_option("-o,--output", *folder, "Folder for the SVG pictures and the CSV of their data")
+  verb->add_option("-o,--out", *folder, "Folder for the SVG pictures and the CSV of their data")
       ->capture_default_str();
   verb->callback(
       [&command, folder] { command.work = [folder](const Command& c) { return work(*folder, c); }; });

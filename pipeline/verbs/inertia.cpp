@@ -8,21 +8,21 @@
 #include "inertia/compare_tables.hpp"
 #include "inertia/published_summary.hpp"
 #include "inertia/table_file.hpp"
-#include "pipeline/belonging.hpp"
-#include "pipeline/measure.hpp"
-#include "pipeline/mr_scan.hpp"
-#include "pipeline/segmentation_files.hpp"
-#include "pipeline/skeleton.hpp"
-#include "pipeline/stages/input_names.hpp"
-#include "pipeline/subject.hpp"
+#include "pipeline/body/belonging.hpp"
+#include "pipeline/body/measure.hpp"
+#include "pipeline/body/mr_scan.hpp"
+#include "pipeline/body/segmentation_files.hpp"
+#include "pipeline/body/skeleton.hpp"
+#include "pipeline/files/input_names.hpp"
+#include "pipeline/files/subject.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
-#include "segmentation/class_mapping.hpp"
-#include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/mr_tissues.hpp"
-#include "segmentation/verdict.hpp"
+#include "segmentation/files/class_mapping.hpp"
+#include "segmentation/files/dicom_segmentation.hpp"
+#include "segmentation/labelling/mr_tissues.hpp"
+#include "segmentation/labelling/verdict.hpp"
 
 namespace borelli {
 namespace {
@@ -79,7 +79,7 @@ Result<InertiaTable> make_table_from_files(const InertiaSettings& settings, cons
   options.cuts = std::move(*cuts);
   PartCompleteness completeness;
   std::string verdict;
-  std::optional<ClassMap> classes;
+  std::optional<ClassLabels> classes;
   if (!settings.mapping.empty()) {
     auto read = read_classes(command, settings.labels, settings.names, settings.mapping, grey);
     if (!read) return tl::unexpected(read.error());
@@ -319,7 +319,7 @@ void add_inertia(CLI::App& program, Command& command) {
   auto settings = std::make_shared<InertiaSettings>();
   verb->add_option("--volume", settings->volume, "CT or density volume: a DICOM folder or a file");
   verb->add_option("--labels", settings->labels, "Label map on the volume's grid");
-  verb->add_option("--names", settings->names, "Names of its labels (TSV; default: beside it)");
+  verb->add_option("--label-names", settings->names, "Names of its labels (TSV; default: beside it)");
   verb->add_option("--label-mapping", settings->mapping, label_mapping_help);
   verb->add_option(
       "--landmarks", settings->landmarks,
@@ -357,8 +357,11 @@ void add_inertia(CLI::App& program, Command& command) {
       ->check(CLI::IsMember({"male", "female"}));
   verb->add_option("--pose", settings->measure.pose,
                    "How the person lay or stood, e.g. supine (default: as DICOM says)");
-  verb->add_option("-o,--output", settings->outputs, "Table to write, .csv or .json; may be given twice");
+  verb->add_option("-o,--out", settings->outputs, "Table to write, .csv or .json; may be given twice");
   verb->add_flag("--keep-paths", settings->keep_paths, keep_paths_help);
+  group_options(*verb, "Table",
+                {"--density-curve", "--voxels", "--blur-reach", "--convention", "--frames", "--segments"});
+  group_options(*verb, "Comparison", {"--compare", "--stature", "--sex", "--pose"});
   verb->callback([&command, settings, verb] {
     const bool blur_chosen = verb->count("--blur-reach") > 0;
     command.work = [settings, blur_chosen](const Command& c) -> Result<nlohmann::json> {

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "pipeline/trajectory_file.hpp"
+#include "pipeline/export/trajectory_file.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/motion_info.hpp"
 #include "pipeline/verbs/progress.hpp"

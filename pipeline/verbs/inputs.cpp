@@ -35,8 +35,8 @@ Result<LabelMap> read_labels(const Command& command, const std::string& path, co
   return labels;
 }
 
-Result<ClassMap> read_classes(const Command& command, const std::string& path, const std::string& names,
-                              const std::string& mapping, const GreyVolume& scan) {
+Result<ClassLabels> read_classes(const Command& command, const std::string& path, const std::string& names,
+                                 const std::string& mapping, const GreyVolume& scan) {
   return pass_warnings(command, read_classes(path, names, mapping, &scan));
 }
 

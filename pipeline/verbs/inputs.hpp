@@ -3,12 +3,12 @@
 
 #include <string>
 
-#include "dynamics/model_file.hpp"
+#include "dynamics/formats/model_file.hpp"
 #include "inertia/table.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "segmentation/class_map.hpp"
-#include "segmentation/given_landmarks.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/class_labels.hpp"
+#include "segmentation/files/given_landmarks.hpp"
+#include "segmentation/files/read.hpp"
 
 namespace borelli {
 
@@ -18,8 +18,8 @@ Result<ScannedVolume> read_volume(const Command& command, const std::string& pat
 /// `scan`: the grid to put the labels on. Warnings name `path`, since a verb also reads a volume.
 Result<LabelMap> read_labels(const Command& command, const std::string& path, const std::string& names = "",
                              const Grid* scan = nullptr);
-Result<ClassMap> read_classes(const Command& command, const std::string& path, const std::string& names,
-                              const std::string& mapping, const GreyVolume& scan);
+Result<ClassLabels> read_classes(const Command& command, const std::string& path, const std::string& names,
+                                 const std::string& mapping, const GreyVolume& scan);
 /// No landmarks where `path` is empty.
 Result<GivenLandmarks> read_given_landmarks(const Command& command, const std::string& path);
 Result<InertiaTable> read_table(const Command& command, const std::string& path);

@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "dynamics/model_file.hpp"
+#include "dynamics/formats/model_file.hpp"
 
 namespace borelli {
 

@@ -1,8 +1,8 @@
 // borelli modes SCENE: small deviations from a steady state.
 #include <fmt/core.h>
 
-#include "dynamics/equilibrium.hpp"
-#include "dynamics/linearize.hpp"
+#include "dynamics/constraints/equilibrium.hpp"
+#include "dynamics/constraints/linearize.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/verbs/state_file.hpp"
 #include "pipeline/verbs/verb.hpp"

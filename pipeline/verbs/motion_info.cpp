@@ -3,10 +3,10 @@
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/system.hpp"
-#include "pipeline/certificate_report.hpp"
-#include "pipeline/trajectory_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/system/system.hpp"
+#include "pipeline/export/certificate_report.hpp"
+#include "pipeline/export/trajectory_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "dynamics/model_file.hpp"
+#include "dynamics/formats/model_file.hpp"
 #include "pipeline/verbs/verb.hpp"
 
 namespace borelli {

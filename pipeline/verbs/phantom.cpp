@@ -9,16 +9,16 @@
 #include <filesystem>
 
 #include "inertia/table_file.hpp"
-#include "pipeline/segment_rows.hpp"
-#include "pipeline/segmentation_files.hpp"
+#include "pipeline/body/segment_rows.hpp"
+#include "pipeline/body/segmentation_files.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
 #include "process/memory.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/landmarks_file.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/landmarks_file.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
 
 namespace borelli {
 namespace {
@@ -196,7 +196,7 @@ std::string no_minus(const std::string& text) {
 void add_phantom(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand("phantom", "The sample body as a scan, with its exact inertia table");
   auto asked = std::make_shared<PhantomAsked>();
-  verb->add_option("-o,--output", asked->output, "Volume to write: .nii.gz, .nii, .nrrd or .mha")->required();
+  verb->add_option("-o,--out", asked->output, "Volume to write: .nii.gz, .nii, .nrrd or .mha")->required();
   verb->add_option("--sex", asked->sex, "male or female")
       ->check(CLI::IsMember({"male", "female"}))
       ->capture_default_str();

@@ -12,14 +12,16 @@
 #include <system_error>
 
 #include "error/json_text.hpp"
+#include "error/nearest_name.hpp"
+#include "error/printable.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/say.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
 #include "process/input_file.hpp"
 #include "process/memory.hpp"
-#include "segmentation/held_memory.hpp"
+#include "segmentation/volume/held_memory.hpp"
 #include "threads/slabs.hpp"
 
 namespace {
@@ -50,6 +52,13 @@ std::string one_line(std::string sentence) {
   return sentence;
 }
 
+std::string hint_at_verb(const CLI::App& program, const std::string& mistyped) {
+  std::vector<std::string> verbs;
+  for (const CLI::App* verb : program.get_subcommands({})) verbs.push_back(verb->get_name());
+  const auto meant = borelli::nearest_name(mistyped, verbs);
+  return meant ? fmt::format("; did you mean {}?", *meant) : " (see borelli --help)";
+}
+
 constexpr std::uint64_t least_memory = 100'000'000;  // bytes; the program alone takes about half of that
 
 std::string memory_size(const std::string& text) {
@@ -74,7 +83,7 @@ int run(int argc, char** argv) {
       .add_option("--max-memory", max_memory,
                   "Most memory to use, e.g. 4G (default: three quarters of what the machine has free)")
       ->check(memory_size);
-  program.add_flag("--force", command.force, "Do again what is there already");
+  program.add_flag("--force", command.force, "Redo stages even if their results exist");
 
   const auto settings = std::make_shared<borelli::TomlSettings>(program);
   auto* settings_file = program.set_config("--settings", "", "Settings: a TOML file, a table per verb");
@@ -109,8 +118,13 @@ int run(int argc, char** argv) {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return program.exit(e);  // --help, --version
-    if (program.get_subcommands().empty() && argc > 1 && argv[1][0] != '-') {
-      borelli::say("borelli: {}: no such verb (see borelli --help)\n", argv[1]);
+    if (argc == 1) {
+      fmt::print("{}", program.help());
+      return 0;
+    }
+    if (program.get_subcommands().empty() && argv[1][0] != '-') {
+      borelli::say("borelli: {}: no such verb{}\n", borelli::printable(argv[1]),
+                   hint_at_verb(program, argv[1]));
       return 2;
     }
     borelli::say("borelli: {}\n", bad_use_of(e, settings_file));

@@ -8,18 +8,18 @@
 
 #include "error/json_text.hpp"
 #include "inertia/table_file.hpp"
-#include "pipeline/deface.hpp"
-#include "pipeline/glb.hpp"
-#include "pipeline/report.hpp"
-#include "pipeline/run_inputs.hpp"
-#include "pipeline/skeleton.hpp"
-#include "pipeline/stages.hpp"
-#include "pipeline/trajectory_file.hpp"
+#include "pipeline/body/skeleton.hpp"
+#include "pipeline/export/deface.hpp"
+#include "pipeline/export/glb.hpp"
+#include "pipeline/export/trajectory_file.hpp"
+#include "pipeline/files/whole_file.hpp"
+#include "pipeline/report/report.hpp"
+#include "pipeline/stages/run_inputs.hpp"
+#include "pipeline/stages/stages.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
 #include "process/input_file.hpp"
-#include "segmentation/landmarks_file.hpp"
+#include "segmentation/files/landmarks_file.hpp"
 
 namespace borelli {
 namespace {

@@ -1,9 +1,9 @@
 // borelli run: the whole way from a volume to a moving body and its report.
-#include "pipeline/run.hpp"
-#include "pipeline/measure.hpp"
-#include "pipeline/stages/digest.hpp"
-#include "pipeline/stages/input_names.hpp"
-#include "pipeline/table_tolerance.hpp"
+#include "pipeline/stages/run.hpp"
+#include "pipeline/body/measure.hpp"
+#include "pipeline/body/table_tolerance.hpp"
+#include "pipeline/files/digest.hpp"
+#include "pipeline/files/input_names.hpp"
 
 #include <fmt/core.h>
 
@@ -13,13 +13,13 @@
 #include <set>
 #include <string>
 
-#include "dynamics/integrator.hpp"
+#include "dynamics/methods/integrator.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/settings.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "segmentation/class_mapping.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/files/class_mapping.hpp"
+#include "segmentation/labelling/segment.hpp"
 
 namespace borelli {
 namespace {
@@ -287,6 +287,15 @@ void add_run(CLI::App& program, Command& command) {
   verb->add_flag("--keep-paths", s.keep_paths, keep_paths_help);
   verb->add_flag("--allow-untrusted", s.untrusted_is_fine,
                  "Go on with a motion that its certificate does not trust");
+  group_options(*verb, "Labels and landmarks",
+                {"--labels", "--label-names", "--label-mapping", "--landmarks"});
+  group_options(*verb, "Inertia table",
+                {"--density-curve", "--convention", "--frames", "--segments", "--stature", "--work-grid",
+                 "--table-tolerance"});
+  group_options(*verb, "Motion",
+                {"--flight-time", "--somersault-rate", "--tuck", "--muscle-frequency", "--damping-ratio",
+                 "--tolerance", "--keep", "--method", "--equations", "--integrator-tolerance", "--step"});
+  group_options(*verb, "Results", {"--mesh-tolerance", "--deface", "--keep-paths", "--allow-untrusted"});
   verb->callback([&command, asked, verb] {
     asked->work_grid_chosen = verb->count("--work-grid") > 0;
     asked->integrator_tolerance_chosen = verb->count("--integrator-tolerance") > 0;

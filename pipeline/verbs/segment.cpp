@@ -5,20 +5,20 @@
 #include <optional>
 #include <set>
 
-#include "pipeline/belonging.hpp"
-#include "pipeline/mr_scan.hpp"
-#include "pipeline/segmentation_files.hpp"
-#include "pipeline/stages/input_names.hpp"
-#include "pipeline/table_tolerance.hpp"
+#include "pipeline/body/belonging.hpp"
+#include "pipeline/body/mr_scan.hpp"
+#include "pipeline/body/segmentation_files.hpp"
+#include "pipeline/body/table_tolerance.hpp"
+#include "pipeline/files/input_names.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
-#include "segmentation/body_doubts.hpp"
-#include "segmentation/class_mapping.hpp"
-#include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/verdict.hpp"
+#include "segmentation/files/class_mapping.hpp"
+#include "segmentation/files/dicom_segmentation.hpp"
+#include "segmentation/labelling/body_doubts.hpp"
+#include "segmentation/labelling/verdict.hpp"
 
 namespace borelli {
 namespace {
@@ -72,7 +72,7 @@ void warn_of_air(const GreyVolume& volume, const SegmentOptions& options, Segmen
 Result<Segmentation> segment_scan(const GreyVolume& volume, const SegmentOptions& options,
                                   const SegmentChoice& segments, std::optional<GridPick>& pick) {
   if (pick && volume.quantity == Quantity::mr)
-    return bad_use("--tolerance", "is for CT, where parts are found on a grid: leave it out");
+    return bad_use("--table-tolerance", "is for CT, where parts are found on a grid: leave it out");
   if (pick) {
     MeasureOptions by;
     by.cuts = name_of(options.convention), by.threads = options.threads, by.segments = segments;
@@ -97,7 +97,8 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   if (!absent) return tl::unexpected(absent.error());
   std::optional<GridPick> pick;
   if (!asked.tolerance.empty()) {
-    if (asked.step_chosen) return bad_use("--tolerance", "picks the grid: leave one of it and --step out");
+    if (asked.step_chosen)
+      return bad_use("--table-tolerance", "picks the grid: leave one of it and --work-grid out");
     const auto tolerance = parse_tolerance(asked.tolerance);
     if (!tolerance) return tl::unexpected(tolerance.error());
     pick.emplace().tolerance = *tolerance;
@@ -121,7 +122,7 @@ Result<nlohmann::json> run(const SegmentAsked& asked, const Command& command) {
   if (!scanned) return tl::unexpected(scanned.error());
   // in MR nothing is found that could stand for points left as they were
   options.given = scanned->volume.quantity == Quantity::mr ? given->all() : std::move(given->landmarks);
-  std::optional<ClassMap> classes;
+  std::optional<ClassLabels> classes;
   if (!asked.labels.empty()) {
     auto read = read_classes(command, asked.labels, asked.names, asked.mapping, scanned->volume);
     if (!read) return tl::unexpected(read.error());
@@ -169,19 +170,23 @@ void add_segment(CLI::App& program, Command& command) {
   verb->add_option(
       "--landmarks", asked->landmarks,
       "Landmarks placed by hand (JSON, or .mrk.json and .fcsv of 3D Slicer): they replace those found");
-  verb->add_option("--step", asked->step, "Grid on which parts are looked for, mm")
+  verb->add_option("--work-grid", asked->step, "Grid on which parts are looked for, mm")
       ->check(number_within(finest_step, coarsest_step));
   verb->add_option("--convention", asked->convention,
                    "How parts are cut: by de Leva's planes, by Dempster's, or each voxel with its bone")
       ->check(CLI::IsMember({"deleva1996", "dempster", "bone"}))
       ->capture_default_str();
-  verb->add_option("--tolerance,--table-tolerance", asked->tolerance,
+  verb->add_option("--table-tolerance", asked->tolerance,
                    "Pick the coarsest grid that gives every entry of the inertia table within this, e.g. 1%");
   verb->add_option("--absent", asked->absent, absent_help);
   verb->add_option("--segments", asked->segments, segments_help);
   verb->add_flag("--keep-paths", asked->keep_paths, keep_paths_help);
+  group_options(*verb, "Labels and landmarks",
+                {"--labels", "--label-mapping", "--label-names", "--landmarks"});
+  group_options(*verb, "Parts",
+                {"--work-grid", "--table-tolerance", "--convention", "--absent", "--segments"});
   verb->callback([&command, asked, verb] {
-    asked->step_chosen = verb->count("--step") > 0;
+    asked->step_chosen = verb->count("--work-grid") > 0;
     command.work = [asked](const Command& chosen) { return run(*asked, chosen); };
   });
 }

@@ -1,28 +1,28 @@
 // borelli simulate SCENE: integrates a scene, prints its certificate, writes its trajectory.
-#include "dynamics/simulate.hpp"
+#include "dynamics/run/simulate.hpp"
 
 #include <fmt/core.h>
 
 #include <filesystem>
 #include <optional>
 
-#include "dynamics/integrator.hpp"
-#include "dynamics/model_file.hpp"
-#include "dynamics/reaction.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/equations/reaction.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/methods/integrator.hpp"
 #include "error/json_text.hpp"
-#include "pipeline/certificate_report.hpp"
-#include "pipeline/file_order.hpp"
-#include "pipeline/motion/unfinished_rows.hpp"
-#include "pipeline/scene_meshes.hpp"
-#include "pipeline/trajectory_file.hpp"
+#include "pipeline/export/certificate_report.hpp"
+#include "pipeline/export/trajectory_file.hpp"
+#include "pipeline/export/unfinished_rows.hpp"
+#include "pipeline/files/file_order.hpp"
+#include "pipeline/files/whole_file.hpp"
+#include "pipeline/report/scene_meshes.hpp"
 #include "pipeline/verbs/checkpoint.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
 
 namespace borelli {
 namespace {
@@ -64,8 +64,8 @@ SimulationSettings settings_of(SimulationSettings s, const SimulateOptions& o) {
 // An option that would be taken without effect is refused: whoever gives it believes that it has one.
 Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& settings) {
   if (o.tolerance && !method_is_adaptive(settings.method))
-    return bad_use("--tolerance", "has no effect with " + settings.method +
-                                      ", whose steps are all of one length: give --step");
+    return bad_use("--integrator-tolerance", "has no effect with " + settings.method +
+                                                 ", whose steps are all of one length: give --step");
   if (o.verify && settings.accuracy == 0)
     return bad_use("--verify", "has no effect where no --accuracy is asked for");
   if (o.spectral_radius && settings.method != "generalized_alpha")
@@ -77,7 +77,7 @@ Result<void> check_effect(const SimulateOptions& o, const SimulationSettings& se
   if (o.checkpoint_every && o.checkpoint.empty())
     return bad_use("--checkpoint-every", "has no effect without --checkpoint");
   if (o.reactions && o.output.empty())
-    return bad_use("--reactions", "has no effect where no --output is to hold them");
+    return bad_use("--reactions", "has no effect where no --out is to hold them");
   return {};
 }
 
@@ -214,30 +214,32 @@ void add_simulate(CLI::App& program, Command& command) {
   auto o = std::make_shared<SimulateOptions>();
   verb->add_option("scene", o->scene, "The scene: TOML, MJCF or URDF")->required();
   add_model_options(*verb, o->model);
-  verb->add_option("-o,--output", o->output,
+  verb->add_option("-o,--out", o->output,
                    "Trajectory to write: .h5 (all of it), .csv, .glb (moving solids) or .html (a page)");
   verb->add_option("--method", o->method, "Integrator")->check(CLI::IsMember(integrator_names()));
-  verb->add_option("--equations", o->equations, "Equations of motion: along the tree, or the paper's scan")
+  verb->add_option("--equations", o->equations,
+                   "Equations of motion: recursive (along the tree) or lagrange (the paper's scan)")
       ->check(CLI::IsMember({"recursive", "lagrange"}));
-  verb->add_option("--step", o->step, "Fixed step, or the first one tried, s")->check(positive_number());
-  verb->add_option("--tolerance", o->tolerance, "Adaptive methods: largest error per step")
+  verb->add_option("--step", o->step, "Fixed step, or first step of an adaptive method, s")
+      ->check(positive_number());
+  verb->add_option("--integrator-tolerance", o->tolerance, "Adaptive methods: largest error per step")
       ->check(positive_number());
   verb->add_option(
           "--accuracy", o->accuracy,
-          "Error to keep to, of positions and velocities on their scales; method and tolerance are chosen")
+          "Largest error of positions and velocities, relative to their scales; chooses method and tolerance")
       ->check(number_within(1e-11, 0.1))
       ->excludes("--method")
-      ->excludes("--tolerance");
-  verb->add_flag(
-      "--verify", o->verify,
-      "With --accuracy: run anew at a tenth of the tolerance, and take what the two differ by as the error");
+      ->excludes("--integrator-tolerance");
+  verb->add_flag("--verify", o->verify,
+                 "With --accuracy: run again at a tenth of the tolerance; the difference is the error");
   verb->add_option("--spectral-radius", o->spectral_radius,
-                   "generalized_alpha: what is left per step of infinitely stiff modes, 0 to 1")
+                   "generalized_alpha: share of infinitely stiff modes that a step keeps, 0 to 1")
       ->check(number_within(0., 1.));
   verb->add_option("--end", o->end, "End time, s")->check(positive_number());
   verb->add_option("--output-interval", o->output_interval, "Time between rows, s; 0: every accepted step")
       ->check(number_not_negative());
-  verb->add_option("--constraints", o->constraints, "How constraints are kept")
+  verb->add_option("--constraints", o->constraints,
+                   "What keeps the constraints: projection, or Baumgarte's restoring accelerations")
       ->check(CLI::IsMember({"projection", "baumgarte"}));
   verb->add_option("--baumgarte-alpha", o->alpha, "Baumgarte's gain on velocity, 1/s")
       ->check(number_not_negative());
@@ -245,21 +247,32 @@ void add_simulate(CLI::App& program, Command& command) {
       ->check(number_not_negative());
   verb->add_option("--impacts", o->impacts, "Contacts that meet at one moment: pair by pair, or all at once")
       ->check(CLI::IsMember({"sequential", "simultaneous"}));
-  verb->add_option("--restitution", o->restitution, "What a restitution is of: velocities, or impulses")
+  verb->add_option("--restitution", o->restitution,
+                   "Definition of restitution: ratio of velocities (newton) or impulses (poisson)")
       ->check(CLI::IsMember({"newton", "poisson"}));
-  verb->add_option("--rest-speed", o->rest_speed, "Contacts that meet more slowly do not rebound, m/s")
+  verb->add_option("--rest-speed", o->rest_speed, "Approach speed below which contacts do not rebound, m/s")
       ->check(positive_number());
   verb->add_option("--energy-threshold", o->energy_threshold,
-                   "Largest energy drift to trust, of the energy turned over; 0: what suits the method")
+                   "Largest trusted energy drift, relative to the energy turned over; 0: by method")
       ->check(number_not_negative());
   verb->add_option(
       "--checkpoint", o->checkpoint,
-      "File to keep the run in, now and then and on ^C: the same command goes on from there, exactly, "
-      "and removes it once the result is written");
-  verb->add_option("--checkpoint-every", o->checkpoint_every, "Seconds from one keeping to the next [60]")
+      "File that keeps the run now and then and on ^C. The same command continues exactly there and "
+      "removes the file once the result is written");
+  verb->add_option("--checkpoint-every", o->checkpoint_every, "Seconds between writes of the checkpoint [60]")
       ->check(number_not_negative());
-  verb->add_flag("--reactions", o->reactions, "Write what goes through each joint, too");
-  verb->add_flag("--allow-untrusted", o->allow_untrusted, "Accept a run that its certificate does not trust");
+  verb->add_flag("--reactions", o->reactions, "Also write force and moment through each joint");
+  verb->add_flag("--allow-untrusted", o->allow_untrusted,
+                 "Write a run even if its certificate does not trust it");
+  group_options(
+      *verb, "Method",
+      {"--method", "--equations", "--step", "--integrator-tolerance", "--spectral-radius", "--verify"});
+  group_options(*verb, "Constraints and contacts",
+                {"--constraints", "--baumgarte-alpha", "--baumgarte-beta", "--impacts", "--restitution",
+                 "--rest-speed"});
+  group_options(*verb, "Results",
+                {"--output-interval", "--reactions", "--energy-threshold", "--allow-untrusted",
+                 "--checkpoint", "--checkpoint-every"});
   verb->callback([&command, o] { command.work = [o](const Command& c) { return work(*o, c); }; });
 }
 

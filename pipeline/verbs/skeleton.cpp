@@ -1,15 +1,15 @@
 // borelli skeleton: from an inertia table and landmarks to a scene.
-#include "pipeline/skeleton.hpp"
+#include "pipeline/body/skeleton.hpp"
 
 #include <fmt/core.h>
 
 #include <memory>
 
-#include "dynamics/scene_file.hpp"
-#include "pipeline/belonging.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "pipeline/body/belonging.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
 
 namespace borelli {
 namespace {

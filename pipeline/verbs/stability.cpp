@@ -6,21 +6,21 @@
 #include <limits>
 #include <optional>
 
-#include "dynamics/integrator.hpp"
-#include "dynamics/model_file.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/methods/integrator.hpp"
 #include "error/json_text.hpp"
-#include "pipeline/long_runs.hpp"
-#include "pipeline/picture.hpp"
-#include "pipeline/stability_page.hpp"
-#include "pipeline/stages/digest.hpp"
+#include "pipeline/charts/long_runs.hpp"
+#include "pipeline/charts/picture.hpp"
+#include "pipeline/charts/stability_page.hpp"
+#include "pipeline/files/digest.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/names.hpp"
 #include "pipeline/verbs/number_check.hpp"
 #include "pipeline/verbs/progress.hpp"
 #include "pipeline/verbs/verb.hpp"
-#include "pipeline/whole_file.hpp"
 #include "process/input_file.hpp"
 
 namespace borelli {
@@ -242,8 +242,9 @@ Result<nlohmann::json> work_on_map(const StabilityOptions& o, const Command& com
     settings.constraints =
         *o.constraints == "baumgarte" ? ConstraintTreatment::baumgarte : ConstraintTreatment::projection;
   settings.lengths = o.lengths;
-  for (const auto& [text, what, ladder] : {std::tuple(&o.step, "--step", &settings.steps),
-                                           std::tuple(&o.tolerance, "--tolerance", &settings.tolerances)}) {
+  for (const auto& [text, what, ladder] :
+       {std::tuple(&o.step, "--step", &settings.steps),
+        std::tuple(&o.tolerance, "--integrator-tolerance", &settings.tolerances)}) {
     if (text->empty()) continue;
     auto parsed = parse_ladder(*text, what);
     if (!parsed) return tl::unexpected(parsed.error());
@@ -296,8 +297,9 @@ Result<nlohmann::json> work_on_long_runs(const StabilityOptions& o, const Comman
   settings.methods = o.methods;
   settings.equations = o.equations == "lagrange" ? Equations::lagrange : Equations::recursive;
   settings.steps = *o.long_steps;
-  for (const auto& [text, what, value] : {std::tuple(&o.step, "--step", &settings.step),
-                                          std::tuple(&o.tolerance, "--tolerance", &settings.tolerance)}) {
+  for (const auto& [text, what, value] :
+       {std::tuple(&o.step, "--step", &settings.step),
+        std::tuple(&o.tolerance, "--integrator-tolerance", &settings.tolerance)}) {
     if (text->empty()) continue;
     const auto parsed = parse_ladder(*text, what);
     if (!parsed) return tl::unexpected(parsed.error());
@@ -353,37 +355,40 @@ void add_stability(CLI::App& program, Command& command) {
   auto* verb = program.add_subcommand(
       "stability", "Map where methods fail on a scene, over steps and a number of the scene");
   auto o = std::make_shared<StabilityOptions>();
-  verb->add_option("scenes", o->scenes, "The scene: TOML, MJCF or URDF; several: a column of the map each")
+  verb->add_option("scenes", o->scenes, "Scene: TOML, MJCF or URDF; of several, each is a column of the map")
       ->required();
   add_model_options(*verb, o->model);
-  verb->add_option("-o,--output", o->folder, "Folder for page, drawings and tables")->capture_default_str();
+  verb->add_option("-o,--out", o->folder, "Folder for page, drawings and tables")->capture_default_str();
   verb->add_option("--vary", o->vary,
-                   "PATH=LOW:HIGH[:COUNT]: a number of the scene's file to go through, such as "
-                   "spring.stiffness=1:1e8; several paths, with commas between, are set alike");
+                   "PATH=LOW:HIGH[:COUNT]: varies a number of the scene's file, such as "
+                   "spring.stiffness=1:1e8; several paths with commas between take the same value");
   verb->add_option("--step", o->step,
-                   "LOW:HIGH[:COUNT] of methods with steps of one length, s; with --long one of them");
-  verb->add_option("--tolerance", o->tolerance,
-                   "LOW:HIGH[:COUNT] of adaptive methods; with --long one of them");
-  verb->add_option("--methods", o->methods, "Integrators, with commas between; all, where not given")
+                   "LOW:HIGH[:COUNT]: steps of methods with fixed steps, s; with --long a single value");
+  verb->add_option("--integrator-tolerance", o->tolerance,
+                   "LOW:HIGH[:COUNT]: tolerances of adaptive methods; with --long a single value");
+  verb->add_option("--methods", o->methods, "Integrators, with commas between [all]")
       ->delimiter(',')
       ->check(CLI::IsMember(integrator_names()));
   verb->add_option("--equations", o->equations, "Equations of motion to solve")
       ->check(CLI::IsMember({"recursive", "lagrange"}))
       ->capture_default_str();
-  verb->add_option("--constraints", o->constraints, "How constraints are kept; the scene's own, if not given")
+  verb->add_option("--constraints", o->constraints, "What keeps the constraints [the scene's own setting]")
       ->check(CLI::IsMember({"projection", "baumgarte"}));
   verb->add_option("--end", o->end, "End time, s")->check(positive_number());
-  verb->add_option("--least-steps", o->lengths.least, "Steps that a run makes at least, beyond its end")
+  verb->add_option("--least-steps", o->lengths.least, "Least steps of a run, even past its end")
       ->check(CLI::Range(8L, 1000000000L))
       ->capture_default_str();
-  verb->add_option("--most-steps", o->lengths.most, "Steps that a run makes at most, short of its end")
+  verb->add_option("--most-steps", o->lengths.most, "Most steps of a run, even if it has not reached its end")
       ->check(CLI::Range(8L, 1000000000L))
       ->capture_default_str();
-  verb->add_flag("--failing", o->failing, "Write the scenes that made a method fail, nearest to its limit");
+  verb->add_flag("--failing", o->failing, "Write the scenes on which a method failed nearest to its limit");
   verb->add_option("--long", o->long_steps,
-                   "Instead of a map: runs of so many steps, and what becomes of energy and momentum")
+                   "Instead of a map: drift of energy and momentum over this many steps")
       ->check(CLI::Range(8L, 10000000L))
       ->excludes("--failing");
+  group_options(*verb, "Methods",
+                {"--methods", "--equations", "--constraints", "--step", "--integrator-tolerance"});
+  group_options(*verb, "Length of runs", {"--end", "--least-steps", "--most-steps", "--long"});
   verb->callback([&command, o] {
     o->methods = each_once(o->methods);
     command.work = [o](const Command& c) -> Result<nlohmann::json> {

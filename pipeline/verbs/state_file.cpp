@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "error/json_text.hpp"
 #include "pipeline/verbs/inputs.hpp"
 #include "process/input_file.hpp"

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "dynamics/model_file.hpp"
-#include "dynamics/system.hpp"
-#include "pipeline/file_order.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/system/system.hpp"
+#include "pipeline/files/file_order.hpp"
 #include "pipeline/verbs/model_options.hpp"
 #include "pipeline/verbs/verb.hpp"
 

@@ -11,6 +11,10 @@ void add_once(std::vector<std::string>& all, const std::string& sentence) {
 
 }  // namespace
 
+void group_options(CLI::App& verb, const std::string& title, const std::vector<std::string>& options) {
+  for (const std::string& option : options) verb.get_option(option)->group(title);
+}
+
 void Command::warn(const std::string& sentence) const { add_once(told_->warnings, sentence); }
 
 void Command::warn_first(const std::vector<std::string>& sentences) const {

@@ -47,6 +47,9 @@ struct Command {
   std::shared_ptr<Told> told_ = std::make_shared<Told>();  // verbs get a const Command
 };
 
+/// Lists these options of a verb under a title of their own in its help, after the common ones.
+void group_options(CLI::App& verb, const std::string& title, const std::vector<std::string>& options);
+
 void add_run(CLI::App& program, Command& command);
 void add_phantom(CLI::App& program, Command& command);
 void add_segment(CLI::App& program, Command& command);

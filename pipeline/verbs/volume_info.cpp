@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "pipeline/verbs/inputs.hpp"
-#include "segmentation/image_file.hpp"
+#include "segmentation/files/image_file.hpp"
 
 namespace borelli {
 namespace {

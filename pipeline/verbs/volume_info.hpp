@@ -5,7 +5,7 @@
 #include <string>
 
 #include "pipeline/verbs/verb.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 
 namespace borelli {
 

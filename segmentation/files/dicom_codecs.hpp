@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <span>
 
-#include "segmentation/dicom_slice.hpp"
+#include "segmentation/files/dicom_slice.hpp"
 
 namespace borelli {
 

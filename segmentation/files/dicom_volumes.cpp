@@ -9,7 +9,7 @@
 #include <string_view>
 #include <tuple>
 
-#include "segmentation/slice_stack.hpp"
+#include "segmentation/files/slice_stack.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "segmentation/dicom_slice.hpp"
+#include "segmentation/files/dicom_slice.hpp"
 
 namespace borelli {
 

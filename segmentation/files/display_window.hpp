@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "segmentation/volume.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "error/error.hpp"
-#include "segmentation/quantity.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/files/quantity.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli {
 

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "error/printable.hpp"
-#include "segmentation/header_text.hpp"
+#include "segmentation/files/header_text.hpp"
 
 namespace borelli {
 namespace {

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "segmentation/image_file.hpp"
+#include "segmentation/files/image_file.hpp"
 
 namespace borelli {
 

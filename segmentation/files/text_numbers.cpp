@@ -6,7 +6,7 @@
 #include <cstring>
 
 #include "error/printable.hpp"
-#include "segmentation/image_file.hpp"
+#include "segmentation/files/image_file.hpp"
 
 namespace borelli {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "segmentation/byte_stream.hpp"
+#include "segmentation/files/byte_stream.hpp"
 
 namespace borelli {
 

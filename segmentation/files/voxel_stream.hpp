@@ -4,8 +4,8 @@
 
 #include <optional>
 
+#include "segmentation/files/image_file.hpp"
 #include "segmentation/files/text_numbers.hpp"
-#include "segmentation/image_file.hpp"
 
 namespace borelli {
 

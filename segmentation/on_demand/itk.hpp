@@ -2,7 +2,7 @@
 #pragma once
 
 #include "error/error.hpp"
-#include "segmentation/morphology.hpp"
+#include "segmentation/grid/morphology.hpp"
 
 namespace borelli {
 

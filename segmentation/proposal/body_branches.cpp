@@ -7,7 +7,7 @@
 #include <numeric>
 #include <utility>
 
-#include "segmentation/geodesic.hpp"
+#include "segmentation/grid/geodesic.hpp"
 
 namespace borelli {
 namespace {

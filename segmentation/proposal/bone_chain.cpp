@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "segmentation/geodesic.hpp"
+#include "segmentation/grid/geodesic.hpp"
 
 namespace borelli {
 namespace {
@@ -31,11 +31,11 @@ Farthest farthest_bone(const Mask& open, const std::vector<std::size_t>& bones, 
 }
 
 // a mask cut to the box around its own voxels, with `extra` voxels on each side
-struct Box {
+struct BoneBox {
   std::array<std::int64_t, 3> low, size;
 };
 
-Box box_around(const Mask& mask, std::int64_t extra) {
+BoneBox box_around(const Mask& mask, std::int64_t extra) {
   const Grid& g = mask.grid;
   std::array<std::int64_t, 3> low = g.size, high{-1, -1, -1};
   for (std::int64_t k = 0; k < g.size[2]; ++k)
@@ -46,7 +46,7 @@ Box box_around(const Mask& mask, std::int64_t extra) {
         for (std::size_t c = 0; c < 3; ++c)
           low[c] = std::min(low[c], at[c]), high[c] = std::max(high[c], at[c]);
       }
-  Box box;
+  BoneBox box;
   for (std::size_t c = 0; c < 3; ++c) {
     box.low[c] = std::max<std::int64_t>(0, low[c] - extra);
     box.size[c] = std::max<std::int64_t>(0, std::min(g.size[c], high[c] + extra + 1) - box.low[c]);
@@ -54,7 +54,7 @@ Box box_around(const Mask& mask, std::int64_t extra) {
   return box;
 }
 
-Mask cut_to(const Mask& mask, const Box& box) {
+Mask cut_to(const Mask& mask, const BoneBox& box) {
   Mask out;
   out.grid = mask.grid;
   out.grid.size = box.size;
@@ -70,7 +70,7 @@ Mask cut_to(const Mask& mask, const Box& box) {
 }  // namespace
 
 double bone_chain_length(const Mask& of_piece, const Mask& of_bone, int threads) {
-  const Box box = box_around(of_piece, 2);
+  const BoneBox box = box_around(of_piece, 2);
   const Mask piece = cut_to(of_piece, box), bone = cut_to(of_bone, box);
   const Mask own = where(piece.grid, [&](std::size_t o) { return piece.voxels[o] && bone.voxels[o]; });
   const Mask near = dilated(own, half_gap);

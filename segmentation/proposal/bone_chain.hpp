@@ -1,7 +1,7 @@
 // How long a chain of bones a piece of the body holds.
 #pragma once
 
-#include "segmentation/morphology.hpp"
+#include "segmentation/grid/morphology.hpp"
 
 namespace borelli {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "segmentation/volume.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli {
 

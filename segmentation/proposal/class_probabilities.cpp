@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "segmentation/parts.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {

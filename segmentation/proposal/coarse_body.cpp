@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "segmentation/nearest_whole.hpp"
+#include "segmentation/volume/nearest_whole.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "segmentation/anatomy.hpp"
+#include "segmentation/body/anatomy.hpp"
 
 namespace borelli {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "segmentation/geodesic.hpp"
-#include "segmentation/parts.hpp"
+#include "segmentation/grid/geodesic.hpp"
 #include "segmentation/proposal/coarse_body.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
 namespace {

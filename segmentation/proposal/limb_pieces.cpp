@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "segmentation/geodesic.hpp"
+#include "segmentation/grid/geodesic.hpp"
 #include "segmentation/proposal/bone_chain.hpp"
 #include "segmentation/proposal/limb_sides.hpp"
 #include "threads/slabs.hpp"

@@ -5,7 +5,7 @@
 #include <array>
 #include <optional>
 
-#include "segmentation/anatomy.hpp"
+#include "segmentation/body/anatomy.hpp"
 #include "segmentation/proposal/proposal.hpp"
 
 namespace borelli {

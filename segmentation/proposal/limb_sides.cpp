@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "segmentation/geodesic.hpp"
+#include "segmentation/grid/geodesic.hpp"
 
 namespace borelli {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "segmentation/nearest_whole.hpp"
 #include "segmentation/proposal/voxel_features.hpp"
+#include "segmentation/volume/nearest_whole.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include "error/error.hpp"
-#include "segmentation/parts.hpp"
 #include "segmentation/proposal/class_probabilities.hpp"
 #include "segmentation/proposal/coarse_body.hpp"
 #include "segmentation/proposal/limb_joints.hpp"
 #include "segmentation/proposal/limb_pieces.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
 

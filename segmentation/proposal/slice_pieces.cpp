@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "segmentation/tissues.hpp"
+#include "segmentation/body/tissues.hpp"
 
 namespace borelli {
 namespace {

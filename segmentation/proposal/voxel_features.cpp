@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "segmentation/tissues.hpp"
+#include "segmentation/body/tissues.hpp"
 #include "threads/slabs.hpp"
 
 namespace borelli {

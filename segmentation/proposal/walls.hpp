@@ -4,7 +4,7 @@
 #include <array>
 #include <cstdint>
 
-#include "segmentation/geodesic.hpp"
+#include "segmentation/grid/geodesic.hpp"
 #include "segmentation/proposal/proposal.hpp"
 
 namespace borelli {

@@ -15,7 +15,7 @@ import numpy as np
 from sklearn.ensemble import ExtraTreesClassifier
 
 CLASSES = ["head", "trunk", "upper_arm", "forearm", "hand", "thigh", "shank", "foot"]
-# class of each part label of segmentation/parts.hpp; label 0 is outside the body
+# class of each part label of segmentation/vocabulary/parts.hpp; label 0 is outside the body
 CLASS_OF_PART = np.array([-1, 0, 1, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7])
 LEAF = 255
 

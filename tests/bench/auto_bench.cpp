@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/model_file.hpp"
-#include "pipeline/work_precision.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "pipeline/charts/work_precision.hpp"
 #include "tests/dynamics/random_scene.hpp"
 
 namespace borelli {

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <limits>
 
-#include "dynamics/ensemble.hpp"
+#include "dynamics/run/ensemble.hpp"
 #include "tests/bench/mujoco_pair.hpp"
 #include "tests/paths.hpp"
 

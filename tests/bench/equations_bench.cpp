@@ -7,8 +7,8 @@
 #include <cstdio>
 #include <map>
 
-#include "dynamics/derivatives.hpp"
-#include "dynamics/equations.hpp"
+#include "dynamics/equations/derivatives.hpp"
+#include "dynamics/equations/equations.hpp"
 
 namespace borelli {
 namespace {

@@ -14,8 +14,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "dynamics/model_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/run/simulate.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

@@ -16,7 +16,7 @@
 #include <random>
 
 #include "inertia/moments.hpp"
-#include "segmentation/held_memory.hpp"
+#include "segmentation/volume/held_memory.hpp"
 
 namespace {
 

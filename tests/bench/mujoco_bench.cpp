@@ -6,8 +6,8 @@
 // --benchmark_repetitions and --benchmark_enable_random_interleaving=true.
 #include <filesystem>
 
-#include "dynamics/inverse_dynamics.hpp"
-#include "dynamics/processor.hpp"
+#include "dynamics/equations/inverse_dynamics.hpp"
+#include "dynamics/numbers/processor.hpp"
 #include "tests/bench/mujoco_pair.hpp"
 #include "tests/bench/peer_ratios.hpp"
 #include "tests/paths.hpp"

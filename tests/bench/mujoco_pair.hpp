@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/batch.hpp"
-#include "dynamics/equations.hpp"
-#include "dynamics/model_file.hpp"
+#include "dynamics/equations/batch.hpp"
+#include "dynamics/equations/equations.hpp"
+#include "dynamics/formats/model_file.hpp"
 
 namespace borelli {
 

@@ -8,8 +8,8 @@
 #include <chrono>
 #include <filesystem>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

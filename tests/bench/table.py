@@ -35,7 +35,7 @@ from dataclasses import dataclass, field
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-# Okabe & Ito (2008), as in pipeline/plot.hpp
+# Okabe & Ito (2008), as in pipeline/charts/plot.hpp
 COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"]
 FITTED_FROM = {"bodies": 100, "voxels": 1e7}
 BEGIN, END = "<!-- tests/bench/table.py: from here -->", "<!-- tests/bench/table.py: to here -->"

@@ -26,14 +26,14 @@
 #include <filesystem>
 #include <random>
 
-#include "pipeline/mesh.hpp"
+#include "pipeline/export/mesh.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/body_mask.hpp"
-#include "segmentation/held_memory.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/segment.hpp"
-#include "segmentation/squared_distances.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/body/body_mask.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
+#include "segmentation/grid/squared_distances.hpp"
+#include "segmentation/labelling/segment.hpp"
+#include "segmentation/volume/held_memory.hpp"
 #include "tests/bench/peer_ratios.hpp"
 #include "tests/segmentation/dicom_series.hpp"
 

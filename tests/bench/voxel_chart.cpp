@@ -17,10 +17,10 @@
 #include <fstream>
 #include <vector>
 
-#include "pipeline/measure.hpp"
-#include "pipeline/plot.hpp"
+#include "pipeline/body/measure.hpp"
+#include "pipeline/charts/plot.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 
 namespace borelli {
 namespace {

@@ -4,12 +4,12 @@
 #include <cstdio>
 #include <numbers>
 
-#include "dynamics/ensemble.hpp"
-#include "dynamics/evaluate.hpp"
-#include "dynamics/linearize.hpp"
-#include "dynamics/shape.hpp"
-#include "dynamics/simulate.hpp"
-#include "segmentation/cuts.hpp"
+#include "dynamics/constraints/linearize.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/run/ensemble.hpp"
+#include "dynamics/run/simulate.hpp"
+#include "dynamics/scene/shape.hpp"
+#include "segmentation/vocabulary/cuts.hpp"
 
 namespace {
 

@@ -1,6 +1,6 @@
 // The asked accuracy is met, against closed forms and tight references; stiffness is noticed and met with
 // another method; what cannot be shown is said.
-#include "dynamics/accuracy.hpp"
+#include "dynamics/run/accuracy.hpp"
 
 #include <cmath>
 

@@ -4,8 +4,8 @@
 #include <cstdlib>
 
 #include "allocation_count.hpp"
-#include "dynamics/motion_flow.hpp"
-#include "dynamics/step_path.hpp"
+#include "dynamics/methods/motion_flow.hpp"
+#include "dynamics/run/step_path.hpp"
 #include "scenes.hpp"
 
 #ifdef BORELLI_COUNTS_ALLOCATIONS

@@ -1,12 +1,12 @@
 // Armature: the rotor inertia of a coordinate, in both sets of equations, in drives, energies and momenta.
-#include "dynamics/armature.hpp"
+#include "dynamics/equations/armature.hpp"
 
 #include <gtest/gtest.h>
 
-#include "dynamics/derivatives.hpp"
-#include "dynamics/equations.hpp"
-#include "dynamics/evaluate.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/equations/derivatives.hpp"
+#include "dynamics/equations/equations.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

@@ -1,5 +1,5 @@
 // Assembly of inconsistent starts, redundant and contradictory rows by name, and projection.
-#include "dynamics/assembly.hpp"
+#include "dynamics/constraints/assembly.hpp"
 
 #include "scenes.hpp"
 

@@ -1,9 +1,9 @@
 // Each lane of a batch against one state by itself.
-#include "dynamics/batch.hpp"
+#include "dynamics/equations/batch.hpp"
 
 #include <Eigen/SVD>
 
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "each_width.hpp"
 #include "random_scene.hpp"
 
@@ -364,7 +364,7 @@ TEST(Batch, NamesTheLaneThatCannotBeSolved) {
 
 struct Nothing {
   template <class T>
-  void apply(EffortScan<T>&) const {}
+  void apply(EffortPass<T>&) const {}
 };
 
 TEST(Batch, RefusesWhatIsNotSmooth) {

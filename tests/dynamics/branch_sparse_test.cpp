@@ -1,10 +1,10 @@
 // The factor along the branches against a dense Cholesky of the same matrix.
-#include "dynamics/branch_sparse.hpp"
+#include "dynamics/equations/branch_sparse.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

@@ -1,10 +1,10 @@
 // The verdict: what makes a run untrusted, said with the reason, the time and the name.
-#include "dynamics/certifier.hpp"
+#include "dynamics/run/certifier.hpp"
 
 #include <tuple>
 
-#include "dynamics/model_file.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "scenes.hpp"
 #include "test_folder.hpp"
 #include "tests/paths.hpp"

@@ -1,8 +1,8 @@
 // A run that is broken off and taken up again is, bit for bit, the run that was not.
 #include <cstring>
 
-#include "dynamics/keeper.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/numbers/keeper.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

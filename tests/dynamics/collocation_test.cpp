@@ -1,5 +1,5 @@
 // Collocation at eight nodes: what it is exact for, the tolerance met, lanes, stiffness.
-#include "dynamics/collocation.hpp"
+#include "dynamics/methods/collocation.hpp"
 
 #include <complex>
 #include <utility>

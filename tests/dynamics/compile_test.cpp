@@ -1,9 +1,9 @@
 // compile(): what is merged, folded and numbered, and what is refused, by name.
 #include <algorithm>
 
-#include "dynamics/coupled_switch.hpp"
-#include "dynamics/evaluate.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/run/simulate.hpp"
+#include "dynamics/system/coupled_switch.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

@@ -1,11 +1,11 @@
 // Least corrections and multipliers against a dense saddle-point solve (full rank) and a pseudo-inverse
 // (dependent rows).
-#include "dynamics/constraint_solver.hpp"
+#include "dynamics/equations/constraint_solver.hpp"
 
 #include <Eigen/Dense>
 
-#include "dynamics/assembly.hpp"
-#include "dynamics/equations.hpp"
+#include "dynamics/constraints/assembly.hpp"
+#include "dynamics/equations/equations.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

@@ -1,5 +1,5 @@
 // Runs with contacts, against closed forms: rebounds, rows of balls, rest, stick and slip, Painleve's rod.
-#include "dynamics/contact_events.hpp"
+#include "dynamics/run/contact_events.hpp"
 
 #include "scenes.hpp"
 

@@ -1,7 +1,7 @@
 // Impulses of contacts: against every choice of active contacts (without friction), against Gauss-Seidel
 // sweeps until nothing moves (with friction), and against the laws themselves where contacts depend on each
 // other.
-#include "dynamics/contact_solver.hpp"
+#include "dynamics/contacts/contact_solver.hpp"
 
 #include <gtest/gtest.h>
 

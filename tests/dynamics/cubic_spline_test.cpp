@@ -1,6 +1,6 @@
 // The cubic spline: small ones by hand, its order against functions that meet its ends, what holds beyond
 // them.
-#include "dynamics/cubic_spline.hpp"
+#include "dynamics/numbers/cubic_spline.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,13 +1,13 @@
 // Derivatives of the dynamics against finite differences of the dynamics, against dual numbers sent through
 // the articulated bodies' recursion itself, and against MuJoCo's accelerations.
-#include "dynamics/derivatives.hpp"
+#include "dynamics/equations/derivatives.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 
-#include "dynamics/chart.hpp"
-#include "dynamics/dual.hpp"
-#include "dynamics/equations.hpp"
+#include "dynamics/constraints/local_coordinates.hpp"
+#include "dynamics/equations/equations.hpp"
+#include "dynamics/numbers/dual.hpp"
 #include "random_scene.hpp"
 
 #ifdef BORELLI_MUJOCO
@@ -34,7 +34,7 @@ double relative(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
 
 State moved(const System& system, State state, const Eigen::VectorXd& x) {
   const Eigen::VectorXd q = state.q;
-  from_chart(system, q.data(), x.data(), state.q.data());
+  from_local_coordinates(system, q.data(), x.data(), state.q.data());
   return state;
 }
 
@@ -204,13 +204,13 @@ TEST(Derivatives, HoldForAUsersFunction) {
 /// A user's law: a spring in the square of the distance of two points, with a coordinate's rate as a damper.
 struct OwnSpring {
   template <class T>
-  void apply(EffortScan<T>& scan) const {
-    const auto a = scan.point(0, {0.1, 0.2, 0.3}), b = scan.point(1, {0, 0.2, 0});
+  void apply(EffortPass<T>& pass) const {
+    const auto a = pass.point(0, {0.1, 0.2, 0.3}), b = pass.point(1, {0, 0.2, 0});
     const Eigen::Vector3<T> r = b.p - a.p;
     const Eigen::Vector3<T> f = r.squaredNorm() * r;
-    scan.force(0, a.p, f);
-    scan.force(1, b.p, -f);
-    scan.coordinate(0, -scan.rate(0) * abs(scan.rate(0)));
+    pass.force(0, a.p, f);
+    pass.force(1, b.p, -f);
+    pass.coordinate(0, -pass.rate(0) * abs(pass.rate(0)));
   }
   static double abs(double x) { return std::abs(x); }
   static DualNumber abs(const DualNumber& x) { return borelli::abs(x); }

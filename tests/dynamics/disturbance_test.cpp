@@ -1,7 +1,7 @@
 // Disturbed states: as far off as asked, and nowhere against constraints and closed contacts.
-#include "dynamics/disturbance.hpp"
+#include "dynamics/run/disturbance.hpp"
 
-#include "dynamics/equations.hpp"
+#include "dynamics/equations/equations.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

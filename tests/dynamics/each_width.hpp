@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "dynamics/processor.hpp"
+#include "dynamics/numbers/processor.hpp"
 
 namespace borelli::test {
 

@@ -1,13 +1,13 @@
 // Limit springs, controllers, drags and a user's own effort against closed forms. (That they push down the
 // slopes of their potentials and do the work that they say is scan_test's, their derivatives are
 // derivatives_test's.)
-#include "dynamics/effort.hpp"
+#include "dynamics/scene/effort.hpp"
 
 #include <complex>
 
-#include "dynamics/evaluate.hpp"
-#include "dynamics/scan.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/equations/passes.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test::effort_kinds_test {
@@ -165,15 +165,15 @@ TEST(Drag, SlowsATurn) {
 struct Attraction {
   double strength;
   template <class T>
-  void apply(EffortScan<T>& scan) const {
+  void apply(EffortPass<T>& pass) const {
     using std::sqrt;
-    const auto a = scan.point(0, {0, 0, 0}), b = scan.point(1, {0, 0, 0});
+    const auto a = pass.point(0, {0, 0, 0}), b = pass.point(1, {0, 0, 0});
     const Eigen::Vector3<T> r = b.p - a.p;
     const T d = sqrt(r.squaredNorm());
     const Eigen::Vector3<T> f = strength / (d * d * d) * r;
-    scan.force(0, a.p, f);
-    scan.force(1, b.p, -f);
-    scan.potential(-strength / d);
+    pass.force(0, a.p, f);
+    pass.force(1, b.p, -f);
+    pass.potential(-strength / d);
   }
 };
 
@@ -214,8 +214,8 @@ TEST(OwnEffort, IsNoThingForAFileAndMustBeThere) {
 
 struct Trouble {
   template <class T>
-  void apply(EffortScan<T>& scan) const {
-    if (scan.time() > 0.5) throw std::runtime_error("the rope is torn");
+  void apply(EffortPass<T>& pass) const {
+    if (pass.time() > 0.5) throw std::runtime_error("the rope is torn");
   }
 };
 

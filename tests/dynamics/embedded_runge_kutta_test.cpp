@@ -1,6 +1,6 @@
 // The pairs' numbers against the order conditions of all rooted trees; orders, error control and dense output
 // on problems with closed solutions.
-#include "dynamics/embedded_runge_kutta.hpp"
+#include "dynamics/methods/embedded_runge_kutta.hpp"
 
 #include <fmt/format.h>
 

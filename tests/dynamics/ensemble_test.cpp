@@ -1,5 +1,5 @@
 // Many motions at once against each by itself.
-#include "dynamics/ensemble.hpp"
+#include "dynamics/run/ensemble.hpp"
 
 #include <algorithm>
 #include <numbers>
@@ -188,12 +188,12 @@ struct Push {
   bool ball;
 
   template <class T>
-  void apply(EffortScan<T>& scan) const {
+  void apply(EffortPass<T>& pass) const {
     const Eigen::Vector3<T> e = effort.cast<T>();
     if (ball)
-      scan.turning(0, e), scan.power(e.dot(scan.turn_rate(0)));
+      pass.turning(0, e), pass.power(e.dot(pass.turn_rate(0)));
     else
-      scan.coordinate(0, e[0]), scan.power(e[0] * scan.rate(0));
+      pass.coordinate(0, e[0]), pass.power(e[0] * pass.rate(0));
   }
 };
 

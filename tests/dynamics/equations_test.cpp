@@ -1,8 +1,8 @@
 // Solving the equations at one state: power balance, faults by name, and no allocation.
-#include "dynamics/equations.hpp"
+#include "dynamics/equations/equations.hpp"
 
 #include "allocation_count.hpp"
-#include "dynamics/chart.hpp"
+#include "dynamics/constraints/local_coordinates.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {
@@ -60,7 +60,7 @@ TEST(Equations, PowersBalanceTheChangeOfEnergy) {
     const auto energy = [&](double s) {
       Eigen::VectorXd q = state.q;
       const Eigen::VectorXd x = s * state.v + s * s / 2 * a, v = state.v + s * a;
-      from_chart(system, state.q.data(), x.data(), q.data());
+      from_local_coordinates(system, state.q.data(), x.data(), q.data());
       EXPECT_FALSE(update_terms(system, system.parameters, state.t + s, q.data(), v.data(), w));
       return w.terms.kinetic + w.terms.potential;
     };

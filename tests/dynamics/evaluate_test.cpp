@@ -1,5 +1,5 @@
 // evaluate(): that its arrays satisfy A a + B = Q + L^T lambda, and what it refuses.
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/evaluate.hpp"
 
 #include "scenes.hpp"
 

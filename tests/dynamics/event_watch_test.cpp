@@ -1,10 +1,10 @@
 // Events located on whole runs, against closed forms: a bouncing point, ranges left and entered, excursions
 // within one step, several at once; and the root finder they stand on.
-#include "dynamics/event_watch.hpp"
+#include "dynamics/run/event_watch.hpp"
 
 #include <cmath>
 
-#include "dynamics/root.hpp"
+#include "dynamics/numbers/root.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

@@ -1,6 +1,6 @@
 // Orders of the fixed-step methods on problems with closed solutions, one of them depending on time
 // explicitly.
-#include "dynamics/explicit_runge_kutta.hpp"
+#include "dynamics/methods/explicit_runge_kutta.hpp"
 
 #include <cmath>
 #include <functional>

@@ -1,5 +1,5 @@
 // Extrapolation: each row's order, the tolerance met, order and step chosen with it.
-#include "dynamics/extrapolation.hpp"
+#include "dynamics/methods/extrapolation.hpp"
 
 #include <cmath>
 

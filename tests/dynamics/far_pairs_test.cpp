@@ -1,5 +1,5 @@
 // What is said to be far is, and for as long as it is said to be: beside scans of all gaps.
-#include "dynamics/far_pairs.hpp"
+#include "dynamics/contacts/far_pairs.hpp"
 
 #include "scenes.hpp"
 

@@ -7,7 +7,7 @@
 #include <functional>
 #include <limits>
 
-#include "dynamics/integrator.hpp"
+#include "dynamics/methods/integrator.hpp"
 
 namespace borelli::test {
 

@@ -1,6 +1,6 @@
 // What generalized-alpha promises beside its order (method_orders_test.cpp): the damping of stiff modes that
 // its spectral radius says, positions on the constraints within the step, and a heavy top's way.
-#include "dynamics/generalized_alpha.hpp"
+#include "dynamics/methods/generalized_alpha.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>

@@ -1,7 +1,7 @@
 // Points on lines and curves, angles, coupled coordinates: motions against closed forms, and what is refused.
-#include "dynamics/assembly.hpp"
-#include "dynamics/evaluate.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/constraints/assembly.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test::guides_test {

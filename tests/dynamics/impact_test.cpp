@@ -1,5 +1,5 @@
 // Impact laws on rows of balls and on a rod with friction: closed forms.
-#include "dynamics/impact.hpp"
+#include "dynamics/contacts/impact.hpp"
 
 #include <gtest/gtest.h>
 

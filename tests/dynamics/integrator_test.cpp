@@ -1,5 +1,5 @@
 // The list of methods by name.
-#include "dynamics/integrator.hpp"
+#include "dynamics/methods/integrator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // Jacobians and their biases against differences of positions and velocities, and against MuJoCo.
-#include "dynamics/jacobian.hpp"
+#include "dynamics/equations/jacobian.hpp"
 
-#include "dynamics/chart.hpp"
-#include "dynamics/evaluate.hpp"
+#include "dynamics/constraints/local_coordinates.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "random_scene.hpp"
 
 #ifdef BORELLI_MUJOCO
@@ -17,7 +17,7 @@ constexpr double h = 1e-5, tolerance = 1e-7;
 
 State moved(const System& system, State state, const Eigen::VectorXd& x, double later = 0) {
   const Eigen::VectorXd q = state.q;
-  from_chart(system, q.data(), x.data(), state.q.data());
+  from_local_coordinates(system, q.data(), x.data(), state.q.data());
   state.t += later;
   return state;
 }

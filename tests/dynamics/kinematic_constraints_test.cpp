@@ -1,10 +1,10 @@
 // Rows of velocities (rolling without slip, a knife edge): what they hold against the velocities of the
 // solids' own points, by differences of poses; motions against closed forms; the samples.
-#include "dynamics/assembly.hpp"
-#include "dynamics/chart.hpp"
-#include "dynamics/equations.hpp"
-#include "dynamics/scene_file.hpp"
-#include "dynamics/surface_contact.hpp"
+#include "dynamics/constraints/assembly.hpp"
+#include "dynamics/constraints/local_coordinates.hpp"
+#include "dynamics/equations/equations.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/scene/surface_contact.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test::kinematic_constraints_test {
@@ -20,7 +20,7 @@ class Mover {
   }
   Workspace at(double s) const {
     Eigen::VectorXd q = state.q;
-    from_chart(system, state.q.data(), Eigen::VectorXd(s * state.v).data(), q.data());
+    from_local_coordinates(system, state.q.data(), Eigen::VectorXd(s * state.v).data(), q.data());
     Workspace w(system);
     EXPECT_FALSE(update_terms(system, system.parameters, state.t + s, q.data(), state.v.data(), w));
     return w;

@@ -1,10 +1,10 @@
 // First and second derivatives of the positioning functions against central differences, on random trees with
 // every switch, free and driven.
-#include "dynamics/kinematics.hpp"
+#include "dynamics/equations/kinematics.hpp"
 
 #include <algorithm>
 
-#include "dynamics/chart.hpp"
+#include "dynamics/constraints/local_coordinates.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {
@@ -21,7 +21,7 @@ class KinematicsOfTrees : public testing::TestWithParam<int> {
   Kinematics after(double s) const {
     Eigen::VectorXd q = state.q;
     const Eigen::VectorXd x = s * state.v;
-    from_chart(system, state.q.data(), x.data(), q.data());
+    from_local_coordinates(system, state.q.data(), x.data(), q.data());
     Kinematics k(system);
     update_kinematics(system, system.parameters, state.t + s, q.data(), state.v.data(), k);
     return k;
@@ -55,7 +55,7 @@ TEST_P(KinematicsOfTrees, SecondDerivativesAreThoseOfTheFirst) {
     const auto moved = [&](double s) {
       Eigen::VectorXd q = state.q;
       const Eigen::VectorXd x = s * Eigen::VectorXd::Unit(system.nv, j);
-      from_chart(system, state.q.data(), x.data(), q.data());
+      from_local_coordinates(system, state.q.data(), x.data(), q.data());
       Kinematics k(system);
       update_kinematics(system, system.parameters, state.t, q.data(), state.v.data(), k);
       return k;

@@ -1,6 +1,6 @@
 // Where steps end for the sake of tables, and that motions under them are then as good as under any other
 // force: against the table's own integral.
-#include "dynamics/knots.hpp"
+#include "dynamics/system/knots.hpp"
 
 #include <cmath>
 #include <limits>

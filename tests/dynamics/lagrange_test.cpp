@@ -1,9 +1,9 @@
 // A, B and Q: B against the paper's equation 11, the whole against Lagrange's equations of a double pendulum
 // written out by hand, and the parts of driven coordinates.
-#include "dynamics/lagrange.hpp"
+#include "dynamics/equations/lagrange.hpp"
 
-#include "dynamics/equations.hpp"
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/equations.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

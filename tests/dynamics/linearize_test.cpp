@@ -1,8 +1,8 @@
 // Equilibria and small deviations from them against closed forms.
-#include "dynamics/linearize.hpp"
+#include "dynamics/constraints/linearize.hpp"
 
-#include "dynamics/equilibrium.hpp"
-#include "dynamics/evaluate.hpp"
+#include "dynamics/constraints/equilibrium.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

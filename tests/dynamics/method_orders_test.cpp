@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "dynamics/motion_flow.hpp"
-#include "dynamics/rotation_vector.hpp"
-#include "dynamics/step_path.hpp"
+#include "dynamics/methods/motion_flow.hpp"
+#include "dynamics/numbers/rotation_vector.hpp"
+#include "dynamics/run/step_path.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

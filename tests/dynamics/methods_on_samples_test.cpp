@@ -9,9 +9,9 @@
 #include <map>
 #include <set>
 
-#include "dynamics/integrator.hpp"
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/methods/integrator.hpp"
+#include "dynamics/run/simulate.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

@@ -1,13 +1,13 @@
 // Contacts read from MJCF: against MuJoCo (which geoms may touch, with what friction, how deep), against the
 // same human in TOML, against closed forms; and that what has no contact is told where it passes through.
-#include "dynamics/mjcf_contact.hpp"
+#include "dynamics/formats/mjcf_contact.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "dynamics/model_file.hpp"
+#include "dynamics/formats/model_file.hpp"
 #include "scenes.hpp"
 #include "test_folder.hpp"
 #include "tests/paths.hpp"

@@ -1,12 +1,12 @@
 // Models in MJCF, read by us and by MuJoCo itself: mass matrix, what drives, and accelerations at random
 // states.
-#include "dynamics/mjcf.hpp"
+#include "dynamics/formats/mjcf.hpp"
 #include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
-#include "dynamics/mjcf_geom.hpp"
-#include "dynamics/model_file.hpp"
+#include "dynamics/formats/mjcf_geom.hpp"
+#include "dynamics/formats/model_file.hpp"
 #include "test_folder.hpp"
 
 #ifdef BORELLI_MUJOCO

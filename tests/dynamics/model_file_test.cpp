@@ -1,11 +1,11 @@
 // Which reader a file goes to, and how bad MJCF is refused.
-#include "dynamics/model_file.hpp"
+#include "dynamics/formats/model_file.hpp"
 
 #include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
-#include "dynamics/evaluate.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "scenes.hpp"
 #include "test_folder.hpp"
 

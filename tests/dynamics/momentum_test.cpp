@@ -1,5 +1,5 @@
 // Which momenta are found to be conserved, and that runs conserve them.
-#include "dynamics/momentum.hpp"
+#include "dynamics/equations/momentum.hpp"
 
 #include "scenes.hpp"
 

@@ -1,10 +1,10 @@
 // Moreau's time stepping: a block on a slope, a ball that comes to rest, a heap of balls, momentum and energy
 // at impacts, its order against the run that locates each impact.
-#include "dynamics/moreau.hpp"
+#include "dynamics/methods/moreau.hpp"
 
 #include <cmath>
 
-#include "dynamics/model_file.hpp"
+#include "dynamics/formats/model_file.hpp"
 #include "each_width.hpp"
 #include "scenes.hpp"
 #include "tests/paths.hpp"

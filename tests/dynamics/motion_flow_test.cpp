@@ -1,9 +1,9 @@
 // The motion of a system as a differential equation: several states side by side against one by one.
-#include "dynamics/motion_flow.hpp"
+#include "dynamics/methods/motion_flow.hpp"
 
 #include <Eigen/Eigenvalues>
 
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "random_scene.hpp"
 
 namespace borelli::test {

@@ -9,7 +9,7 @@
 #include <fstream>
 #include <utility>
 
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

@@ -1,5 +1,5 @@
 // Rigid transforms and quaternions against Eigen's own.
-#include "dynamics/pose.hpp"
+#include "dynamics/numbers/pose.hpp"
 
 #include "scenes.hpp"
 

@@ -1,5 +1,5 @@
 // Starts at which things overlap, put apart: least moves against closed forms.
-#include "dynamics/put_apart.hpp"
+#include "dynamics/contacts/put_apart.hpp"
 
 #include <cmath>
 

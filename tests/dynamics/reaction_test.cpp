@@ -1,9 +1,9 @@
 // What joints transmit: statics and a pendulum by hand, the equations of motion of every coordinate, MuJoCo's
 // interaction forces.
-#include "dynamics/reaction.hpp"
+#include "dynamics/equations/reaction.hpp"
 
-#include "dynamics/chart.hpp"
-#include "dynamics/evaluate.hpp"
+#include "dynamics/constraints/local_coordinates.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "random_scene.hpp"
 
 #ifdef BORELLI_MUJOCO
@@ -96,7 +96,7 @@ TEST(Reaction, AlongEachCoordinateIsWhatActsOnIt) {
       for (std::size_t i = 0; i < scene.solids.size(); ++i) {
         const Body& body = system->bodies[std::size_t(system->solid_bodies[i])];
         if (body.step_count == 0 || body.solids[0] != int(i)) continue;  // a weld
-        const Step& step = system->steps[std::size_t(body.first_step + body.step_count - 1)];
+        const SwitchStep& step = system->steps[std::size_t(body.first_step + body.step_count - 1)];
         for (int u = step.u; u < step.u + step.nv; ++u) {
           const double along = k.angular(u).dot(r[i].moment) + k.linear(u).dot(r[i].force);
           const double own = efforts.coordinate[u] + (u < system->nv ? 0 : e->drive_efforts[u - system->nv]);

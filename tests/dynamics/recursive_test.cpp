@@ -1,15 +1,15 @@
 // The recursive equations against the paper's scan: the same scene by two programs' worth of different
 // formulas, over random trees with all that a scene may hold.
-#include "dynamics/recursive.hpp"
+#include "dynamics/equations/recursive.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <random>
 
-#include "dynamics/equations.hpp"
-#include "dynamics/evaluate.hpp"
-#include "dynamics/inverse_dynamics.hpp"
-#include "dynamics/lanes.hpp"
+#include "dynamics/equations/equations.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/equations/inverse_dynamics.hpp"
+#include "dynamics/numbers/lanes.hpp"
 #include "random_scene.hpp"
 
 namespace borelli::test::recursive_test {

@@ -1,5 +1,5 @@
 // The exponential map against Rodrigues' formula, and its derivatives against central differences.
-#include "dynamics/rotation_vector.hpp"
+#include "dynamics/numbers/rotation_vector.hpp"
 
 #include "scenes.hpp"
 

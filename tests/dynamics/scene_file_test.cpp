@@ -1,6 +1,6 @@
 // Scene files: what they say is what is read, what is written reads back exactly, and what is wrong is
 // refused with its line. The samples are damaged in thousands of ways, and none of it crashes the reader.
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 #include <numbers>
 #include <random>
 
-#include "dynamics/system.hpp"
+#include "dynamics/system/system.hpp"
 
 namespace borelli {
 namespace {

@@ -1,5 +1,5 @@
 // What gives a solid its inertia.
-#include "dynamics/scene.hpp"
+#include "dynamics/scene/scene.hpp"
 
 #include <gtest/gtest.h>
 

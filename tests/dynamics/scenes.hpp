@@ -6,8 +6,8 @@
 
 #include <random>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli::test {

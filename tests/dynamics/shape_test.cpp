@@ -1,5 +1,5 @@
 // Inertial elements of shapes against exact fractions and against 1-D quadrature over slices.
-#include "dynamics/shape.hpp"
+#include "dynamics/scene/shape.hpp"
 
 #include <gtest/gtest.h>
 

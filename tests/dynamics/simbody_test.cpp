@@ -5,8 +5,8 @@
 #ifdef BORELLI_SIMBODY
 #include <map>
 
-#include "dynamics/assembly.hpp"
-#include "dynamics/evaluate.hpp"
+#include "dynamics/constraints/assembly.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "scenes.hpp"
 #include "simbody_loop.hpp"
 

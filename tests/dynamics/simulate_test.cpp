@@ -1,10 +1,10 @@
 // Whole runs against references: the paper's roundabout, tops, pendulums, a constrained point, springs;
 // orders by step halving; failures by name.
-#include "dynamics/simulate.hpp"
+#include "dynamics/run/simulate.hpp"
 
 #include <cmath>
 
-#include "dynamics/evaluate.hpp"
+#include "dynamics/equations/evaluate.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

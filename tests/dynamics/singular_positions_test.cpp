@@ -4,8 +4,8 @@
 #include <array>
 #include <numbers>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/singular_watch.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/singular_watch.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

@@ -1,7 +1,7 @@
 // Runs whose steps come to nothing are called off by name; a jump of a force is not such a thing.
-#include "dynamics/sink_watch.hpp"
+#include "dynamics/run/sink_watch.hpp"
 
-#include "dynamics/integrator.hpp"
+#include "dynamics/methods/integrator.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {
@@ -59,11 +59,11 @@ template <class Law>
 struct Along {
   Law law;
   template <class T>
-  void apply(EffortScan<T>& scan) const {
-    const auto at = scan.point(0, {0, 0, 0});
+  void apply(EffortPass<T>& pass) const {
+    const auto at = pass.point(0, {0, 0, 0});
     const T force = law(T(at.p[0]), T(at.v[0]));
-    scan.force(0, at.p, Eigen::Vector3<T>(force, T(0), T(0)));
-    scan.power(T(force * at.v[0]));
+    pass.force(0, at.p, Eigen::Vector3<T>(force, T(0), T(0)));
+    pass.power(T(force * at.v[0]));
   }
 };
 

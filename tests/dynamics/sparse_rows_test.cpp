@@ -1,13 +1,13 @@
 // The factor of the rows' Gram matrix, with its fill-in, against a dense Cholesky of the same rows.
-#include "dynamics/sparse_rows.hpp"
+#include "dynamics/equations/sparse_rows.hpp"
 
 #include <Eigen/Cholesky>
 #include <numbers>
 #include <numeric>
 
-#include "dynamics/assembly.hpp"
-#include "dynamics/branch_sparse.hpp"
-#include "dynamics/equations.hpp"
+#include "dynamics/constraints/assembly.hpp"
+#include "dynamics/equations/branch_sparse.hpp"
+#include "dynamics/equations/equations.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

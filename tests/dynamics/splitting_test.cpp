@@ -1,11 +1,11 @@
 // What fixed-step methods for long runs promise beside their order (method_orders_test.cpp): Verlet's
 // reversibility with a mass matrix that changes and orientation, energy without drift, stiffness survived by
 // implicit ones.
-#include "dynamics/splitting.hpp"
+#include "dynamics/methods/splitting.hpp"
 
 #include <cmath>
 
-#include "dynamics/motion_flow.hpp"
+#include "dynamics/methods/motion_flow.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

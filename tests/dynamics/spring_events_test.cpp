@@ -1,5 +1,5 @@
 // Where springs turn round: no step passes over it.
-#include "dynamics/spring_events.hpp"
+#include "dynamics/run/spring_events.hpp"
 
 #include <fmt/format.h>
 

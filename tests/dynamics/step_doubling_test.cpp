@@ -1,6 +1,6 @@
 // Step doubling: the order that extrapolation gives, steps chosen by the error, and evaluations as Press et
 // al. count.
-#include "dynamics/step_doubling.hpp"
+#include "dynamics/methods/step_doubling.hpp"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // States between steps: output that shortens no step, on the constraints, as good as the steps; evaluations
 // saved; whole runs by the methods with dense output against references.
-#include "dynamics/step_path.hpp"
+#include "dynamics/run/step_path.hpp"
 
 #include <cmath>
 

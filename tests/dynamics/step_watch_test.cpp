@@ -1,11 +1,11 @@
 // Steps of one length that do not follow the motion: the measure against closed forms, and the verdicts.
-#include "dynamics/step_watch.hpp"
+#include "dynamics/run/step_watch.hpp"
 
 #include <cmath>
 #include <complex>
 #include <numbers>
 
-#include "dynamics/integrator.hpp"
+#include "dynamics/methods/integrator.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test::step_watch_test {

@@ -1,8 +1,8 @@
 // The rows of every kind of contact, on random trees (free and driven), against central differences.
-#include "dynamics/surface_contact.hpp"
+#include "dynamics/scene/surface_contact.hpp"
 
-#include "dynamics/chart.hpp"
-#include "dynamics/equations.hpp"
+#include "dynamics/constraints/local_coordinates.hpp"
+#include "dynamics/equations/equations.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test::surface_contact_test {
@@ -37,7 +37,7 @@ class ContactKinds : public testing::TestWithParam<std::tuple<int, bool>> {
   }
   ConstraintRows at(const Eigen::VectorXd& x, double s) const {
     Eigen::VectorXd q = state.q;
-    from_chart(system, state.q.data(), x.data(), q.data());
+    from_local_coordinates(system, state.q.data(), x.data(), q.data());
     Kinematics kinematics(system);
     update_kinematics(system, system.parameters, state.t + s, q.data(), state.v.data(), kinematics);
     ConstraintRows rows(system);

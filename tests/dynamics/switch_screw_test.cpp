@@ -1,7 +1,7 @@
 // The screw: closed form, and the same scene with a slide and a hinge tied by a constraint.
-#include "dynamics/switch_screw.hpp"
+#include "dynamics/scene/switch_screw.hpp"
 
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "scenes.hpp"
 
 namespace borelli::test {

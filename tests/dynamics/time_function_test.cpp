@@ -1,5 +1,5 @@
 // Functions of time: their derivatives against central differences.
-#include "dynamics/time_function.hpp"
+#include "dynamics/numbers/time_function.hpp"
 
 #include <gtest/gtest.h>
 

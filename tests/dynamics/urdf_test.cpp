@@ -1,13 +1,13 @@
 // Robots in URDF, read by us and by MuJoCo (which reads URDF too): mass matrix, what drives, accelerations.
-#include "dynamics/urdf.hpp"
+#include "dynamics/formats/urdf.hpp"
 #include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fmt/ranges.h>
 
-#include "dynamics/evaluate.hpp"
-#include "dynamics/model_file.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/formats/model_file.hpp"
 #include "scenes.hpp"
 #include "test_folder.hpp"
 #ifdef BORELLI_MUJOCO

@@ -10,7 +10,7 @@
 
 #include "inertia/density.hpp"
 #include "inertia/moments.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

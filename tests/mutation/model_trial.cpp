@@ -1,9 +1,9 @@
 #include "tests/mutation/model_trial.hpp"
 
-#include "dynamics/evaluate.hpp"
-#include "dynamics/model_file.hpp"
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli::mutation {

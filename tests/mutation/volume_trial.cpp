@@ -6,7 +6,7 @@
 #include <functional>
 #include <stdexcept>
 
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 
 namespace borelli::mutation {
 

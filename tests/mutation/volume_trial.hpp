@@ -4,7 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "segmentation/volume.hpp"
+#include "segmentation/volume/volume.hpp"
 #include "tests/mutation/reader.hpp"
 
 namespace borelli::mutation {

@@ -1,10 +1,10 @@
 // Labels, findings and landmarks of another body, or moved, are told from those of the scan.
-#include "pipeline/belonging.hpp"
+#include "pipeline/body/belonging.hpp"
 
 #include <gtest/gtest.h>
 
-#include "pipeline/given_labels.hpp"
-#include "pipeline/measure.hpp"
+#include "pipeline/body/given_labels.hpp"
+#include "pipeline/body/measure.hpp"
 #include "samples/phantom_voxels.hpp"
 
 namespace borelli {

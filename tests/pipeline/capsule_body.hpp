@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-#include "dynamics/shape.hpp"
-#include "dynamics/trajectory.hpp"
+#include "dynamics/scene/shape.hpp"
+#include "dynamics/system/trajectory.hpp"
 #include "inertia/table_file.hpp"
-#include "pipeline/glb.hpp"
-#include "pipeline/mesh.hpp"
-#include "segmentation/landmarks.hpp"
-#include "segmentation/parts.hpp"
-#include "segmentation/volume.hpp"
+#include "pipeline/export/glb.hpp"
+#include "pipeline/export/mesh.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
+#include "segmentation/vocabulary/parts.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli {
 

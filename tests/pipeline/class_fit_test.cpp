@@ -1,6 +1,6 @@
 // Classes of the scan, and such as were mirrored, moved or are of another body: pairs that write_pairs.py
 // draws from the ICRP bodies, and the phantom's own.
-#include "pipeline/class_fit.hpp"
+#include "pipeline/body/class_fit.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <fstream>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/paths.hpp"
 #include "tests/segmentation/scratch_folder.hpp"
 
@@ -41,7 +41,7 @@ TEST(ClassFit, PairsOfTheIcrpBodies) {
     const auto labels = read_numbered_labels(folder / "labels.nii");
     const auto mapping = class_mapping("totalsegmentator");
     ASSERT_TRUE(labels && mapping);
-    const auto classes = class_map("labels.nii", *labels, *mapping);
+    const auto classes = class_labels("labels.nii", *labels, *mapping);
     ASSERT_TRUE(classes) << classes.error().message();
     const ClassFit fit = class_fit(scan->volume, *classes);
     EXPECT_EQ(fit.fits(), what == "genuine")
@@ -59,7 +59,7 @@ TEST(ClassFit, ThePhantomsClasses) {
   GridOptions grid;
   grid.spacing.setConstant(4);
   const Scan scan = voxelise(body, phantom_grid(body, grid), {.partial_volume = true, .noise_hu = 15});
-  ClassMap classes;
+  ClassLabels classes;
   classes.labels = {{scan.grey.grid, std::vector<std::uint8_t>(scan.grey.voxels.size())},
                     {"outside", "bone", "lung", "flesh"},
                     {}};
@@ -80,7 +80,7 @@ TEST(ClassFit, ThePhantomsClasses) {
       }
   EXPECT_TRUE(class_fit(scan.grey, classes).fits()) << in_words(class_fit(scan.grey, classes));
   for (int axis = 0; axis < 3; ++axis) {
-    ClassMap off = classes;
+    ClassLabels off = classes;
     off.labels.grid.origin[axis] += 16;
     const ClassFit fit = class_fit(scan.grey, off);
     EXPECT_FALSE(fit.fits());

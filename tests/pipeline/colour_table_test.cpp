@@ -1,12 +1,12 @@
 // The colour table beside a label map, read as 3D Slicer's documentation of the format says: comments, then a
 // line of id, name without blanks, and four numbers from 0 to 255.
-#include "pipeline/colour_table.hpp"
+#include "pipeline/files/colour_table.hpp"
 
 #include <gtest/gtest.h>
 
 #include <sstream>
 
-#include "pipeline/palette.hpp"
+#include "pipeline/files/palette.hpp"
 
 namespace borelli {
 namespace {

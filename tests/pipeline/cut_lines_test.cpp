@@ -1,12 +1,12 @@
 // Lines of cuts against limbs whose planes are known in closed form.
-#include "pipeline/cut_lines.hpp"
+#include "pipeline/export/cut_lines.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "segmentation/parts.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
 namespace {

@@ -1,5 +1,5 @@
 // Decimation against a distance measured here by itself, and against what topology forbids.
-#include "pipeline/decimate.hpp"
+#include "pipeline/export/decimate.hpp"
 
 #include <gtest/gtest.h>
 #include <vtkCellArray.h>

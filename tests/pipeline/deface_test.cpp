@@ -1,6 +1,6 @@
 // A face taken away from heads drawn in closed form, whichever way they look: how far what is left lies from
 // the face, and that nothing else changes.
-#include "pipeline/deface.hpp"
+#include "pipeline/export/deface.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "segmentation/parts.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli {
 namespace {

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "inertia/entries.hpp"
-#include "pipeline/measure.hpp"
-#include "pipeline/segment_rows.hpp"
+#include "pipeline/body/measure.hpp"
+#include "pipeline/body/segment_rows.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/part_planes.hpp"
+#include "segmentation/vocabulary/part_planes.hpp"
 
 namespace borelli::test {
 

@@ -1,11 +1,11 @@
-#include "pipeline/deviations.hpp"
+#include "pipeline/body/deviations.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdio>
 
-#include "pipeline/recut.hpp"
-#include "segmentation/segment.hpp"
+#include "pipeline/body/recut.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/pipeline/deviation_trials.hpp"
 #include "tests/pipeline/mr_trials.hpp"
 

@@ -1,6 +1,6 @@
 // The smallest model that does: scenes of which the answer is known, and its errors by simulating what it
 // wrote.
-#include "pipeline/economy_page.hpp"
+#include "pipeline/charts/economy_page.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
-#include "pipeline/motion_difference.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
+#include "pipeline/charts/motion_difference.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
@@ -303,8 +303,12 @@ TEST(Economy, RefusesWhatItCannotTell) {
             std::string::npos);
   EXPECT_NE(refused_words("none.toml").find("none.toml: no such file"), std::string::npos);
   const std::string volume = folder.write("v.nii.gz", "");
-  EXPECT_NE(refused_words(volume + " --end 3").find("the rest is of scenes"), std::string::npos);
+  EXPECT_NE(refused_words(volume + " --end 3").find("the other options are for scenes"), std::string::npos);
   EXPECT_NE(refused_words(volume + " --quantity centre").find("centre"), std::string::npos);
+  EXPECT_NE(refused_words(volume + " --keep centre").find("the other options are for scenes"),
+            std::string::npos);
+  EXPECT_NE(refused_words(folder.write("s.toml", "").string() + " --quantity centre").find("give --keep"),
+            std::string::npos);
   Scene chaotic = read_scene(test::source_folder() + "/samples/pendulum_5.toml").value();
   chaotic.simulation.end_time = 60;
   const auto refused = scene_economy(chaotic, {});

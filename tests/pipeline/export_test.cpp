@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "pipeline/display.hpp"
-#include "segmentation/parts.hpp"
-#include "segmentation/write.hpp"
+#include "pipeline/export/display.hpp"
+#include "segmentation/files/write.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {

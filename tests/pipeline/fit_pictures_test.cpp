@@ -1,5 +1,5 @@
 // Close-ups of balls and a rod whose places are known: what shows in them lies where the fit says.
-#include "pipeline/fit_pictures.hpp"
+#include "pipeline/export/fit_pictures.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // body.glb read back byte by byte (not by the library that wrote it), and by Khronos' own validator.
-#include "pipeline/glb.hpp"
+#include "pipeline/export/glb.hpp"
 #include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "pipeline/palette.hpp"
-#include "pipeline/whole_file.hpp"
+#include "pipeline/files/palette.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "tests/pipeline/capsule_body.hpp"
 
 namespace borelli {

@@ -1,5 +1,5 @@
 // HDF5 files written and read back, read by h5py as an independent program, and refused when damaged.
-#include "pipeline/hdf5_file.hpp"
+#include "pipeline/files/hdf5_file.hpp"
 
 #include <gtest/gtest.h>
 

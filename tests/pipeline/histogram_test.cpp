@@ -1,5 +1,5 @@
 // Grey values counted: against a plain count of each bin, and bins that hold what they should.
-#include "pipeline/histogram.hpp"
+#include "pipeline/export/histogram.hpp"
 
 #include <gtest/gtest.h>
 

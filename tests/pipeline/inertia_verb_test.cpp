@@ -10,9 +10,9 @@
 #include "inertia/table_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/landmarks_file.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/landmarks_file.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {

@@ -1,14 +1,14 @@
 // The ISB's frames, from landmarks laid about a frame that is known.
-#include "pipeline/isb_frames.hpp"
+#include "pipeline/body/isb_frames.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "pipeline/segment_frames.hpp"
+#include "pipeline/body/segment_frames.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 
 namespace borelli {
 namespace {

@@ -1,11 +1,11 @@
 // Drifts of energy over long runs against what theory says of each method.
-#include "pipeline/long_runs.hpp"
+#include "pipeline/charts/long_runs.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

@@ -1,4 +1,4 @@
-#include "pipeline/measure.hpp"
+#include "pipeline/body/measure.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "inertia/skin.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/parts.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli::measure_test {
 namespace {

@@ -3,8 +3,8 @@
 #include <sys/resource.h>
 
 #include "program_run.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
 
 namespace borelli {
 namespace {

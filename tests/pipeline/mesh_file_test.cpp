@@ -1,5 +1,5 @@
 // STL by its bytes, VTP by VTK's own reader.
-#include "pipeline/mesh_file.hpp"
+#include "pipeline/export/mesh_file.hpp"
 
 #include <gtest/gtest.h>
 #include <vtkCell.h>

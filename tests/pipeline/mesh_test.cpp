@@ -1,5 +1,5 @@
 // Meshes of bodies whose surface is known exactly, on grids of every kind.
-#include "pipeline/mesh.hpp"
+#include "pipeline/export/mesh.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "inertia/skin.hpp"
-#include "pipeline/mr_scan.hpp"
+#include "pipeline/body/mr_scan.hpp"
 #include "samples/phantom_voxels.hpp"
 #include "tests/pipeline/deviation_trials.hpp"
 

@@ -3,7 +3,7 @@
 // Simulation of dichromats: Machado, Oliveira & Fernandes (2009) IEEE TVCG 15:1291, table of severity 1.0, on
 // linear sRGB. Distance: CIEDE2000 after Sharma, Wu & Dalal (2005) Color Res. Appl. 30:21, whose test pairs
 // check our own formula first.
-#include "pipeline/palette.hpp"
+#include "pipeline/files/palette.hpp"
 
 #include <gtest/gtest.h>
 

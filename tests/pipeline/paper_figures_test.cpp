@@ -1,6 +1,6 @@
 // The paper's figures say what the paper says of them: Euler gains, Runge-Kutta does not, the adaptive method
 // shortens its step at the shocks and there only.
-#include "pipeline/paper_figures.hpp"
+#include "pipeline/paper/paper_figures.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // The built-in scenes are those of samples/, so a reader of the files sees what the figures run.
-#include "pipeline/paper_scenes.hpp"
+#include "pipeline/paper/paper_scenes.hpp"
 #include "tests/paths.hpp"
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
 
-#include "dynamics/evaluate.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/formats/scene_file.hpp"
 
 namespace borelli {
 namespace {

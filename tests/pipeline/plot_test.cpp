@@ -1,5 +1,5 @@
 // A plot is read back with an independent XML parser and measured with a ruler: its own ticks.
-#include "pipeline/plot.hpp"
+#include "pipeline/charts/plot.hpp"
 
 #include <gtest/gtest.h>
 #include <tinyxml2.h>

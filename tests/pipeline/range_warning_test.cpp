@@ -1,9 +1,9 @@
-#include "pipeline/range_warning.hpp"
+#include "pipeline/report/range_warning.hpp"
 
 #include <gtest/gtest.h>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
 
 namespace borelli {
 namespace {

@@ -1,6 +1,6 @@
 // The picture: what stands where in it, told by its pixels. Skips where no display answers (run under
 // xvfb-run -a).
-#include "pipeline/render.hpp"
+#include "pipeline/export/render.hpp"
 
 #include <gtest/gtest.h>
 #include <vtkImageData.h>
@@ -10,8 +10,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "pipeline/display.hpp"
-#include "pipeline/palette.hpp"
+#include "pipeline/export/display.hpp"
+#include "pipeline/files/palette.hpp"
 
 namespace borelli {
 namespace {

@@ -148,7 +148,7 @@ def check_histogram(browser, width):
     texts = browser.run("""[...document.querySelectorAll('.histogram text')].map(text => {
       const box = text.getBoundingClientRect(); return [text.textContent, box.left, box.top, box.right, box.bottom]; })""")
     words = [text for text, *_ in texts]
-    # the scan holds -1000 to 700 HU; the thresholds are those of segmentation/tissues.hpp
+    # the scan holds -1000 to 700 HU; the thresholds are those of segmentation/body/tissues.hpp
     for word in ("air below −950", "lung to −300", "fat to −25", "soft tissue to 160", "bone above 160",
                  "CT number (HU)", "voxels per 10 HU"):
         expect(word in words, f"at {width} pixels the histogram does not say '{word}' but {words}")

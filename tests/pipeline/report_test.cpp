@@ -1,6 +1,6 @@
 // report.html taken apart: what it holds, that nothing in it can break out, and (where Chromium is installed)
 // that it draws itself.
-#include "pipeline/report.hpp"
+#include "pipeline/report/report.hpp"
 #include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 #include <cstdlib>
 #include <set>
 
-#include "pipeline/glb.hpp"
-#include "pipeline/thumbnail.hpp"
-#include "pipeline/whole_file.hpp"
+#include "pipeline/export/glb.hpp"
+#include "pipeline/export/thumbnail.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "tests/pipeline/capsule_body.hpp"
 
 namespace borelli {

@@ -4,13 +4,13 @@
 #include <filesystem>
 #include <fstream>
 
-#include "pipeline/glb.hpp"
-#include "pipeline/stages/digest.hpp"
-#include "pipeline/trajectory_file.hpp"
-#include "pipeline/whole_file.hpp"
+#include "pipeline/export/glb.hpp"
+#include "pipeline/export/trajectory_file.hpp"
+#include "pipeline/files/digest.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "process/input_file.hpp"
-#include "segmentation/landmarks_file.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/landmarks_file.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/pipeline/capsule_body.hpp"
 #include "tests/pipeline/program_run.hpp"
 

@@ -16,17 +16,17 @@
 #include <sstream>
 #include <thread>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
-#include "pipeline/mesh_file.hpp"
-#include "pipeline/motion_quantity.hpp"
-#include "pipeline/trajectory_file.hpp"
-#include "pipeline/whole_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
+#include "pipeline/charts/motion_quantity.hpp"
+#include "pipeline/export/mesh_file.hpp"
+#include "pipeline/export/trajectory_file.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "process/input_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/landmarks_file.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/landmarks_file.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 

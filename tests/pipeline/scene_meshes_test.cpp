@@ -1,6 +1,6 @@
 // What scenes look like: each form encloses its own volume where it should, stand-ins have the inertia that
 // they stand for.
-#include "pipeline/scene_meshes.hpp"
+#include "pipeline/report/scene_meshes.hpp"
 #include "process/input_file.hpp"
 #include "tests/paths.hpp"
 
@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {

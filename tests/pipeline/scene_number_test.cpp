@@ -1,9 +1,9 @@
 // Numbers of a scene's text by their paths: found, changed, and all else left as it was.
-#include "pipeline/scene_number.hpp"
+#include "pipeline/charts/scene_number.hpp"
 
 #include <gtest/gtest.h>
 
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
 
 namespace borelli {
 namespace {

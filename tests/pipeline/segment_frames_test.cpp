@@ -1,4 +1,4 @@
-#include "pipeline/segment_frames.hpp"
+#include "pipeline/body/segment_frames.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "samples/phantom.hpp"
-#include "segmentation/parts.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli::segment_frames_test {
 namespace {

@@ -1,6 +1,6 @@
 // Tables of some segments: a part has the numbers that it has in the whole table, a group those of its parts'
 // labels taken as one.
-#include "pipeline/segment_rows.hpp"
+#include "pipeline/body/segment_rows.hpp"
 
 #include <gtest/gtest.h>
 

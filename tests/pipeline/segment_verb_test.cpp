@@ -7,11 +7,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "pipeline/segmentation_files.hpp"
+#include "pipeline/body/segmentation_files.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/landmarks_file.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/landmarks_file.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {
@@ -28,7 +28,7 @@ TEST(SegmentVerb, LeavesLabelsLandmarksAndAccount) {
   const Grid grid = phantom_grid(*body, coarse);
   ASSERT_TRUE(write_volume(folder / "scan.nii.gz", voxelise(*body, grid).grey));
 
-  const auto run = run_program("segment " + (folder / "scan.nii.gz").string() + " --step 4 --json -o " +
+  const auto run = run_program("segment " + (folder / "scan.nii.gz").string() + " --work-grid 4 --json -o " +
                                (folder / "out").string());
   ASSERT_EQ(run.code, 0) << run.err;
   const auto answer = nlohmann::json::parse(run.out);
@@ -73,7 +73,7 @@ TEST(SegmentVerb, PartsByClassesAndLandmarksOfOthers) {
   folder.write("mapping.tsv", table);
   folder.write("moved.fcsv", "# CoordinateSystem = LPS\n1,10,20,500,0,0,0,1,1,1,0,KNEE LEFT,,,2,0\n");
   const std::string command = "segment " + (folder / "scan.nii.gz").string() + " --labels " +
-                              (folder / "classes.nrrd").string() + " --step 5 -o " +
+                              (folder / "classes.nrrd").string() + " --work-grid 5 -o " +
                               (folder / "out").string();
   const auto needs = run_program(command);
   EXPECT_EQ(needs.code, 2);
@@ -148,7 +148,7 @@ TEST(RunOptions, WithoutEffectAreRefused) {
 TEST(SegmentVerb, GridTooCoarseForAnklesIsRefusedAndRunRefusesItToo) {
   const TestFolder folder;
   const std::string output = " -o " + (folder / "out").string();
-  for (const char* asked : {"segment x.nii --step 10", "run x.nii --work-grid 10"}) {
+  for (const char* asked : {"segment x.nii --work-grid 10", "run x.nii --work-grid 10"}) {
     const auto refused = run_program(asked + output);
     EXPECT_EQ(refused.code, 2) << asked;
     EXPECT_NE(refused.err.find("is 10, expected a number from 1 to 6"), std::string::npos) << refused.err;

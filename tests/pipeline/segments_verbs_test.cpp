@@ -5,15 +5,15 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "inertia/table_file.hpp"
-#include "pipeline/whole_file.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "process/input_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/landmarks_file.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/landmarks_file.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {

@@ -10,7 +10,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "pipeline/trajectory_file.hpp"
+#include "pipeline/export/trajectory_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 
@@ -64,7 +64,7 @@ TEST(Simulate, FlagsGoBeforeTheScene) {
   const TestFolder folder;
   const ProgramRun run = run_program("simulate " + samples +
                                      "roundabout.toml --json --method rk4_adaptive --end 0.25 "
-                                     "--tolerance 1e-10 --step 1e-4 --output-interval 0.05 -o " +
+                                     "--integrator-tolerance 1e-10 --step 1e-4 --output-interval 0.05 -o " +
                                      (folder / "a.csv").string());
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(run.err, "");
@@ -113,19 +113,20 @@ TEST(Simulate, BadUseEndsInOneSentence) {
   expect_refused("simulate " + samples + "roundabout.toml --method magic" + output, 2, "magic", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --step -1" + output, 2,
                  "is -1, expected a positive number", folder, 0);
-  for (const char* number : {"--end inf", "--tolerance 0", "--step nan", "--tolerance few"})
+  for (const char* number :
+       {"--end inf", "--integrator-tolerance 0", "--step nan", "--integrator-tolerance few"})
     expect_refused("simulate " + samples + "roundabout.toml " + number + output, 2,
                    "expected a positive number", folder, 0);
   for (const char* option :
-       {"--end", "--step", "--tolerance", "--accuracy", "--method generalized_alpha --spectral-radius",
-        "--output-interval", "--constraints baumgarte --baumgarte-alpha",
-        "--constraints baumgarte --baumgarte-beta", "--rest-speed", "--energy-threshold",
-        "--checkpoint-every"})
+       {"--end", "--step", "--integrator-tolerance", "--accuracy",
+        "--method generalized_alpha --spectral-radius", "--output-interval",
+        "--constraints baumgarte --baumgarte-alpha", "--constraints baumgarte --baumgarte-beta",
+        "--rest-speed", "--energy-threshold", "--checkpoint-every"})
     for (const char* number : {"nan", "-nan", "inf", "-inf", "-1", "1e999"})
       expect_refused("simulate " + samples + "roundabout.toml " + option + "=" + number + output, 2,
                      "expected", folder, 0);
-  expect_refused("simulate " + samples + "roundabout.toml --method rk4 --tolerance 1e-6" + output, 2,
-                 "--tolerance: has no effect with rk4", folder, 0);
+  expect_refused("simulate " + samples + "roundabout.toml --method rk4 --integrator-tolerance 1e-6" + output,
+                 2, "--integrator-tolerance: has no effect with rk4", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --baumgarte-beta 3" + output, 2,
                  "--baumgarte-beta: has no effect where constraints are kept by projection", folder, 0);
   expect_refused("simulate " + samples + "roundabout.toml --constraints glue" + output, 2, "glue", folder, 0);
@@ -375,7 +376,7 @@ TEST(Simulate, OptionsWithoutEffectAreRefused) {
   const std::string command = "simulate " + samples + "pendulum.toml --end 1 ";
   expect_refused(command + "--reactions", 2, "--reactions: has no effect", folder, 0);
   expect_refused(command + "--checkpoint-every 5", 2, "--checkpoint-every: has no effect", folder, 0);
-  for (const char* option : {"--output", "--checkpoint"})  // a variable of the shell that is not set
+  for (const char* option : {"--out", "--checkpoint"})  // a variable of the shell that is not set
     expect_refused(command + option + " ''", 2, std::string(option) + ": is given as nothing", folder, 0);
 }
 

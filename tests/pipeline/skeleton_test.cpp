@@ -1,16 +1,16 @@
 // The skeleton is compared with the phantom it is made of, whose inertia and joint centres are exact.
-#include "pipeline/skeleton.hpp"
+#include "pipeline/body/skeleton.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <numbers>
 
-#include "dynamics/rotation_vector.hpp"
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
-#include "pipeline/joint_axes.hpp"
-#include "pipeline/joint_ranges.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/numbers/rotation_vector.hpp"
+#include "dynamics/run/simulate.hpp"
+#include "pipeline/body/joint_axes.hpp"
+#include "pipeline/body/joint_ranges.hpp"
 #include "samples/phantom.hpp"
 
 namespace borelli::skeleton_test {

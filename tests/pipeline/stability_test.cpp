@@ -1,5 +1,5 @@
 // Limits of stability against closed forms, outcomes against what is known of the methods.
-#include "pipeline/stability_page.hpp"
+#include "pipeline/charts/stability_page.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <cmath>
 #include <complex>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
-#include "pipeline/scene_number.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
+#include "pipeline/charts/scene_number.hpp"
 #include "process/input_file.hpp"
 #include "tests/paths.hpp"
 

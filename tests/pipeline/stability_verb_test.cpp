@@ -8,9 +8,9 @@
 #include <regex>
 #include <tuple>
 
-#include "dynamics/integrator.hpp"
-#include "dynamics/scene_file.hpp"
-#include "pipeline/outcome.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/methods/integrator.hpp"
+#include "pipeline/charts/outcome.hpp"
 #include "process/input_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
@@ -25,7 +25,7 @@ TEST(StabilityVerb, MapsANumberOfASceneAgainstTheStep) {
   const TestFolder folder;
   const ProgramRun run = run_program("stability " + samples +
                                      "heavy_top.toml --vary top.mass=1:10:2 --step 1e-3:0.1:5 --methods "
-                                     "rk4,dop853 --tolerance 1e-6,1e-4 --failing --json -o " +
+                                     "rk4,dop853 --integrator-tolerance 1e-6,1e-4 --failing --json -o " +
                                      folder.path().string());
   ASSERT_EQ(run.code, 0) << run.err;
   const json answer = json::parse(run.out, nullptr, false);
@@ -128,7 +128,7 @@ TEST(StabilityVerb, ScenesOfOneNameAreToldByTheirFiles) {
 TEST(StabilityVerb, OneSceneAloneHasADrawingOfItsMethods) {
   const TestFolder folder;
   const std::string asked = "stability " + samples +
-                            "pendulum.toml --end 1 --step 1e-2,1e-1 --tolerance 1e-4 --json -o " +
+                            "pendulum.toml --end 1 --step 1e-2,1e-1 --integrator-tolerance 1e-4 --json -o " +
                             folder.path().string() + " --methods ";
   ASSERT_EQ(run_program(asked + "rk4,verlet,dopri5").code, 0);
   for (const char* file : {"methods.svg", "methods.png", "rk4.svg", "dopri5.svg"})

@@ -1,4 +1,4 @@
-#include "pipeline/stages.hpp"
+#include "pipeline/stages/stages.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -12,8 +12,8 @@
 #include <set>
 #include <thread>
 
-#include "pipeline/stages/digest.hpp"
-#include "pipeline/whole_file.hpp"
+#include "pipeline/files/digest.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "process/input_file.hpp"
 
 namespace borelli {

@@ -1,4 +1,4 @@
-#include "pipeline/subject.hpp"
+#include "pipeline/files/subject.hpp"
 
 #include <gtest/gtest.h>
 

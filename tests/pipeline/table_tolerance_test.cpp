@@ -1,6 +1,6 @@
 // The grid that a tolerance picks: the table by it is compared with that by the finest grid there is, of
 // which the pick knows nothing.
-#include "pipeline/table_tolerance.hpp"
+#include "pipeline/body/table_tolerance.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

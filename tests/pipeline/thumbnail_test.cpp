@@ -1,5 +1,5 @@
 // The small copy of a scan against functions of the patient's position, which it must show where they are.
-#include "pipeline/thumbnail.hpp"
+#include "pipeline/export/thumbnail.hpp"
 
 #include <gtest/gtest.h>
 

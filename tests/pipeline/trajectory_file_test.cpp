@@ -1,6 +1,6 @@
 // A trajectory of made-up numbers goes out and comes back; h5py reads it by the layout that the header
 // states; damaged files end in a sentence.
-#include "pipeline/trajectory_file.hpp"
+#include "pipeline/export/trajectory_file.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@
 #include <random>
 #include <sstream>
 
-#include "pipeline/hdf5_file.hpp"
+#include "pipeline/files/hdf5_file.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

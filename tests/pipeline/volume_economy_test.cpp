@@ -1,6 +1,6 @@
 // What coarser voxels, grids and other curves cost a table: against tables made here, and what is known of
 // means.
-#include "pipeline/volume_economy.hpp"
+#include "pipeline/charts/volume_economy.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

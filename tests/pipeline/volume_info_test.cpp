@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "segmentation/parts.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/write.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli {

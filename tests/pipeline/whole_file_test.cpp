@@ -1,4 +1,4 @@
-#include "pipeline/whole_file.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "process/input_file.hpp"
 
 #include <fmt/core.h>

@@ -1,5 +1,5 @@
 // The chart of cost against error: its errors against closed forms, its front against its definition.
-#include "pipeline/work_precision_page.hpp"
+#include "pipeline/charts/work_precision_page.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
 #include "process/input_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"

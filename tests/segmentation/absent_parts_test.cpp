@@ -1,12 +1,12 @@
 // Bodies that lack a limb: what is told to be absent is not looked for, and the other side stays as it is.
-#include "segmentation/absent_parts.hpp"
+#include "segmentation/vocabulary/absent_parts.hpp"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 
 namespace borelli {
 namespace {

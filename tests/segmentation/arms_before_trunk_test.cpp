@@ -9,7 +9,7 @@
 #include <string>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/segmentation/dice.hpp"
 #include "tests/suite/part_masses.hpp"
 

@@ -1,4 +1,4 @@
-#include "segmentation/body_mask.hpp"
+#include "segmentation/body/body_mask.hpp"
 
 #include <gtest/gtest.h>
 

@@ -14,11 +14,11 @@
 
 #include "samples/phantom_voxels.hpp"
 #include "scratch_folder.hpp"
-#include "segmentation/class_map.hpp"
-#include "segmentation/mapping_fit.hpp"
-#include "segmentation/mr_tissues.hpp"
-#include "segmentation/segment.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/class_labels.hpp"
+#include "segmentation/files/mapping_fit.hpp"
+#include "segmentation/files/write.hpp"
+#include "segmentation/labelling/mr_tissues.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {
@@ -146,7 +146,7 @@ TEST_F(ClassFile, PartsByTotalSegmentatorsClasses) {
 // Numbers without names are read by the version whose classes lie where a body has them, whichever is asked
 // for; each voxel's rule is that of its name.
 TEST_F(ClassFile, NumbersWithoutNamesAreReadByTheVersionThatFits) {
-  const auto count = [](const ClassMap& one, const ClassMap& other) {
+  const auto count = [](const ClassLabels& one, const ClassLabels& other) {
     std::size_t differ = 0;
     for (std::size_t o = 0; o < one.labels.voxels.size(); ++o) {
       const auto a = one.labels.voxels[o], b = other.labels.voxels[o];

@@ -1,5 +1,5 @@
 // Tables from class to part: their forms, their errors, and the ready ones.
-#include "segmentation/class_mapping.hpp"
+#include "segmentation/files/class_mapping.hpp"
 
 #include <gtest/gtest.h>
 

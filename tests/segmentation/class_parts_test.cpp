@@ -1,5 +1,5 @@
 // Parts from somebody else's classes: the phantom's own solids renumbered, and the ICRP male's organs.
-#include "segmentation/class_parts.hpp"
+#include "segmentation/labelling/class_parts.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/paths.hpp"
 #include "tests/segmentation/dice.hpp"
 
@@ -47,8 +47,8 @@ const std::vector<std::pair<std::string, std::vector<std::string>>> limb_bones{
     {"shank", {"patella", "tibia", "fibula", "medial malleolus", "lateral malleolus"}},
     {"foot", {"tal", "calcaneus", "navicular", "cuboid", "cuneiform", "metatarsal", "toe"}}};
 
-ClassMap bones_of(const Seen& s) {
-  ClassMap map;
+ClassLabels bones_of(const Seen& s) {
+  ClassLabels map;
   map.labels.grid = s.scan.labels.grid;
   map.labels.voxels.assign(map.labels.grid.count(), 0);
   map.labels.names = {"outside", "skull and neck", "column"};
@@ -90,7 +90,7 @@ TEST(ClassParts, NearestPartInTheTree) {
 // be told by our own layers.
 TEST(ClassParts, ExactLabelsRenumbered) {
   const Seen s = seen(4);
-  ClassMap map;
+  ClassLabels map;
   map.labels = s.scan.labels;
   map.rules.resize(200);
   map.labels.names.resize(200);
@@ -118,7 +118,7 @@ TEST(ClassParts, ExactLabelsRenumbered) {
 // heads; the trunk's points, which no bone class tells, are given by hand.
 TEST(ClassParts, BonesFromClassesWhereTheScanShowsNone) {
   Seen s = seen(3);
-  const ClassMap map = bones_of(s);
+  const ClassLabels map = bones_of(s);
   for (std::size_t o = 0; o < s.scan.labels.voxels.size(); ++o)
     s.scan.grey.voxels[o] = s.scan.labels.voxels[o] ? 40 : -1000;
   SegmentOptions options;
@@ -151,7 +151,7 @@ TEST(ClassParts, BonesFromClassesWhereTheScanShowsNone) {
 // Where the scan shows its bones the classes must not make it worse.
 TEST(ClassParts, BonesFromClassesInCt) {
   const Seen s = seen(3);
-  const ClassMap map = bones_of(s);
+  const ClassLabels map = bones_of(s);
   SegmentOptions options;
   options.classes = &map;
   const auto found = segment(s.scan.grey, options);
@@ -168,7 +168,7 @@ TEST(ClassParts, BonesFromClassesInCt) {
 // and one upper arm mapped, the others come out as without a map, and none is absent.
 TEST(ClassParts, SomePartsMappedLeaveTheOthersInView) {
   const Seen s = seen(4);
-  ClassMap map;
+  ClassLabels map;
   map.labels = s.scan.labels;
   map.rules.resize(17);
   for (int n = 1; n <= 5; ++n) map.rules[static_cast<std::size_t>(n)].parts = part_bit(n);
@@ -187,7 +187,7 @@ TEST(ClassParts, SomePartsMappedLeaveTheOthersInView) {
 
 TEST(ClassParts, MirroredClassesAreTold) {
   const Seen s = seen(6);
-  ClassMap map;
+  ClassLabels map;
   map.labels = s.scan.labels;
   map.rules.resize(17);
   for (int n = 1; n < 17; ++n) {

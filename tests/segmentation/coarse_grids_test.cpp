@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 
 namespace borelli::coarse_grids_test {
 namespace {

@@ -1,6 +1,6 @@
 // What each convention makes of a body: on the ICRP male, whose bones are labelled, and on the phantom, whose
 // landmarks are exact.
-#include "segmentation/convention.hpp"
+#include "segmentation/vocabulary/convention.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,11 +12,11 @@
 
 #include "inertia/density.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/class_map.hpp"
-#include "segmentation/part_planes.hpp"
-#include "segmentation/parts.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/files/class_labels.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/labelling/segment.hpp"
+#include "segmentation/vocabulary/part_planes.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "segmentation/parts.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/vocabulary/parts.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli {
 

@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "scratch_folder.hpp"
-#include "segmentation/dicom_segmentation.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/dicom_segmentation.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

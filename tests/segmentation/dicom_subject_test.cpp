@@ -5,7 +5,7 @@
 
 #include "dicom_series.hpp"
 #include "scratch_folder.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 
 namespace borelli {
 namespace {

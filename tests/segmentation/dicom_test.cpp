@@ -1,5 +1,5 @@
 // DICOM folders: series written here slice by slice, whose right volume is known; and real ones.
-#include "segmentation/dicom.hpp"
+#include "segmentation/files/dicom.hpp"
 #include "tests/paths.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 #include "dicom_series.hpp"
 #include "scratch_folder.hpp"
-#include "segmentation/dicom_slice.hpp"
+#include "segmentation/files/dicom_slice.hpp"
 
 namespace borelli {
 namespace {

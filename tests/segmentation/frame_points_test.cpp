@@ -1,6 +1,6 @@
 // The bony points of the ISB's frames: as found in scans of phantoms, against the phantoms' own bones, and in
 // the ICRP male against the labels of his.
-#include "segmentation/frame_points.hpp"
+#include "segmentation/joints/frame_points.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <optional>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/parts.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/labelling/segment.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli::frame_points_test {

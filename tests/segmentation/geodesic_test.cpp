@@ -1,4 +1,4 @@
-#include "segmentation/geodesic.hpp"
+#include "segmentation/grid/geodesic.hpp"
 
 #include <gtest/gtest.h>
 

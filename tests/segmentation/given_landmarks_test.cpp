@@ -1,5 +1,5 @@
 // Landmarks placed by hand, in the forms of 3D Slicer and our own.
-#include "segmentation/given_landmarks.hpp"
+#include "segmentation/files/given_landmarks.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "samples/phantom_voxels.hpp"
 #include "scratch_folder.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 
 namespace borelli {
 namespace {

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <random>
 
-#include "segmentation/volume.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli {
 

@@ -1,5 +1,5 @@
 // Bodies whose header turns them over.
-#include "segmentation/half_turns.hpp"
+#include "segmentation/joints/half_turns.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/segmentation/dice.hpp"
 
 namespace borelli::half_turns_test {

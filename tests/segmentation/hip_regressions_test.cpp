@@ -1,6 +1,6 @@
 // Hips that are not in view, against the published equations as they were transcribed elsewhere, and against
 // heads that a part of the scan leaves out.
-#include "segmentation/hip_regressions.hpp"
+#include "segmentation/joints/hip_regressions.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,10 @@
 
 #include "grids.hpp"
 #include "scratch_folder.hpp"
-#include "segmentation/class_map.hpp"
-#include "segmentation/parts.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/class_labels.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

@@ -1,4 +1,4 @@
-#include "segmentation/landmarks_file.hpp"
+#include "segmentation/files/landmarks_file.hpp"
 
 #include <gtest/gtest.h>
 

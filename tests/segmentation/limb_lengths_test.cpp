@@ -1,5 +1,5 @@
 // Joints that make a limb unlike the other side's say so; true bodies' sides, and what they show, stay quiet.
-#include "segmentation/limb_lengths.hpp"
+#include "segmentation/joints/limb_lengths.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <string>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 
 namespace borelli::limb_lengths_test {
 namespace {

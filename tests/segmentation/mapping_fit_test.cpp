@@ -1,5 +1,5 @@
 // The ready mappings' places against bodies that have nothing to do with them: the ICRP 110 phantoms.
-#include "segmentation/mapping_fit.hpp"
+#include "segmentation/files/mapping_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "segmentation/morphology.hpp"
+#include "segmentation/grid/morphology.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // MR: the phantom drawn with intensities by tissue, a known smooth bias field and noise; its tissues and mass
 // come back.
-#include "segmentation/mr_tissues.hpp"
+#include "segmentation/labelling/mr_tissues.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,8 +10,8 @@
 #include <random>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/bias_field.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/body/bias_field.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {
@@ -151,7 +151,7 @@ TEST(MrTissues, BiasFieldIsTheOneDrawn) {
 
 TEST(MrTissues, BonesOfALabelMapWeighAsBones) {
   const Drawn d = drawn(4, 15);
-  ClassMap classes;
+  ClassLabels classes;
   classes.labels.grid = d.mr.grid;
   classes.labels.names = {"outside", "bone"};
   classes.rules = {ClassRule{}, ClassRule{all_parts, ClassTissue::bone}};

@@ -1,4 +1,4 @@
-#include "segmentation/nearest_whole.hpp"
+#include "segmentation/volume/nearest_whole.hpp"
 
 #include <gtest/gtest.h>
 

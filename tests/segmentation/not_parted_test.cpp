@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/segmentation/dice.hpp"
 
 namespace borelli {

@@ -8,8 +8,8 @@
 
 #include "grids.hpp"
 #include "scratch_folder.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
 
 namespace borelli::nrrd_test {
 namespace {

@@ -7,8 +7,8 @@
 #include <map>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/paths.hpp"
 #include "tests/segmentation/dice.hpp"
 

@@ -8,8 +8,8 @@
 #include <random>
 
 #include "scratch_folder.hpp"
-#include "segmentation/quantity.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/quantity.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/paths.hpp"
 
 namespace borelli {

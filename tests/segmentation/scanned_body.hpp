@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 
 namespace borelli {
 

@@ -1,4 +1,4 @@
-#include "segmentation/seen_border.hpp"
+#include "segmentation/labelling/seen_border.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "grids.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 
 namespace borelli {
 namespace {

@@ -1,6 +1,6 @@
 // Parts, joint centres and coverage that the program finds in raw grey volumes, against the phantom's exact
 // table and landmarks, and against the ICRP male's own bones.
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/paths.hpp"
 #include "tests/segmentation/dice.hpp"
 
@@ -11,7 +11,7 @@
 #include <filesystem>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/suite/part_masses.hpp"
 
 namespace borelli::segment_test {

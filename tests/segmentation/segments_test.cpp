@@ -1,4 +1,4 @@
-#include "segmentation/segments.hpp"
+#include "segmentation/labelling/segments.hpp"
 
 #include <gtest/gtest.h>
 

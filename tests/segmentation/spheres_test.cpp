@@ -1,4 +1,4 @@
-#include "segmentation/spheres.hpp"
+#include "segmentation/joints/spheres.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "segmentation/squared_distances.hpp"
+#include "segmentation/grid/squared_distances.hpp"
 
 #include <gtest/gtest.h>
 

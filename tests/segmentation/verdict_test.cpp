@@ -1,9 +1,9 @@
-#include "segmentation/verdict.hpp"
+#include "segmentation/labelling/verdict.hpp"
 
 #include <gtest/gtest.h>
 
 #include "samples/phantom.hpp"
-#include "segmentation/body_doubts.hpp"
+#include "segmentation/labelling/body_doubts.hpp"
 
 namespace borelli {
 namespace {

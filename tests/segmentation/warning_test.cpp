@@ -1,4 +1,4 @@
-#include "segmentation/warning.hpp"
+#include "segmentation/volume/warning.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "segmentation/work_grid.hpp"
+#include "segmentation/grid/work_grid.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@ write_classes.py FOLDER VERSION OUTPUT [--no-names] [--masks]
 VERSION is 1, 2, or mr for the task total_mr. With --masks OUTPUT is a folder that gets a mask per class (its default output).
 FOLDER holds solids.raw (int32, the number of the solid at each voxel or -1, first axis fastest), solids.txt (a solid's
 name a line) and grid.txt (the size, then the affine's rows in LPS, mm). Shares no code with the program: the format is
-that of NIfTI-1 with the extension that TotalSegmentator's nifti_ext_header.py adds, the numbers those of class_map
+that of NIfTI-1 with the extension that TotalSegmentator's nifti_ext_header.py adds, the numbers those of class_labels
 "total" (version 2), "total_v1" (1) or "total_mr" (mr) in its map_to_binary.py.
 """
 import gzip

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <functional>
 
-#include "segmentation/spheres.hpp"
+#include "segmentation/joints/spheres.hpp"
 #include "tests/suite/labelled_body.hpp"
 
 namespace borelli::suite {

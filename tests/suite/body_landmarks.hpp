@@ -36,7 +36,7 @@
 // `deviation`: standard deviation of this reading of the labels, mm.
 #pragma once
 
-#include "segmentation/landmarks.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
 
 namespace borelli::suite {
 

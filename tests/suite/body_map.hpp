@@ -16,8 +16,8 @@
 #include <Eigen/Geometry>
 #include <array>
 
-#include "segmentation/landmarks.hpp"
-#include "segmentation/parts.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 #include "tests/suite/body_lattice.hpp"
 
 namespace borelli::suite {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "segmentation/volume.hpp"
+#include "segmentation/volume/volume.hpp"
 #include "tests/suite/labelled_body.hpp"
 
 namespace borelli::suite {

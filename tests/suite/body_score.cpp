@@ -6,8 +6,8 @@
 #include <chrono>
 #include <cmath>
 
-#include "pipeline/measure.hpp"
-#include "segmentation/cuts.hpp"
+#include "pipeline/body/measure.hpp"
+#include "segmentation/vocabulary/cuts.hpp"
 
 namespace borelli::suite {
 namespace {

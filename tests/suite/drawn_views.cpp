@@ -5,8 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "segmentation/class_map.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/class_labels.hpp"
+#include "segmentation/files/read.hpp"
 
 namespace borelli::suite {
 namespace {

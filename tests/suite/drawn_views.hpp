@@ -9,7 +9,7 @@
 
 #include "error/error.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli::suite {
 

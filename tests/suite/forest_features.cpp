@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "segmentation/proposal/voxel_features.hpp"
-#include "segmentation/nearest_whole.hpp"
+#include "segmentation/volume/nearest_whole.hpp"
 #include "tests/suite/drawn_views.hpp"
 
 namespace {

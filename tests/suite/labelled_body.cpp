@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/suite/body_landmarks.hpp"
 
 namespace borelli::suite {

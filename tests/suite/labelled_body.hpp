@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "error/error.hpp"
-#include "segmentation/landmarks.hpp"
-#include "segmentation/parts.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
+#include "segmentation/vocabulary/parts.hpp"
+#include "segmentation/volume/volume.hpp"
 #include "tests/suite/body_lattice.hpp"
 
 namespace borelli::suite {

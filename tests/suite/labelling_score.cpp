@@ -6,8 +6,8 @@
 #include <map>
 #include <stdexcept>
 
-#include "segmentation/nearest_whole.hpp"
-#include "segmentation/parts.hpp"
+#include "segmentation/vocabulary/parts.hpp"
+#include "segmentation/volume/nearest_whole.hpp"
 
 namespace borelli::suite {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "segmentation/parts.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli::suite {
 

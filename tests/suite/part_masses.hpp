@@ -4,8 +4,8 @@
 #include <array>
 #include <string_view>
 
-#include "segmentation/parts.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/vocabulary/parts.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli::suite {
 

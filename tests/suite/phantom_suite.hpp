@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/parts.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 
 namespace borelli::suite {
 

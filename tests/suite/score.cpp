@@ -3,7 +3,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "segmentation/edge_contact.hpp"
+#include "segmentation/labelling/edge_contact.hpp"
 #include "tests/suite/part_masses.hpp"
 #include "tests/suite/phantom_suite.hpp"
 

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "inertia/inertial.hpp"
-#include "segmentation/landmarks.hpp"
-#include "segmentation/parts.hpp"
-#include "segmentation/segment.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/labelling/segment.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
+#include "segmentation/vocabulary/parts.hpp"
+#include "segmentation/volume/volume.hpp"
 
 namespace borelli::suite {
 

@@ -2,7 +2,7 @@
 #include <stdexcept>
 
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/segment.hpp"
+#include "segmentation/labelling/segment.hpp"
 #include "tests/suite/landmark_trials.hpp"
 #include "tests/suite/part_masses.hpp"
 

@@ -11,7 +11,7 @@
 #include "inertia/moments.hpp"
 #include "samples/phantom_builder.hpp"
 #include "samples/scanner_effects.hpp"
-#include "segmentation/part_planes.hpp"
+#include "segmentation/vocabulary/part_planes.hpp"
 #include "tests/suite/body_raster.hpp"
 #include "tests/suite/warped_scan.hpp"
 #include "tests/suite/warped_tissue.hpp"

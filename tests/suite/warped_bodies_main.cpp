@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "segmentation/write.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/paths.hpp"
 #include "tests/suite/warped_bodies.hpp"
 

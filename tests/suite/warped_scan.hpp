@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "segmentation/landmarks.hpp"
-#include "segmentation/volume.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
+#include "segmentation/volume/volume.hpp"
 #include "tests/suite/warp.hpp"
 
 namespace borelli::suite {

@@ -5,7 +5,7 @@ import { fixed, h, partTitle } from './dom.js';
 const besideTable = 812;
 const jointTableWidth = 560;
 
-// the conventions of segmentation/convention.hpp
+// the conventions of segmentation/vocabulary/convention.hpp
 const conventions = {
   deleva1996: '; its parts are cut after de Leva (1996)',
   dempster: '; its parts are cut after Dempster (1955)',

@@ -11,10 +11,10 @@
 #include <map>
 #include <random>
 
-#include "dynamics/evaluate.hpp"
-#include "dynamics/model_file.hpp"
-#include "pipeline/whole_file.hpp"
-#include "pipeline/work_precision_page.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "pipeline/charts/work_precision_page.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "symbolic_scenes.hpp"
 #include "treatments.hpp"
 
@@ -222,7 +222,7 @@ int main(int argc, char** argv) {
   o.settings.constraints = {ConstraintTreatment::projection};
   CLI::App program("Direct and symbolic treatment beside ours");
   program.add_option("scenes", o.scenes, "Scenes: TOML")->required();
-  program.add_option("-o,--output", o.folder, "Folder for charts and page")->capture_default_str();
+  program.add_option("-o,--out", o.folder, "Folder for charts and page")->capture_default_str();
   program.add_option("--end", o.end, "End time, s");
   program.add_option("--repeats", o.settings.repeats, "Runs that a time is the median of")
       ->capture_default_str();

@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-#include "dynamics/integrator.hpp"
-#include "dynamics/kinematics.hpp"
+#include "dynamics/equations/kinematics.hpp"
+#include "dynamics/methods/integrator.hpp"
 
 namespace borelli {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <memory>
 
-#include "pipeline/work_precision.hpp"
+#include "pipeline/charts/work_precision.hpp"
 
 namespace borelli {
 

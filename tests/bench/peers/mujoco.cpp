@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "dynamics/pose.hpp"
+#include "dynamics/numbers/pose.hpp"
 #include "peer.hpp"
 
 namespace borelli::peers {

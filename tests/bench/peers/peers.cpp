@@ -7,11 +7,11 @@
 #include <cmath>
 #include <filesystem>
 
-#include "dynamics/model_file.hpp"
-#include "dynamics/simulate.hpp"
+#include "dynamics/formats/model_file.hpp"
+#include "dynamics/run/simulate.hpp"
 #include "peer.hpp"
-#include "pipeline/whole_file.hpp"
-#include "pipeline/work_precision_page.hpp"
+#include "pipeline/charts/work_precision_page.hpp"
+#include "pipeline/files/whole_file.hpp"
 
 namespace borelli::peers {
 namespace {
@@ -317,7 +317,7 @@ int main(int argc, char** argv) {
   peers::Options o;
   CLI::App program("Other programs beside ours on the same scenes");
   program.add_option("scenes", o.scenes, "Scenes: TOML, MJCF or URDF")->required();
-  program.add_option("-o,--output", o.folder, "Folder for charts and page")->capture_default_str();
+  program.add_option("-o,--out", o.folder, "Folder for charts and page")->capture_default_str();
   program
       .add_option("--methods", o.settings.methods,
                   "Our integrators, with commas between; all, where not given")

@@ -4,10 +4,10 @@
 #include <limits>
 #include <map>
 
-#include "dynamics/assembly.hpp"
-#include "dynamics/evaluate.hpp"
-#include "dynamics/scene.hpp"
-#include "dynamics/system.hpp"
+#include "dynamics/constraints/assembly.hpp"
+#include "dynamics/equations/evaluate.hpp"
+#include "dynamics/scene/scene.hpp"
+#include "dynamics/system/system.hpp"
 
 namespace borelli::peers {
 namespace {

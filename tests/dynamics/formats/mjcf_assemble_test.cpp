@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "dynamics/formats/convex_hull.hpp"
-#include "dynamics/model_file.hpp"
+#include "dynamics/formats/model_file.hpp"
 #include "tests/dynamics/test_folder.hpp"
 
 #ifdef BORELLI_MUJOCO

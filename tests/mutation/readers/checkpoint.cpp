@@ -3,8 +3,8 @@
 
 #include <regex>
 
-#include "dynamics/keeper.hpp"
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/numbers/keeper.hpp"
 #include "tests/mutation/dicom_bytes.hpp"
 #include "tests/mutation/model_trial.hpp"
 

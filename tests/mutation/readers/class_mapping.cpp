@@ -1,5 +1,5 @@
 // Tables from foreign classes to parts, as text and as JSON.
-#include "segmentation/class_mapping.hpp"
+#include "segmentation/files/class_mapping.hpp"
 
 #include "tests/mutation/reader.hpp"
 

@@ -1,9 +1,9 @@
 // Label maps with names beside them, 3D Slicer's segmentations, DICOM-SEG.
 #include <algorithm>
 
-#include "segmentation/parts.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
+#include "segmentation/vocabulary/parts.hpp"
 #include "tests/mutation/dicom_bytes.hpp"
 #include "tests/mutation/volume_trial.hpp"
 

@@ -1,6 +1,6 @@
 // Landmarks: our own JSON, point lists of 3D Slicer in both of its forms.
-#include "segmentation/given_landmarks.hpp"
-#include "segmentation/landmarks_file.hpp"
+#include "segmentation/files/given_landmarks.hpp"
+#include "segmentation/files/landmarks_file.hpp"
 #include "tests/mutation/reader.hpp"
 
 namespace borelli::mutation {

@@ -1,5 +1,5 @@
 // Meshes of models: STL in both forms, OBJ, MuJoCo's .msh.
-#include "dynamics/triangle_file.hpp"
+#include "dynamics/formats/triangle_file.hpp"
 #include "tests/mutation/dicom_bytes.hpp"
 #include "tests/mutation/model_trial.hpp"
 

@@ -1,5 +1,5 @@
 // MetaImage in one file and two; voxels raw and by zlib; a list of slices.
-#include "segmentation/write.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/mutation/volume_trial.hpp"
 
 namespace borelli::mutation {

@@ -1,7 +1,7 @@
 // NIfTI in one file, plain and gzip; in both byte orders and of other kinds of voxels; as a pair.
 #include <cstring>
 
-#include "segmentation/write.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/mutation/volume_trial.hpp"
 
 namespace borelli::mutation {

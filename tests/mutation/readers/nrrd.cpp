@@ -1,5 +1,5 @@
 // NRRD, attached and detached; voxels raw, gzip, bzip2 and as text.
-#include "segmentation/write.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/mutation/volume_trial.hpp"
 
 namespace borelli::mutation {

@@ -1,9 +1,9 @@
 // The verb `report`, which reads a whole folder of a run.
 #include <map>
 
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
-#include "pipeline/trajectory_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
+#include "pipeline/export/trajectory_file.hpp"
 #include "tests/mutation/model_trial.hpp"
 #include "tests/mutation/volume_trial.hpp"
 

@@ -1,9 +1,9 @@
 // run.json as a later run finds it, and segmentation.json, which stages read.
 #include <filesystem>
 
-#include "pipeline/segmentation_files.hpp"
-#include "pipeline/stages.hpp"
-#include "pipeline/whole_file.hpp"
+#include "pipeline/body/segmentation_files.hpp"
+#include "pipeline/files/whole_file.hpp"
+#include "pipeline/stages/stages.hpp"
 #include "tests/mutation/reader.hpp"
 
 namespace borelli::mutation {

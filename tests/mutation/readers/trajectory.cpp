@@ -1,8 +1,8 @@
 // Trajectories as HDF5, and reference trajectories of charts as HDF5 or CSV.
-#include "dynamics/scene_file.hpp"
-#include "dynamics/simulate.hpp"
-#include "pipeline/reference_file.hpp"
-#include "pipeline/trajectory_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/run/simulate.hpp"
+#include "pipeline/export/reference_file.hpp"
+#include "pipeline/export/trajectory_file.hpp"
 #include "tests/mutation/model_trial.hpp"
 #include "tests/mutation/volume_trial.hpp"
 

@@ -1,5 +1,5 @@
 // Meshes of parts that a run reads back.
-#include "pipeline/mesh_file.hpp"
+#include "pipeline/export/mesh_file.hpp"
 #include "tests/mutation/volume_trial.hpp"
 
 namespace borelli::mutation {

@@ -1,4 +1,4 @@
-#include "pipeline/chart_page.hpp"
+#include "pipeline/charts/chart_page.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "pipeline/stages/input_names.hpp"
+#include "pipeline/files/input_names.hpp"
 
 #include <gtest/gtest.h>
 

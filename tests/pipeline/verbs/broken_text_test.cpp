@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <fstream>
 
-#include "dynamics/scene_file.hpp"
+#include "dynamics/formats/scene_file.hpp"
 #include "inertia/table_file.hpp"
-#include "pipeline/scene_number.hpp"
-#include "pipeline/segmentation_files.hpp"
-#include "segmentation/class_mapping.hpp"
-#include "segmentation/given_landmarks.hpp"
-#include "segmentation/landmarks_file.hpp"
+#include "pipeline/body/segmentation_files.hpp"
+#include "pipeline/charts/scene_number.hpp"
+#include "segmentation/files/class_mapping.hpp"
+#include "segmentation/files/given_landmarks.hpp"
+#include "segmentation/files/landmarks_file.hpp"
 #include "tests/paths.hpp"
 #include "tests/pipeline/program_run.hpp"
 

@@ -98,7 +98,7 @@ TEST(MaxMemory, WhatNeedsMoreIsRefusedAtOnce) {
   EXPECT_NE(said.err.find("100 MB may be used (--max-memory)"), std::string::npos) << said.err;
 
   ASSERT_EQ(run_program("phantom --spacing 8 -o " + out + ".nii.gz").code, 0);
-  said = run_program("segment " + out + ".nii.gz --quantity hu --step 1 --max-memory 1G -o " + out,
+  said = run_program("segment " + out + ".nii.gz --quantity hu --work-grid 1 --max-memory 1G -o " + out,
                      "timeout 30");
   EXPECT_EQ(said.code, 1);
   EXPECT_NE(said.err.find("a work grid of "), std::string::npos) << said.err;

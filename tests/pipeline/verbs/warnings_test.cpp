@@ -9,13 +9,13 @@
 #include <vector>
 
 #include "inertia/table_file.hpp"
-#include "pipeline/chart_page.hpp"
-#include "pipeline/whole_file.hpp"
+#include "pipeline/charts/chart_page.hpp"
+#include "pipeline/files/whole_file.hpp"
 #include "process/input_file.hpp"
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/landmarks_file.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/landmarks_file.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/pipeline/program_run.hpp"
 
 namespace borelli::warnings_test {
@@ -103,7 +103,7 @@ TEST_F(Warnings, OfVolumesAndClassesReachSegmentations) {
     classes += std::string(parts[label].name) + "\t" + std::string(parts[label].name) + "\n";
   const std::string map = folder.write("map.tsv", classes).string();
   expect_warned("segment " + path("scan.nrrd") + " --labels " + path("labels.nrrd") + " --label-mapping " +
-                    map + " --step 6 -o " + path("parts"),
+                    map + " --work-grid 6 -o " + path("parts"),
                 {said, of_labels});
   expect_in_files({"parts/segmentation.json"}, {said, without_folder});
 }

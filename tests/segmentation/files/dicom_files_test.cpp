@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/segmentation/dicom_series.hpp"
 #include "tests/segmentation/scratch_folder.hpp"
 

@@ -12,7 +12,7 @@
 #include <random>
 
 #include "segmentation/files/dicom_rle.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/paths.hpp"
 #include "tests/segmentation/dicom_series.hpp"
 #include "tests/segmentation/scratch_folder.hpp"

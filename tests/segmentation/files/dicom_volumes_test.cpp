@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/segmentation/dicom_series.hpp"
 #include "tests/segmentation/scratch_folder.hpp"
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 
 #include "process/memory.hpp"
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/segmentation/grids.hpp"
 #include "tests/segmentation/scratch_folder.hpp"
 

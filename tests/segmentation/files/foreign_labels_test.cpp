@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "segmentation/class_map.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/class_labels.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/segmentation/grids.hpp"
 #include "tests/segmentation/scratch_folder.hpp"
 

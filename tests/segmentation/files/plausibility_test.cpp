@@ -13,8 +13,8 @@
 
 #include "samples/phantom.hpp"
 #include "samples/phantom_voxels.hpp"
-#include "segmentation/read.hpp"
-#include "segmentation/write.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/files/write.hpp"
 #include "tests/segmentation/dicom_series.hpp"
 #include "tests/segmentation/scratch_folder.hpp"
 

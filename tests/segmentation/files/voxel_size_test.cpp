@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "segmentation/read.hpp"
+#include "segmentation/files/read.hpp"
 #include "tests/segmentation/scratch_folder.hpp"
 
 namespace borelli::voxel_size_test {

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <memory>
 
+#include "segmentation/labelling/second_opinion.hpp"
 #include "segmentation/proposal/limb_roots.hpp"
 #include "segmentation/proposal/walls.hpp"
-#include "segmentation/second_opinion.hpp"
 #include "tests/segmentation/proposal/certain.hpp"
 #include "tests/segmentation/proposal/drawn_body.hpp"
 

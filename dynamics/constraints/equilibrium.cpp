@@ -1,0 +1,240 @@
+#include "dynamics/constraints/equilibrium.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/QR>
+
+#include "dynamics/constraints/assembly.hpp"
+#include "dynamics/constraints/local_coordinates.hpp"
+#include "dynamics/equations/derivatives.hpp"
+#include "dynamics/system/border.hpp"
+
+namespace borelli {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+namespace {
+
+constexpr double balanced =
+    1e-10;                     // of the largest effort: rounding of sums of some hundred terms, with room
+constexpr double met = 1e-12;  // of a row's length
+constexpr int most_iterations = 300, most_pushes = 20;
+constexpr double push_size = 0.3;  // rad, or parts of a length
+
+/// The residuals at a place and their derivatives, all without units: efforts times the coordinate's length
+/// over the largest effort, rows over their length.
+class Balance {
+ public:
+  Balance(const System& system, State state)
+      : system_(system),
+        w_(system),
+        state_(std::move(state)),
+        coordinate_scale_(Eigen::Map<const VectorXd>(system.velocity_scale.data(), system.nv)),
+        row_scale_(Eigen::Map<const VectorXd>(system.row_scale.data(), system.rows)) {}
+
+  Result<void> look() {
+    // accelerations that are singular are of no concern here: rows, Q and the kinematics are known all the
+    // same
+    const Fault fault =
+        update_terms(system_, system_.parameters, state_.t, state_.q.data(), state_.v.data(), w_);
+    if (fault && fault.kind != Fault::Kind::singular_mass)
+      return tl::unexpected(describe(system_, fault, state_.t));
+    return {};
+  }
+
+  /// The multipliers that do most against the efforts.
+  VectorXd first_multipliers() const {
+    if (system_.rows == 0) return VectorXd();
+    const MatrixXd Lt = coordinate_scale_.asDiagonal() * w_.rows.L.leftCols(system_.nv).transpose();
+    return Lt.completeOrthogonalDecomposition().solve(-(coordinate_scale_.cwiseProduct(efforts())));
+  }
+
+  /// The largest effort on a coordinate of all that act there, times its length, J.
+  double largest(const VectorXd& multipliers) const {
+    double out = 0;
+    for (int i = 0; i < system_.nv; ++i) {
+      double sum = std::abs(w_.terms.Q[i]);
+      for (int r = 0; r < system_.rows; ++r) sum += std::abs(w_.rows.L(r, i) * multipliers[r]);
+      out = std::max(out, coordinate_scale_[i] * sum);
+    }
+    return out;
+  }
+
+  VectorXd residual(const VectorXd& multipliers, double unit) const {
+    VectorXd out(system_.nv + system_.rows);
+    VectorXd r = -efforts();
+    if (system_.rows > 0) r -= w_.rows.L.leftCols(system_.nv).transpose() * multipliers;
+    out.head(system_.nv) = coordinate_scale_.cwiseProduct(r) / unit;
+    out.tail(system_.rows) = w_.rows.h.cwiseQuotient(row_scale_);
+    return out;
+  }
+
+  /// The efforts' slopes by positions, both times the coordinates' lengths, J.
+  Result<MatrixXd> stiffness(const VectorXd& multipliers) const {
+    const auto by_q = residual_by_q(system_, state_, VectorXd::Zero(system_.nv), multipliers);
+    if (!by_q) return tl::unexpected(by_q.error());
+    return MatrixXd(coordinate_scale_.asDiagonal() * MatrixXd(*by_q) * coordinate_scale_.asDiagonal());
+  }
+
+  /// By positions in their lengths and multipliers in `unit` over row lengths.
+  MatrixXd slope(const MatrixXd& stiffness, double unit) const {
+    const int n = system_.nv, m = system_.rows;
+    MatrixXd J = MatrixXd::Zero(n + m, n + m);
+    J.topLeftCorner(n, n) = stiffness / unit;
+    if (m > 0) {
+      const MatrixXd L =
+          row_scale_.cwiseInverse().asDiagonal() * w_.rows.L.leftCols(n) * coordinate_scale_.asDiagonal();
+      J.bottomLeftCorner(m, n) = L;
+      J.topRightCorner(n, m) = -L.transpose();
+    }
+    return J;
+  }
+
+  /// Goes on by a step without units.
+  void move(const VectorXd& step, double unit, VectorXd& multipliers) {
+    const VectorXd x = coordinate_scale_.cwiseProduct(step.head(system_.nv));
+    from_local_coordinates(system_, state_.q.data(), x.data(), state_.q.data());
+    if (system_.rows > 0) multipliers += unit * step.tail(system_.rows).cwiseQuotient(row_scale_);
+  }
+
+  /// What is out of balance, for people.
+  Error complaint(const VectorXd& residual, double unit) const {
+    Eigen::Index worst = 0;
+    residual.cwiseAbs().maxCoeff(&worst);
+    if (worst >= system_.nv)
+      return {
+          fmt::format("constraint '{}'", system_.row_names[std::size_t(worst - system_.nv)]),
+          fmt::format("no equilibrium was found: where efforts are nearest to balance it is off by {:.3g}",
+                      std::abs(residual[worst]) * row_scale_[worst - system_.nv])};
+    return {
+        fmt::format("coordinate '{}'", system_.velocity_name(int(worst))),
+        fmt::format("no equilibrium was found: where efforts are nearest to balance {:.3g} (N or N m) are "
+                    "left on it",
+                    std::abs(residual[worst]) * unit / coordinate_scale_[worst])};
+  }
+
+  const State& state() const { return state_; }
+  void set(const VectorXd& q) { state_.q = q; }
+  const ConstraintRows& rows() const { return w_.rows; }
+
+ private:
+  VectorXd efforts() const { return w_.terms.Q.head(system_.nv); }
+
+  const System& system_;
+  Workspace w_;
+  State state_;
+  VectorXd coordinate_scale_, row_scale_;
+};
+
+Result<void> check_still(const System& system, const ConstraintRows& rows, double t) {
+  for (std::size_t d = 0; d < system.parameters.drives.size(); ++d)
+    for (const TimeFunction& f : system.parameters.drives[d].functions) {
+      const TimeValue now = at(f, t);
+      if (now.rate != 0 || now.acceleration != 0)
+        return bad_use(
+            fmt::format("driven coordinate '{}'", system.driven[d].name),
+            fmt::format("moves at t = {:g} s, so nothing is at rest; drive it by a constant, or lock "
+                        "it, or choose another time",
+                        t));
+    }
+  for (int r = 0; r < system.rows; ++r)
+    if (rows.partial_rate[r] != 0)
+      return bad_use(fmt::format("constraint '{}'", system.row_names[std::size_t(r)]),
+                     fmt::format("moves at t = {:g} s, so nothing is at rest; choose another time", t));
+  return {};
+}
+
+Result<Equilibrium> balanced_state(const System& system, const State& start) {
+  if (auto fits = check_state(system, start); !fits) return tl::unexpected(fits.error());
+  if (!system.contacts.empty())
+    return bad_use(
+        fmt::format("constraint '{}'", system.constraint_names[std::size_t(system.contacts[0].constraint)]),
+        "is a contact, which the search for an equilibrium does not know; hold what it holds by a "
+        "constraint or a limit_spring");
+  if (system.nv == 0) return bad_use(system.scene, "has no free coordinate, so it rests where it is");
+  // The search also holds its slope, and a damped copy with twice the rows.
+  if (auto fits = admit_workspaces(system, system.settings.equations, 4, true); !fits)
+    return tl::unexpected(fits.error());
+  Equilibrium out;
+  out.state = start;
+  out.state.v.setZero();
+  if (system.rows > 0)
+    if (auto assembled = assemble(system, out.state); !assembled) return tl::unexpected(assembled.error());
+  Balance balance(system, out.state);
+  if (auto done = balance.look(); !done) return tl::unexpected(done.error());
+  if (auto still = check_still(system, balance.rows(), start.t); !still) return tl::unexpected(still.error());
+  VectorXd multipliers = balance.first_multipliers();
+  double damping = 1e-3;
+  double unit = 1;
+  int pushes = 0;
+  bool found = false;
+  for (; out.iterations < most_iterations; ++out.iterations) {
+    const auto stiffness = balance.stiffness(multipliers);
+    if (!stiffness) return tl::unexpected(stiffness.error());
+    // efforts count against the largest there is, or what a move by a length would call up
+    unit = std::max(balance.largest(multipliers), stiffness->cwiseAbs().maxCoeff());
+    if (unit == 0) unit = 1;  // nothing acts
+    const VectorXd r = balance.residual(multipliers, unit);
+    out.imbalance = r.head(system.nv).cwiseAbs().maxCoeff();
+    const double off = system.rows > 0 ? r.tail(system.rows).cwiseAbs().maxCoeff() : 0;
+    found = out.imbalance <= balanced && off <= met;
+    if (found) break;
+    const MatrixXd J = balance.slope(*stiffness, unit);
+    const Eigen::Index n = J.cols();
+    MatrixXd damped(2 * n, n);
+    VectorXd wanted = VectorXd::Zero(2 * n);
+    damped.topRows(n) = J;
+    wanted.head(n) = -r;
+    const VectorXd q = balance.state().q, before = multipliers;
+    bool better = false;
+    for (int attempt = 0; attempt < 40 && !better; ++attempt) {
+      damped.bottomRows(n) = std::sqrt(damping) * MatrixXd::Identity(n, n);
+      const VectorXd step = damped.colPivHouseholderQr().solve(wanted);
+      if (step.head(system.nv).cwiseAbs().maxCoeff() <= 1) {  // a radian, or the length of what moves
+        balance.move(step, unit, multipliers);
+        if (auto done = balance.look(); !done) return tl::unexpected(done.error());
+        better = balance.residual(multipliers, unit).norm() < r.norm();
+      }
+      if (better) {
+        damping = std::max(damping / 10, 1e-16);
+      } else {
+        balance.set(q);
+        multipliers = before;
+        damping *= 10;
+      }
+    }
+    if (!better) {
+      // where the imbalance is at its largest, no step lessens it: on downhill, where the efforts lead
+      if (off <= met && out.imbalance > 100 * balanced && pushes++ < most_pushes) {
+        VectorXd push = VectorXd::Zero(n);
+        push.head(system.nv) = -r.head(system.nv) * (push_size / r.head(system.nv).cwiseAbs().maxCoeff());
+        balance.move(push, unit, multipliers);
+        damping = 1e-3;
+        if (auto done = balance.look(); !done) return tl::unexpected(done.error());
+        continue;
+      }
+      if (auto done = balance.look(); !done) return tl::unexpected(done.error());
+      // at rounding's level nothing is better any more
+      found = out.imbalance <= 100 * balanced && off <= 100 * met;
+      if (found) break;
+      const Error why = balance.complaint(r, unit);
+      return failure(why.where, why.what);
+    }
+  }
+  if (!found) {
+    const Error why = balance.complaint(balance.residual(multipliers, unit), unit);
+    return failure(why.where, why.what + fmt::format(", after {} iterations", most_iterations));
+  }
+  out.state.q = balance.state().q;
+  out.multipliers = multipliers;
+  return out;
+}
+
+}  // namespace
+
+Result<Equilibrium> find_equilibrium(const System& system, const State& start) {
+  return at_border(system, [&] { return balanced_state(system, start); });
+}
+
+}  // namespace borelli

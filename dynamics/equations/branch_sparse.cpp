@@ -1,0 +1,157 @@
+#include "dynamics/equations/branch_sparse.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/numbers/lanes.hpp"
+#include "dynamics/numbers/processor.hpp"
+
+namespace borelli {
+
+namespace {
+
+struct Branch {
+  const int* ancestors;
+  int count;
+};
+
+Branch branch_of(const Branches& all, int k) {
+  const std::ptrdiff_t first = all.first_ancestor[k];
+  return {all.ancestors.data() + first, int(all.first_ancestor[k + 1] - first)};
+}
+
+/// One step of F^-T x: the last coordinate that has not been done.
+void take_from_ancestors(const Branches& branches, const Rows& F, int k, double* x) {
+  if (x[k] == 0) return;
+  const Branch branch = branch_of(branches, k);
+  const double* row = F.row(k).data();
+  x[k] /= row[k];
+  for (int a = 0; a < branch.count; ++a) x[branch.ancestors[a]] -= row[branch.ancestors[a]] * x[k];
+}
+
+// Rows so short that they all find room in the first cache are eliminated side by side.
+constexpr int most_in_cache = 2048;
+
+/// Whether elimination has left something of an entry of the diagonal but its rounding error.
+bool is_left(double pivot, double before) { return pivot > 1e-14 * before; }
+
+/// The factor of a tree of short branches. Of the coordinates along a row's branch those along a branch of
+/// one of them are the first: in rows that hold what is along their branches alone, one behind the other,
+/// elimination takes parts of rows from rows. `stride`: room in such a row, whole registers.
+int factor_short(const System& system, const Branches& branches, const Rows& A, Rows& F, int stride) {
+  using L = LanesOf<2, 2>;  // those of any processor, and so the same numbers on all
+  alignas(64) double rows[most_in_cache];
+  const int n = system.nv;
+  for (int k = 0; k < n; ++k) {
+    const Branch branch = branch_of(branches, k);
+    const double* const from = A.row(k).data();
+    double* const row = rows + k * stride;
+    for (int a = branch.count & ~(L::count - 1); a < stride; a += L::count) L(0).store(row + a);
+    for (int a = 0; a < branch.count; ++a) row[a] = from[branch.ancestors[a]];
+    row[branch.count] = from[k];
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    const Branch branch = branch_of(branches, k);
+    double *const row = rows + k * stride, *const to = F.row(k).data();
+    if (!is_left(row[branch.count], A(k, k))) return k;
+    to[k] = std::sqrt(row[branch.count]);
+    const double inverse = 1 / to[k];
+    for (int a = 0; a < branch.count; a += L::count) (inverse * L::load(row + a)).store(row + a);
+    for (int a = 0; a < branch.count; ++a) {
+      const double part = row[a];
+      double* const other = rows + branch.ancestors[a] * stride;
+      for (int b = 0; b <= a; b += L::count) (L::load(other + b) - part * L::load(row + b)).store(other + b);
+      to[branch.ancestors[a]] = part;
+    }
+  }
+  return -1;
+}
+
+}  // namespace
+
+int factor_mass_matrix(const System& system, const Rows& A, Rows& F) {
+  const Branches& branches = system.branches();
+  const int n = system.nv;
+  int longest = 0;
+  for (int k = 0; k < n; ++k) longest = std::max(longest, branch_of(branches, k).count);
+  if (const int stride = (longest + 2) & ~1; n * stride <= most_in_cache)
+    return factor_short(system, branches, A, F, stride);
+  for (int k = 0; k < n; ++k) {
+    const Branch branch = branch_of(branches, k);
+    for (int a = 0; a < branch.count; ++a) F(k, branch.ancestors[a]) = A(k, branch.ancestors[a]);
+    F(k, k) = A(k, k);
+  }
+  for (int k = n - 1; k >= 0; --k) {
+    const Branch branch = branch_of(branches, k);
+    double* row = F.row(k).data();
+    if (!is_left(row[k], A(k, k))) return k;
+    const double pivot = std::sqrt(row[k]), inverse = 1 / pivot;
+    row[k] = pivot;
+    for (int a = 0; a < branch.count; ++a) row[branch.ancestors[a]] *= inverse;
+    const bool dense =
+        branch.count > 0 && branch.ancestors[branch.count - 1] - branch.ancestors[0] + 1 == branch.count;
+    for (int a = 0; a < branch.count; ++a) {
+      const int i = branch.ancestors[a];
+      double* other = F.row(i).data();
+      const double c = row[i];
+      if (dense)
+        for (int j = branch.ancestors[0]; j <= i; ++j) other[j] -= c * row[j];
+      else
+        for (int b = 0; b <= a; ++b) other[branch.ancestors[b]] -= c * row[branch.ancestors[b]];
+    }
+  }
+  return -1;
+}
+
+void solve_transposed(const System& system, const Rows& F, double* x) {
+  const Branches& branches = system.branches();
+  for (int k = system.nv - 1; k >= 0; --k) take_from_ancestors(branches, F, k, x);
+}
+
+void solve_transposed(const System& system, const Rows& F, std::span<const int> coordinates, double* x) {
+  const Branches& branches = system.branches();
+  for (std::size_t i = coordinates.size(); i-- > 0;) take_from_ancestors(branches, F, coordinates[i], x);
+}
+
+namespace {
+
+template <class L>
+int solve_transposed_lanes(const System& system, const Rows& F, double* x, Eigen::Index stride, int* rows) {
+  const Branches& branches = system.branches();
+  int count = 0;
+  for (int k = system.nv - 1; k >= 0; --k) {
+    L each = L::load(x + k * stride);
+    if (everywhere(each == 0)) continue;
+    rows[count++] = k;
+    const Branch branch = branch_of(branches, k);
+    const double* row = F.row(k).data();
+    each /= row[k];
+    each.store(x + k * stride);
+    for (int a = 0; a < branch.count; ++a) {
+      double* const other = x + branch.ancestors[a] * stride;
+      (L::load(other) - row[branch.ancestors[a]] * each).store(other);
+    }
+  }
+  return count;
+}
+
+}  // namespace
+
+int solve_transposed(const System& system, const Rows& F, double* x, Eigen::Index stride, int* rows) {
+  return in_registers(
+      []<int width>(auto&... each) { return solve_transposed_lanes<LanesOf<Lanes::count, width>>(each...); },
+      system, F, x, stride, rows);
+}
+
+void solve_lower(const System& system, const Rows& F, double* x) {
+  const Branches& branches = system.branches();
+  for (int k = 0; k < system.nv; ++k) {
+    const Branch branch = branch_of(branches, k);
+    const double* row = F.row(k).data();
+    double sum = x[k];
+    for (int a = 0; a < branch.count; ++a) sum -= row[branch.ancestors[a]] * x[branch.ancestors[a]];
+    x[k] = sum / row[k];
+  }
+}
+
+}  // namespace borelli

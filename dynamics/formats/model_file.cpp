@@ -1,0 +1,75 @@
+#include "dynamics/formats/model_file.hpp"
+
+#include <fmt/core.h>
+
+#include <exception>
+#include <fstream>
+#include <new>
+
+#include "dynamics/formats/mjcf.hpp"
+#include "dynamics/formats/placeholder_inertia.hpp"
+#include "dynamics/formats/scene_file.hpp"
+#include "dynamics/formats/urdf.hpp"
+#include "dynamics/formats/xml_element.hpp"
+
+namespace borelli {
+namespace {
+
+// XML begins with '<', after white space and perhaps a byte order mark.
+bool is_xml(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  for (int c = file.get(); c != EOF; c = file.get()) {
+    if (c == '<') return true;
+    if (c != ' ' && c != '\t' && c != '\r' && c != '\n' && c != 0xEF && c != 0xBB && c != 0xBF) return false;
+  }
+  return false;
+}
+
+// Refuses options that only URDF has.
+Result<void> check_no_urdf_options(const std::filesystem::path& path, const ModelOptions& options) {
+  if (options.floating) return bad_use(path.string(), "is not URDF: only a URDF's root can be left floating");
+  if (options.minimum_mass > 0)
+    return bad_use(path.string(), "is not URDF: only a URDF's links can have a minimum mass");
+  return {};
+}
+
+Result<ModelFile> with_locks(ModelFile model, const std::filesystem::path& path,
+                             const ModelOptions& options) {
+  if (auto done = lock_coordinates(model.scene, options.locked); !done)
+    return bad_use(path.string(), done.error().message());
+  return model;
+}
+
+}  // namespace
+
+Result<ModelFile> read_model(const std::filesystem::path& path, const ModelOptions& options) {
+  const bool named_xml = path.extension() == ".xml" || path.extension() == ".urdf";
+  if (std::error_code problem;
+      !std::filesystem::is_regular_file(path, problem) || !(named_xml || is_xml(path))) {
+    if (auto fine = check_no_urdf_options(path, options); !fine) return tl::unexpected(fine.error());
+    auto scene = read_scene(path);
+    if (!scene) return tl::unexpected(scene.error());
+    return with_locks(ModelFile{std::move(*scene), {}, {}}, path, options);
+  }
+  try {
+    XmlElement root = read_xml(path);
+    if (root.name == "robot") return read_urdf(root, options);
+    if (auto fine = check_no_urdf_options(path, options); !fine) return tl::unexpected(fine.error());
+    if (root.name == "mujoco") {
+      auto model = read_mjcf(std::move(root));
+      if (model.scene.solids.empty())
+        return bad_use(path.string(), "holds no body, so there is nothing that could move");
+      return with_locks(std::move(model), path, options);
+    }
+    return bad_use(root.where(),
+                   fmt::format("the root is <{}>, expected <mujoco> (MJCF) or <robot> (URDF)", root.name));
+  } catch (const XmlRefusal& refusal) {
+    return tl::unexpected(refusal.error);
+  } catch (const std::bad_alloc&) {
+    return failure(path.string(), "does not fit into memory");
+  } catch (const std::exception& problem) {  // (of files that come and go while they are read)
+    return failure(path.string(), fmt::format("cannot be read: {}", problem.what()));
+  }
+}
+
+}  // namespace borelli

@@ -1,0 +1,175 @@
+#include "dynamics/formats/xml_element.hpp"
+
+#include <expat.h>
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <memory>
+
+#include "process/input_file.hpp"
+
+namespace borelli {
+namespace {
+
+// Builds the tree from expat's events.
+struct TreeBuilder {
+  std::string file;
+  XML_Parser parser;
+  XmlElement root;
+  std::vector<XmlElement*> open{};  // from the root to the element being read
+  bool too_deep = false;
+
+  static void start(void* self, const XML_Char* name, const XML_Char** attributes) {
+    static_cast<TreeBuilder*>(self)->begin(name, attributes);
+  }
+  static void end(void* self, const XML_Char*) { static_cast<TreeBuilder*>(self)->open.pop_back(); }
+
+  void begin(const char* name, const char** attributes) {
+    if (std::ssize(open) >= deepest_xml) {
+      too_deep = true;
+      XML_StopParser(parser, XML_FALSE);
+    }
+    XmlElement* element = open.empty() ? &root : &open.back()->children.emplace_back();
+    element->name = name;
+    element->file = file;
+    element->line = static_cast<int>(XML_GetCurrentLineNumber(parser));
+    for (; *attributes; attributes += 2)
+      element->attributes.push_back(
+          {.name = attributes[0], .value = attributes[1], .where = element->where()});
+    open.push_back(element);
+  }
+};
+
+bool is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+
+}  // namespace
+
+const std::string* XmlElement::find(std::string_view key) const {
+  for (const XmlAttribute& a : attributes)
+    if (a.name == key) {
+      a.read = true;
+      return &a.value;
+    }
+  return nullptr;
+}
+
+const std::string& XmlElement::require(std::string_view key) const {
+  if (const std::string* value = find(key)) return *value;
+  refuse(fmt::format("{} is missing", key));
+}
+
+std::string XmlElement::text(std::string_view key, std::string_view standard) const {
+  const std::string* value = find(key);
+  return value ? *value : std::string(standard);
+}
+
+std::vector<double> XmlElement::numbers(std::string_view key, std::size_t least, std::size_t most) const {
+  const std::string* value = find(key);
+  std::vector<double> out;
+  if (!value) return out;
+  const char *at = value->data(), *end = at + value->size();
+  for (;;) {
+    while (at != end && is_space(*at)) ++at;
+    if (at == end) break;
+    const char* word_end = std::find_if(at, end, is_space);
+    const char* begin = *at == '+' ? at + 1 : at;  // (from_chars knows no plus sign)
+    double x = 0;
+    const auto [stop, problem] = std::from_chars(begin, word_end, x);
+    if (problem != std::errc{} || stop != word_end || !std::isfinite(x))
+      refuse(key, fmt::format("{} holds '{}', expected finite numbers", key, std::string(at, word_end)));
+    out.push_back(x);
+    at = word_end;
+  }
+  if (out.size() < least || out.size() > most)
+    refuse(key, fmt::format("{} holds {} numbers, expected {}{}", key, out.size(),
+                            least == most ? "" : fmt::format("{} to ", least), most));
+  return out;
+}
+
+double XmlElement::number(std::string_view key, double standard) const {
+  const auto given = numbers(key, 1, 1);
+  return given.empty() ? standard : given[0];
+}
+
+double XmlElement::not_negative(std::string_view key, double standard) const {
+  const double value = number(key, standard);
+  if (value < 0) refuse(key, fmt::format("{} is {:g}, expected no negative number", key, value));
+  return value;
+}
+
+Eigen::Vector3d XmlElement::vector(std::string_view key, const Eigen::Vector3d& standard) const {
+  const auto given = numbers(key, 3, 3);
+  return given.empty() ? standard : Eigen::Vector3d(given[0], given[1], given[2]);
+}
+
+std::string XmlElement::word(std::string_view key, const std::vector<std::string_view>& words,
+                             std::string_view standard) const {
+  const std::string* value = find(key);
+  if (!value) return std::string(standard);
+  if (std::find(words.begin(), words.end(), *value) == words.end())
+    refuse(key, fmt::format("{} is '{}', expected one of: {}", key, *value, fmt::join(words, ", ")));
+  return *value;
+}
+
+bool XmlElement::boolean(std::string_view key, bool standard) const {
+  return word(key, {"true", "false"}, standard ? "true" : "false") == "true";
+}
+
+const XmlElement* XmlElement::child(std::string_view child_name) const {
+  const XmlElement* found = nullptr;
+  for (const XmlElement& c : children) {
+    if (c.name != child_name) continue;
+    if (found) c.refuse(fmt::format("{} has a second one; expected one", describe()));
+    found = &c;
+    c.read = true;
+  }
+  return found;
+}
+
+const XmlElement& XmlElement::require_child(std::string_view child_name) const {
+  if (const XmlElement* found = child(child_name)) return *found;
+  refuse(fmt::format("has no <{}>", child_name));
+}
+
+std::string XmlElement::where() const { return fmt::format("{}:{}", file, line); }
+
+std::string XmlElement::describe() const {
+  for (const XmlAttribute& a : attributes)
+    if (a.name == "name" && !a.value.empty()) return fmt::format("{} '{}'", name, a.value);
+  return name;
+}
+
+void XmlElement::refuse(const std::string& sentence) const {
+  throw XmlRefusal{Error{where(), describe() + ": " + sentence, Error::Kind::use}};
+}
+
+void XmlElement::refuse(std::string_view key, const std::string& sentence) const {
+  for (const XmlAttribute& a : attributes)
+    if (a.name == key) throw XmlRefusal{Error{a.where, describe() + ": " + sentence, Error::Kind::use}};
+  refuse(sentence);
+}
+
+XmlElement read_xml(const std::filesystem::path& path) {
+  const auto bytes = read_input_file(path);
+  if (!bytes) throw XmlRefusal{bytes.error()};
+  const std::string& text = *bytes;
+
+  const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(XML_ParserCreate(nullptr),
+                                                                            &XML_ParserFree);
+  TreeBuilder builder{.file = path.string(), .parser = parser.get(), .root = {}};
+  XML_SetUserData(parser.get(), &builder);
+  XML_SetElementHandler(parser.get(), &TreeBuilder::start, &TreeBuilder::end);
+  if (XML_Parse(parser.get(), text.data(), static_cast<int>(text.size()), XML_TRUE) == XML_STATUS_ERROR) {
+    const std::string where = fmt::format("{}:{}", path.string(), XML_GetCurrentLineNumber(parser.get()));
+    const std::string what = builder.too_deep ? fmt::format("elements are nested deeper than {}", deepest_xml)
+                                              : fmt::format("is not well-formed XML: {}",
+                                                            XML_ErrorString(XML_GetErrorCode(parser.get())));
+    throw XmlRefusal{Error{where, what, Error::Kind::use}};
+  }
+  return std::move(builder.root);
+}
+
+}  // namespace borelli

@@ -1,0 +1,451 @@
+#include "dynamics/methods/collocation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/methods/slope_jacobian.hpp"
+#include "dynamics/numbers/exceeds.hpp"
+#include "dynamics/numbers/processor.hpp"
+
+namespace borelli {
+
+namespace {
+
+constexpr int nodes = Collocation::nodes, half = nodes / 2;
+
+// of the tolerance: what rounds may leave undone
+constexpr double left_undone = 0.03;
+// a change of that size is rounding; rates are not taken from less than so many
+constexpr double rounding = 1e-15, tells_rate = 1e4;
+// of a change: what a round leaves of it at least, lest a single round pass for enough
+constexpr double least_rate = 0.01;
+// rounds that leave more than that settle too slowly; steps aim at the other, and at so many rounds at most
+constexpr double slowest_rate = 0.9, aimed_rate = 0.3;
+constexpr int most_rounds = 12, aimed_rounds = 8;
+// after so many rounds, and as many more, it is looked whether the step is hopeless: most are over by then
+constexpr int rounds_to_judgement = 4;
+// parts of steps, which are not judged, are made as far as they settle at all, or halved so many times
+constexpr int most_rounds_to_part = 60, most_divisions = 8;
+// in tolerances: the error that steps aim at, and one that more rounds will not change
+constexpr double aimed_error = 0.005, hopeless_error = 10;
+// of the tolerance: a last coefficient that, whatever falls, tells of no error (and may be rounding)
+constexpr double too_small = 0.05;
+// the seventh power of a half: coefficients fall by so much less than they did on the whole
+constexpr double slows = 1. / 128;
+// of the last coefficient: a change that alters little of it
+constexpr double settled_shape = 0.1;
+// from step to step
+constexpr double most_growth = 2, least_shrink = 0.2;
+// steps that are so many times as long as those known are foretold by nothing
+constexpr double farthest = 2.5;
+// of a coefficient and the next to where slopes are foretold: where these grow by more, few nodes foretell
+// better than many
+constexpr double farthest_growth = 1.2;
+// a slope leaps at an end of the step where it is so many times what smoothness explains from the others'
+constexpr double leap = 8;
+
+/// One number at each node, or one weight for it.
+using AtNodes = Lanes;
+
+double legendre(int degree, double x) {
+  double before = 0, now = 1;
+  for (int k = 0; k < degree; ++k)
+    before = std::exchange(now, ((2 * k + 1) * x * now - k * before) / (k + 1));
+  return now;
+}
+
+/// Gauss' nodes on the interval from 0 to 1, and what follows from them, in lanes of type L.
+template <class L>
+struct TablesOf {
+  double c[nodes], b[nodes];
+  L places;               ///< c
+  L coupling[nodes];      ///< per node: its slope's part in the moves to all of them
+  L weights;              ///< b
+  L coefficients[nodes];  ///< per node, and in lanes per degree: of Legendre's polynomials in the slopes
+  L start, end;           ///< the values there of a polynomial through those at the nodes
+
+  TablesOf() {
+    for (int i = 0; i < nodes; ++i) {
+      double x = -std::cos(M_PI * (i + 0.75) / (nodes + 0.5)), slope = 1;
+      for (int k = 0; k < 10; ++k) {
+        slope = nodes * (legendre(nodes - 1, x) - x * legendre(nodes, x)) / (1 - x * x);
+        x -= legendre(nodes, x) / slope;
+      }
+      c[i] = (1 + x) / 2;
+      b[i] = 1 / ((1 - x * x) * slope * slope);
+    }
+    for (int i = 0; i < nodes; ++i) {
+      places.set(i, c[i]);
+      weights.set(i, b[i]);
+      start.set(i, lagrange(i, 0));
+      end.set(i, lagrange(i, 1));
+      for (int degree = 0; degree < nodes; ++degree)
+        coefficients[i].set(degree, (2 * degree + 1) * b[i] * legendre(degree, 2 * c[i] - 1));
+      for (int j = 0; j < nodes; ++j) {
+        double integral = 0;
+        for (int k = 0; k < nodes; ++k) integral += c[i] * b[k] * lagrange(j, c[i] * c[k]);
+        coupling[j].set(i, integral);
+      }
+    }
+  }
+  double lagrange(int j, double x) const {
+    double value = 1;
+    for (int k = 0; k < nodes; ++k)
+      if (k != j) value *= (x - c[k]) / (c[j] - c[k]);
+    return value;
+  }
+};
+
+const TablesOf<AtNodes> tables;
+
+template <class L>
+double sum(const L& parts) {
+  return ((parts[0] + parts[4]) + (parts[1] + parts[5])) + ((parts[2] + parts[6]) + (parts[3] + parts[7]));
+}
+
+/// What slopes at the nodes give, each times its weights.
+template <class L>
+L combined(const L* weights, const L& slopes) {
+  L even = 0, odd = 0;
+  for (int k = 0; k < nodes; k += 2) {
+    even += weights[k] * slopes[k];
+    odd += weights[k + 1] * slopes[k + 1];
+  }
+  return even + odd;
+}
+
+/// stages <- y and the moves by the slopes, of components from one to another. Gives the largest change of a
+/// stage, on the scale; no number where one is none.
+template <class L>
+double move(const TablesOf<L>& by, double h, const double* y, const double* scale, Eigen::Index from,
+            Eigen::Index to, const L* slopes, L* stages) {
+  L most = 0, none = 0;
+  for (Eigen::Index i = from; i < to; ++i) {
+    const L moved = y[i] + h * combined(by.coupling, slopes[i]);
+    const L change = abs(moved - stages[i]) * (1 / scale[i]);
+    most = choose(most < change, change, most);
+    none += 0 * change;
+    stages[i] = moved;
+  }
+  // (no branches: which of them is the largest no processor can foretell)
+  return std::max(std::max(std::max(most[0], most[4]), std::max(most[1], most[5])),
+                  std::max(std::max(most[2], most[6]), std::max(most[3], most[7]))) +
+         sum(none);
+}
+
+/// stages <- those to begin with, positions as if they went on as at the start: rates are asked for there.
+template <class L>
+void begin_stages(const TablesOf<L>& by, double h, const double* y, const double* dy, Eigen::Index positions,
+                  Eigen::Index size, L* stages) {
+  for (Eigen::Index i = 0; i < positions; ++i) stages[i] = y[i] + h * dy[i] * by.places;
+  for (Eigen::Index i = positions; i < size; ++i) stages[i] = y[i];
+}
+
+/// out <- y and the moves by the slopes over the whole step.
+template <class L>
+void finish(const TablesOf<L>& by, double h, const double* y, Eigen::Index size, const L* slopes,
+            double* out) {
+  for (Eigen::Index i = 0; i < size; ++i) out[i] = y[i] + h * sum(L(by.weights * slopes[i]));
+}
+
+/// Per component with a scale, in lanes per degree: the coefficients of Legendre's polynomials in the slopes.
+template <class L>
+void find_coefficients(const TablesOf<L>& by, const L* slopes, const Eigen::VectorXd& scale,
+                       L* coefficients) {
+  for (Eigen::Index i = 0; i < scale.size(); ++i)
+    if (!std::isinf(scale[i])) coefficients[i] = combined(by.coefficients, slopes[i]);
+}
+
+/// The places at which a polynomial is known: nodes `from` to `to` of a step, and that at which the step to
+/// come begins, listed last.
+struct Support {
+  int from, to;
+  double at[nodes + 1], scale[nodes + 1];
+
+  Support(int from_node, int to_node, double start) : from(from_node), to(to_node) {
+    std::copy(tables.c, tables.c + nodes, at);
+    at[nodes] = start;
+    for (int k = 0; k <= nodes; ++k) {
+      scale[k] = 1;
+      for (int j = 0; j <= nodes; ++j)
+        if (j != k && holds(j)) scale[k] /= at[k] - at[j];
+    }
+  }
+  bool holds(int place) const { return place == nodes || (place >= from && place < to); }
+};
+
+/// What such a polynomial has at eight other places: the weights of what is known.
+template <class L>
+struct Continuation {
+  L weights[nodes + 1];
+
+  Continuation(const Support& by, const L& where) {
+    L before = where - by.at[nodes], after = 1;
+    for (L& weight : weights) weight = 0;
+    for (int k = by.from; k < by.to; ++k) {
+      weights[k] = before * by.scale[k];
+      before *= where - by.at[k];
+    }
+    for (int k = by.to; k-- > by.from;) {
+      weights[k] *= after;
+      after *= where - by.at[k];
+    }
+    weights[nodes] = after * by.scale[nodes];
+  }
+};
+
+const Support of_this_step(0, nodes, 0), of_step_before(1, nodes, 1), of_its_end(nodes - 2, nodes, 1),
+    of_first_half(0, half, 0);
+
+/// slopes <- of components from one to another, those at `where`, of the polynomial through what is known.
+template <class L>
+void continue_slopes(const Support& by, const L& where, Eigen::Index from, Eigen::Index to,
+                     const double* start, L* slopes) {
+  const Continuation<L> continuation(by, where);
+  for (Eigen::Index i = from; i < to; ++i) {
+    const L known = combined(continuation.weights, slopes[i]);
+    slopes[i] = known + continuation.weights[nodes] * start[i];
+  }
+}
+
+void continue_slopes(const Support& by, const Lanes& where, const Flow& flow, const Eigen::VectorXd& dy,
+                     Eigen::VectorX<Lanes>& slopes) {
+  in_registers([]<int>(auto&... each) { continue_slopes(each...); }, by, where, flow.positions(),
+               acting_components(flow), dy.data(), slopes.data());
+}
+
+/// By how much a term of Legendre's polynomials grows from degree to degree at x, from -1 to 1 not at all.
+double growth(double x) { return x + std::sqrt(x * x - 1); }
+
+}  // namespace
+
+void Collocation::reset() {
+  last_ = {};
+  rejected_ = false;
+}
+
+bool Collocation::keep(Keeper& k) {
+  Eigen::MatrixXd slopes(nodes, slopes_.size());
+  for (Eigen::Index i = 0; i < slopes_.size(); ++i) slopes_[i].store(slopes.col(i).data());
+  k(last_.known, last_.step, last_.rate, last_.fall, rejected_, slopes);
+  slopes_.resize(slopes.cols());
+  for (Eigen::Index i = 0; i < slopes.cols(); ++i) slopes_[i] = Lanes::load(slopes.col(i).data());
+  return true;
+}
+
+/// slopes_ <- what they may be: of the step before, its last nodes with the slope at the start, as many as
+/// its coefficients' fall bears.
+void Collocation::guess(const Flow& flow, double h, const Eigen::VectorXd& dy) {
+  const double ratio = h / last_.step;
+  if (last_.known == Known::nothing || ratio > farthest) {
+    slopes_.resize(dy.size());
+    for (Eigen::Index i = 0; i < dy.size(); ++i) slopes_[i] = dy[i];
+    last_.rate = 1;
+    return;
+  }
+  const bool before = last_.known == Known::step_before;
+  // the first half of the nodes are what counts: one by one, these foretell the others again (and side by
+  // side, what the last of them would bear takes more rounds, not fewer)
+  const bool far = last_.fall * growth(1 + 2 * tables.c[half - 1] * ratio) > farthest_growth;
+  const Support& by = !before ? of_this_step : far ? of_its_end : of_step_before;
+  continue_slopes(by, by.at[nodes] + ratio * tables.places, flow, dy, slopes_);
+  last_.rate = std::min(1., last_.rate * ratio * ratio);
+}
+
+/// stages_ <- where the slopes lead, positions by the rates of the velocities' stages. Gives the largest
+/// change.
+double Collocation::place(Flow& flow, double h, const Eigen::VectorXd& y) {
+  const Eigen::Index positions = flow.positions(), acting = acting_components(flow);
+  const double* scale = flow.error_scale().data();
+  const auto move_these = [&](Eigen::Index from, Eigen::Index to) {
+    return in_registers([]<int>(auto&... each) { return move(each...); }, tables, h, y.data(), scale, from,
+                        to, std::as_const(slopes_).data(), stages_.data());
+  };
+  double change = move_these(positions, acting);
+  if (positions > 0) {
+    flow.position_rates(stages_, slopes_);
+    if (const double moved = move_these(0, positions); exceeds(moved, change)) change = moved;
+  }
+  return change;
+}
+
+/// slopes_ <- those at the stages of nodes from one to another.
+bool Collocation::evaluate(Flow& flow, double t, double h, int from, int to) {
+  const Eigen::Index size = stages_.size();
+  stage_.resize(size);
+  for (int node = from; node < to; ++node) {
+    for (Eigen::Index i = 0; i < size; ++i) stage_[i] = stages_[i][node];
+    if (!flow.derivative(t + tables.c[node] * h, stage_, slope_)) return false;
+    for (Eigen::Index i = 0; i < size; ++i) slopes_[i].set(node, slope_[i]);
+  }
+  return true;
+}
+
+/// slopes_ <- those at all stages; in the first round of some steps, the second half where the first leads.
+bool Collocation::evaluate(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                           const Eigen::VectorXd& dy, bool foretell) {
+  if (flow.has_lanes()) return flow.derivatives(stages_, nodes, slopes_);
+  if (!evaluate(flow, t, h, 0, half)) return false;
+  if (foretell) {
+    continue_slopes(of_first_half, tables.places, flow, dy, slopes_);
+    place(flow, h, y);
+  }
+  return evaluate(flow, t, h, half, nodes);
+}
+
+Collocation::Outcome Collocation::solve(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                                        const Eigen::VectorXd& dy, bool judged, Eigen::VectorXd& out) {
+  const bool foretell = last_.known != Known::this_step;
+  guess(flow, h, dy);
+  last_.known = Known::nothing;
+  last_.step = h;
+  const Eigen::Index size = y.size(), positions = flow.positions();
+  stages_.resize(size);
+  in_registers([]<int>(auto&... each) { begin_stages(each...); }, tables, h, y.data(), dy.data(), positions,
+               size, stages_.data());
+  place(flow, h, y);
+  double before = std::numeric_limits<double>::infinity();
+  for (rounds_ = 1;; ++rounds_) {
+    if (!evaluate(flow, t, h, y, dy, foretell && rounds_ == 1)) return Outcome::not_evaluated;
+    const double change = place(flow, h, y);
+    if (!std::isfinite(change)) return Outcome::unsettled;
+    if (change <= rounding || (rounds_ > 1 && before <= tells_rate * rounding))
+      last_.rate = least_rate;
+    else if (rounds_ > 1)
+      last_.rate = std::max(change / before, least_rate);
+    if (last_.rate < 1 && last_.rate * change <= left_undone * tolerance_ * (1 - last_.rate)) {
+      // (slopes of one round are rough: a long step to come may ask for more)
+      if (rounds_ > 1 || !judged || change <= rounding || judge(flow, h).error <= aimed_error) break;
+    } else if (judged) {
+      if (rounds_ % rounds_to_judgement == 0) {
+        const Judgement now = judge(flow, h);
+        if (now.error > hopeless_error && change < settled_shape * now.coefficient) return Outcome::hopeless;
+      }
+      if (rounds_ > 2 && (last_.rate > slowest_rate || rounds_ >= most_rounds)) return Outcome::unsettled;
+    } else if (rounds_ == most_rounds_to_part) {
+      return Outcome::unsettled;
+    }
+    before = change;
+  }
+  out.resize(size);
+  in_registers([]<int>(auto&... each) { finish(each...); }, tables, h, y.data(), size,
+               std::as_const(slopes_).data(), out.data());
+  return Outcome::solved;
+}
+
+/// The step's error. Of each component Legendre's coefficients of the slopes fall by much the same
+/// ratio from one to the next; what the rule does not see begins with the sixteenth.
+Collocation::Judgement Collocation::judge(const Flow& flow, double h) {
+  const Eigen::VectorXd& scale = flow.error_scale();
+  coefficients_.resize(scale.size());
+  in_registers([]<int>(auto&... each) { find_coefficients(each...); }, tables, std::as_const(slopes_).data(),
+               scale, coefficients_.data());
+  Judgement out;
+  for (Eigen::Index i = 0; i < scale.size(); ++i) {
+    if (std::isinf(scale[i])) continue;
+    const double per = h / scale[i];
+    const auto size = [&](int degree) { return std::abs(coefficients_[i][degree]) * per; };
+    const double last = size(nodes - 1), last_but_one = size(nodes - 2);
+    if (std::max(last, last_but_one) <= too_small * tolerance_) continue;
+    const double falls = std::max(last, last_but_one) / std::max(size(nodes - 5), size(nodes - 6));
+    const double fall = falls < 1 ? std::sqrt(std::sqrt(falls)) : 1;
+    const double coefficient = std::max(last, fall * last_but_one);
+    if (coefficient <= too_small * tolerance_) continue;
+    // (those that fall much slower than before may be of a kink, and go on slower yet)
+    const double fourth = fall * fall * fall * fall, seventh = fourth * fall * fall * fall;
+    const bool flattens = slows * seventh * size(0) > coefficient;
+    const double error = coefficient * fourth * (flattens ? 1 : fourth * fall) / tolerance_;
+    if (out.worst < 0 || exceeds(error, out.error)) out = {error, fall, coefficient, int(i)};
+  }
+  return out;
+}
+
+/// Whether the slope, being slope_ at the step's end, leaps between an end and the node next to it by what
+/// would make an error.
+bool Collocation::leaps_at_an_end(const Flow& flow, double h, const Eigen::VectorXd& dy) const {
+  const Eigen::VectorXd& scale = flow.error_scale();
+  for (Eigen::Index i = flow.positions(); i < scale.size(); ++i) {
+    if (std::isinf(scale[i])) continue;  // not controlled
+    const auto at = [&](const AtNodes& weights) { return sum(AtNodes(weights * slopes_[i])); };
+    const double off = std::max(std::abs(at(tables.start) - dy[i]), std::abs(at(tables.end) - slope_[i]));
+    if (tables.c[0] * off * h / scale[i] <= tolerance_) continue;
+    const double smooth =
+        std::max(std::abs(coefficients_[i][nodes - 1]), std::abs(coefficients_[i][nodes - 2]));
+    if (!(off <= leap * smooth)) return true;
+  }
+  return false;
+}
+
+Attempt Collocation::attempt(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                             const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+  Attempt attempt;
+  const bool grows = !std::exchange(rejected_, true);
+  const Outcome outcome = solve(flow, t, h, y, dy, true, out);
+  if (outcome == Outcome::not_evaluated)
+    return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
+  const Judgement judgement = judge(flow, h);
+  const double error = judgement.error;
+  attempt.worst = judgement.worst;
+  if (judgement.worst >= 0) last_.fall = judgement.fall;
+  if (outcome == Outcome::unsettled || std::isnan(error))
+    return {.accepted = false, .next_step = 0.5 * h, .worst = attempt.worst};
+  last_.known = Known::this_step;
+  attempt.accepted = outcome == Outcome::solved && error <= 1;
+  double factor = std::pow(aimed_error / std::max(error, 1e-300), 1. / (2 * nodes + 1));
+  if (rounds_ > 1) factor = std::min(factor, std::sqrt(aimed_rate / last_.rate));
+  factor = std::min(factor, double(aimed_rounds) / rounds_);
+  factor = std::clamp(factor, least_shrink, !attempt.accepted ? 0.9 : grows ? most_growth : 1);
+  attempt.next_step = h * factor;
+  if (!attempt.accepted) return attempt;
+  if (!flow.derivative(t + h, out, slope_))
+    return {.evaluated = false, .accepted = false, .next_step = 0.25 * h};
+  if (leaps_at_an_end(flow, h, dy)) return {.accepted = false, .next_step = 0.5 * h, .worst = attempt.worst};
+  last_.known = Known::step_before;
+  rejected_ = false;
+  return attempt;
+}
+
+/// With as many divisions by two as it takes, at most so many.
+bool Collocation::solve_in_parts(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                                 const Eigen::VectorXd& dy, int divisions, Eigen::VectorXd& out) {
+  const Outcome outcome = solve(flow, t, h, y, dy, false, out);
+  if (outcome == Outcome::solved) return true;
+  if (outcome == Outcome::not_evaluated || divisions == 0) return false;
+  Eigen::VectorXd middle, slope;
+  if (!solve_in_parts(flow, t, 0.5 * h, y, dy, divisions - 1, middle)) return false;
+  last_.known = Known::nothing;
+  return flow.derivative(t + 0.5 * h, middle, slope) &&
+         solve_in_parts(flow, t + 0.5 * h, 0.5 * h, middle, slope, divisions - 1, out);
+}
+
+bool Collocation::shortened(Flow& flow, double t, double h, const Eigen::VectorXd& y,
+                            const Eigen::VectorXd& dy, Eigen::VectorXd& out) {
+  const Last last = last_;
+  kept_ = slopes_;
+  last_.known = Known::this_step;
+  const bool solved = solve_in_parts(flow, t, h, y, dy, most_divisions, out);
+  last_ = last;
+  slopes_.swap(kept_);
+  return solved;
+}
+
+bool Collocation::prepare_dense(Flow&, double, double, const Eigen::VectorXd& y, const Eigen::VectorXd&,
+                                const Eigen::VectorXd&) {
+  start_ = y;
+  return true;
+}
+
+void Collocation::interpolate(double theta, Eigen::VectorXd& y) const {
+  double weights[nodes];
+  for (int i = 0; i < nodes; ++i) {
+    weights[i] = 0;
+    for (int k = 0; k < nodes; ++k)
+      weights[i] += theta * tables.b[k] * tables.lagrange(i, theta * tables.c[k]);
+  }
+  y = start_;
+  for (int i = 0; i < nodes; ++i)
+    for (Eigen::Index c = 0; c < y.size(); ++c) y[c] += last_.step * weights[i] * slopes_[c][i];
+}
+
+}  // namespace borelli

@@ -1,0 +1,264 @@
+// Moreau's time stepping: what the impulses of the acting contacts do to velocities, positions and energy.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "dynamics/equations/branch_sparse.hpp"
+#include "dynamics/methods/moreau.hpp"
+#include "dynamics/methods/motion_flow.hpp"
+#include "dynamics/numbers/lanes.hpp"
+#include "dynamics/numbers/processor.hpp"
+
+namespace borelli {
+
+using Eigen::VectorXd;
+
+namespace {
+
+// overlaps below this part of the length of what touches stay
+constexpr double least_overlap = 1e-5;
+
+constexpr int separating_sweeps = 200, most_separations = 4;
+
+/// G = Y^T Y, by blocks of eight columns of Y. `touched` has the rows of Y that are not zero, of one block
+/// after the other, each list behind its length.
+template <class L>
+void find_gram(const double* Y, int columns, Eigen::Index stride, const int* touched, double* G) {
+  constexpr int block = Lanes::count;
+  for (int i = 0; i < columns; i += block) {
+    const int count = *touched++;
+    for (int j = 0; j < columns; j += L::count) {
+      L sums[block];
+      for (L& sum : sums) sum = 0;
+      for (const int* k = touched; k < touched + count; ++k) {
+        const L across = L::load(Y + *k * stride + j);
+        for (int l = 0; l < block; ++l) sums[l] += Y[*k * stride + i + l] * across;
+      }
+      for (int l = 0; l < block; ++l) sums[l].store(G + (i + l) * stride + j);
+    }
+    touched += count;
+  }
+}
+
+}  // namespace
+
+/// What impulses along the first `rows` columns of J do, by the mass matrix and with the bilateral
+/// constraints.
+void MoreauStepping::find_response(const System& system, int rows) {
+  Scratch& s = *scratch_;
+  const int columns = (rows + Lanes::count - 1) / Lanes::count * Lanes::count;
+  s.J.middleCols(rows, columns - rows).setZero();
+  s.Y.leftCols(columns) = s.J.leftCols(columns);
+  int* touched = s.touched.data();
+  for (int r = 0; r < columns; r += Lanes::count) {
+    int count = solve_transposed(system, s.at.factor, &s.Y(0, r), s.Y.cols(), touched + 1);
+    if (s.at.has_rows() && s.at.solver.rank() > 0) {  // which the whole system answers
+      count = system.nv;
+      std::iota(touched + 1, touched + 1 + count, 0);
+      for (int column = r; column < std::min(r + Lanes::count, rows); ++column)
+        hold_bilateral(system, column);
+    }
+    *touched = count;
+    touched += 1 + count;
+  }
+  in_registers([]<int width>(auto&... each) { find_gram<LanesOf<width, width>>(each...); },
+               std::as_const(s.Y).data(), columns, s.Y.cols(), std::as_const(s.touched).data(),
+               s.problem.G.data());
+}
+
+/// Takes off an impulse's response what the bilateral constraints do against it.
+void MoreauStepping::hold_bilateral(const System& system, int column) {
+  Scratch& s = *scratch_;
+  s.held = s.Y.col(column);
+  solve_lower(system, s.at.factor, s.held.data());
+  s.wanted.noalias() = -s.at.rows.L.leftCols(system.nv) * s.held;
+  s.at.solver.correct(s.at.factor, s.wanted, s.held);
+  s.Y.col(column) += s.at.solver.measured().head(system.nv);
+}
+
+/// What impulses along these rows change of the velocities.
+void MoreauStepping::respond(const System& system, const VectorXd& impulse, int rows, VectorXd& change) {
+  Scratch& s = *scratch_;
+  change.noalias() = s.Y.leftCols(rows) * impulse.head(rows);
+  solve_lower(system, s.at.factor, change.data());
+}
+
+/// Of the impulses over the step, J: with forces that are constant in it, what they change of the energy
+/// (Acary, Energy conservation and dissipation properties of time-integration methods for nonsmooth
+/// elastodynamics with contact, ZAMM 96, 2016).
+double MoreauStepping::work(const VectorXd& impulse) const {
+  const Scratch& s = *scratch_;
+  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+  return 0.5 * impulse.head(rows).dot(s.before.head(rows) + s.problem.free.head(rows) +
+                                      s.problem.G.topLeftCorner(rows, rows) * impulse.head(rows));
+}
+
+/// Rebounds that would give energy (Newton's can, with several contacts or with friction) are scaled back
+/// until they do not.
+void MoreauStepping::scale_back(double scale) {
+  Scratch& s = *scratch_;
+  const Eigen::Index count = s.problem.count, rows = 3 * count;
+  if (s.problem.target.head(count).maxCoeff() <= 0 || work(s.impulse) <= 0) return;
+  s.plastic.head(rows) = s.impulse.head(rows);
+  s.problem.target.head(count) = s.problem.target.head(count).cwiseMin(0);
+  s.solver.solve(s.problem, scale, s.plastic, ContactStep::most_unsettled);
+  double low = 0, high = 1;
+  s.impulse.head(rows) -= s.plastic.head(rows);  // what the rebound adds
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (work(s.plastic + middle * s.impulse) <= 0 ? low : high) = middle;
+  }
+  s.impulse.head(rows) = s.plastic.head(rows) + low * s.impulse.head(rows);
+}
+
+/// The impulses' work; those that met faster than gravity makes them in a step are impacts.
+void MoreauStepping::book(const System& system) {
+  Scratch& s = *scratch_;
+  const Eigen::Index rows = 3 * Eigen::Index(s.problem.count);
+  for (Eigen::Index k = 0; k < rows; k += 3) {
+    const int i = s.acting[k / 3];
+    double done = 0;
+    for (int c = 0; c < 3; ++c)
+      done += 0.5 * s.impulse[k + c] *
+              (s.before[k + c] + s.problem.free[k + c] +
+               s.problem.G.row(k + c).head(rows).dot(s.impulse.head(rows)));
+    step_.group_work[system.constraints[system.contacts[i].constraint].group] += done;
+    if (s.before[k] < -fall_ && s.impulse[k] > 0) {
+      ++step_.impacts;
+      step_.impact_loss -= done;
+    }
+    step_.impulse.segment<3>(3 * i) = s.impulse.segment<3>(k);
+  }
+}
+
+/// The work of efforts, drives and moving constraints at the velocity that the impulses leave on the mean,
+/// and of drives against the impulses. Without any of these there is none to mend.
+bool MoreauStepping::book_powers(Flow& flow, const MotionFlow& motion, double t, double h, const VectorXd& y,
+                                 VectorXd& out) {
+  const System& system = motion.system();
+  Scratch& s = *scratch_;
+  const Eigen::Index n = system.nv, works = y.size() - 2 * n, drives = 2 * n + 1;
+  if (system.parameters.drives.empty() && system.parameters.efforts.empty() &&
+      motion.workspace().rows.partial_rate.isZero(0))
+    return true;
+  s.moved = middle_;
+  s.moved.segment(n, n) += 0.5 * s.change;
+  if (!flow.derivative(t + 0.5 * h, s.moved, s.slope)) return false;
+  out.tail(works) = y.tail(works) + h * s.slope.tail(works);
+  for (Eigen::Index r = 0; r < 3 * Eigen::Index(s.problem.count); ++r) {
+    const double done = -s.impulse[r] * s.driven[r];
+    out[drives] += done;
+    out[2 * n + 4 + system.constraints[system.contacts[s.acting[r / 3]].constraint].group] += done;
+  }
+  return true;
+}
+
+/// out's positions, moved by `shift` (nv, as velocities times s).
+void MoreauStepping::move(Flow& flow, const VectorXd& shift, VectorXd& out) {
+  Scratch& s = *scratch_;
+  const Eigen::Index n = shift.size();
+  s.moved = middle_;
+  s.moved.segment(n, n) = shift;
+  s.slope.resize(out.size());
+  flow.position_rate(s.moved, s.slope);
+  out.head(n) += s.slope.head(n);
+}
+
+/// Books what moving the positions of one y to those of another changes of the energy, at the latter's
+/// velocities.
+bool MoreauStepping::book_move(const MotionFlow& motion, double t, const VectorXd& from, const VectorXd& to,
+                               VectorXd& book) {
+  const System& system = motion.system();
+  Scratch& s = *scratch_;
+  motion.take(to, s.state, s.work);
+  const auto add = [&](double sign) {
+    if (update_energies(system, system.parameters, t, s.state.q.data(), s.state.v.data(), s.at)) return false;
+    book += sign * (s.at.terms.group_kinetic + s.at.terms.group_potential);
+    return true;
+  };
+  if (!add(1)) return false;
+  s.moved = from;
+  s.moved.segment(system.nv, system.nv) = to.segment(system.nv, system.nv);
+  motion.take(s.moved, s.state, s.work);
+  return add(-1);
+}
+
+/// Whether anything overlaps by so much that it is worth to put it apart.
+bool MoreauStepping::overlaps(const System& system) const {
+  return std::any_of(system.contacts.begin(), system.contacts.end(), [&](const Contact& contact) {
+    return scratch_->end.h[contact.row] < -least_overlap * system.row_scale[contact.row];
+  });
+}
+
+/// The normals of what is to end apart, with what overlaps by now, where it is by now, and what impulses
+/// along them do. The rows of what acts are lost.
+void MoreauStepping::find_normals(const MotionFlow& motion, double t) {
+  const System& system = motion.system();
+  Scratch& s = *scratch_;
+  for (int i = 0; i < int(system.contacts.size()); ++i)
+    if (s.end.h[system.contacts[i].row] < 0 &&
+        std::find(s.parted.begin(), s.parted.end(), i) == s.parted.end())
+      s.parted.push_back(i);
+  const int count = int(s.parted.size());
+  s.reserve(count);
+  update_kinematics(system, system.parameters, t, s.state.q.data(), s.state.v.data(), s.landed);
+  std::fill(s.known.begin(), s.known.end(), 0);
+  for (int k = 0; k < count; ++k) {
+    find_rows(system, s.landed, s.parted[k]);
+    s.J.col(k) = s.rows.L.row(system.contacts[s.parted[k]].row).head(system.nv);
+  }
+  find_response(system, count);
+}
+
+/// Impulses of position that put apart what overlaps: the least move, by the mass matrix. Each `stride`th row
+/// of the response is a normal.
+void MoreauStepping::find_separation(const System& system, int stride) {
+  Scratch& s = *scratch_;
+  const int count = int(s.parted.size());
+  s.apart.head(count).setZero();
+  // gaps are linear in the move as far as it is small: a hundredth of it will do
+  for (int pass = 0; pass < separating_sweeps; ++pass) {
+    double changed = 0, most = 0;
+    for (int k = 0; k < count; ++k) {
+      const double own = s.problem.G(stride * k, stride * k);
+      if (own <= 0) continue;
+      double gap = s.end.h[system.contacts[s.parted[k]].row];
+      for (int j = 0; j < count; ++j) gap += s.problem.G(stride * k, stride * j) * s.apart[j];
+      const double to = std::max(0., s.apart[k] - gap / own), by = std::abs(to - s.apart[k]) * own;
+      s.apart[k] = to;
+      changed = std::max(changed, by);
+      most = std::max(most, to * own);
+    }
+    if (changed <= 1e-2 * most) break;
+  }
+}
+
+/// Puts apart what overlaps at the step's end: separated_ is landed_ so moved. Gaps are not linear in the
+/// move (and it may close others), so it is made again where they ask for it, along the normals that they
+/// have by then. False: nothing was to be moved.
+bool MoreauStepping::separate(Flow& flow, const MotionFlow& motion, double t) {
+  const System& system = motion.system();
+  Scratch& s = *scratch_;
+  int made = 0;
+  for (; made < most_separations && overlaps(system); ++made) {
+    const bool first = made == 0;
+    if (first) {
+      separated_ = landed_;
+      s.parted = s.acting;
+    } else {
+      find_normals(motion, t);
+    }
+    const int stride = first ? 3 : 1, rows = stride * int(s.parted.size());
+    find_separation(system, stride);
+    s.plastic.head(rows).setZero();
+    for (std::size_t k = 0; k < s.parted.size(); ++k)
+      s.plastic[stride * Eigen::Index(k)] = s.apart[Eigen::Index(k)];
+    respond(system, s.plastic, rows, s.x);
+    move(flow, s.x, separated_);
+    look(motion, t, separated_);
+  }
+  return made > 0;
+}
+
+}  // namespace borelli

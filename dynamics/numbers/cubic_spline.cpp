@@ -1,0 +1,89 @@
+#include "dynamics/numbers/cubic_spline.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace borelli {
+
+namespace {
+
+/// x with rows below[i] x[i-1] + diagonal[i] x[i] + above[i] x[i+1] = right[i], by elimination (Thomas).
+std::vector<double> solve_tridiagonal(const std::vector<double>& below, std::vector<double> diagonal,
+                                      const std::vector<double>& above, std::vector<double> right) {
+  const std::size_t n = right.size();
+  for (std::size_t i = 1; i < n; ++i) {
+    const double c = below[i] / diagonal[i - 1];
+    diagonal[i] -= c * above[i - 1];
+    right[i] -= c * right[i - 1];
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    if (i + 1 < n) right[i] -= above[i] * right[i + 1];
+    right[i] /= diagonal[i];
+  }
+  return right;
+}
+
+/// The same with `corner` in the last column of the first row and the first of the last (Sherman and
+/// Morrison's formula).
+std::vector<double> solve_cyclic(const std::vector<double>& below, std::vector<double> diagonal,
+                                 const std::vector<double>& above, double corner,
+                                 const std::vector<double>& right) {
+  const std::size_t n = right.size();
+  const double gamma = -diagonal[0];
+  diagonal[0] -= gamma;
+  diagonal[n - 1] -= corner * corner / gamma;
+  std::vector<double> u(n, 0);
+  u[0] = gamma;
+  u[n - 1] = corner;
+  std::vector<double> x = solve_tridiagonal(below, diagonal, above, right);
+  const std::vector<double> z = solve_tridiagonal(below, diagonal, above, u);
+  const double part = (x[0] + corner / gamma * x[n - 1]) / (1 + z[0] + corner / gamma * z[n - 1]);
+  for (std::size_t i = 0; i < n; ++i) x[i] -= part * z[i];
+  return x;
+}
+
+/// Second derivatives at the values: the slopes of neighbouring pieces agree where they meet.
+std::vector<double> bends(const std::vector<double>& x, const std::vector<double>& y, SplineEnds ends) {
+  const std::size_t pieces = x.size() - 1;
+  const auto width = [&](std::size_t i) { return x[i + 1] - x[i]; };
+  const auto slope = [&](std::size_t i) { return (y[i + 1] - y[i]) / width(i); };
+  const bool periodic = ends == SplineEnds::periodic, clamped = ends == SplineEnds::clamped;
+  const std::size_t n = periodic ? pieces : pieces + 1;
+  std::vector<double> below(n, 0), diagonal(n, 1), above(n, 0), right(n, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!periodic && !clamped && (i == 0 || i == pieces)) continue;  // no second derivative
+    const bool has_left = i > 0 || periodic, has_right = i < pieces;
+    const std::size_t left = i > 0 ? i - 1 : pieces - 1;
+    diagonal[i] = ((has_left ? width(left) : 0) + (has_right ? width(i) : 0)) / 3;
+    right[i] = (has_right ? slope(i) : 0) - (has_left ? slope(left) : 0);
+    if (has_left) below[i] = width(left) / 6;
+    if (has_right) above[i] = width(i) / 6;
+  }
+  if (!periodic) return solve_tridiagonal(below, diagonal, above, right);
+  std::vector<double> out = solve_cyclic(below, diagonal, above, width(pieces - 1) / 6, right);
+  out.push_back(out.front());
+  return out;
+}
+
+}  // namespace
+
+CubicSpline::CubicSpline(std::vector<double> x, std::vector<double> y, SplineEnds ends)
+    : x_(std::move(x)), y_(std::move(y)), bend_(bends(x_, y_, ends)), ends_(ends) {}
+
+std::string CubicSpline::complaint(const std::vector<double>& x, const std::vector<double>& y,
+                                   SplineEnds ends) {
+  const std::size_t least = ends == SplineEnds::periodic ? 4 : 2;
+  if (x.size() != y.size()) return fmt::format("has {} places and {} values", x.size(), y.size());
+  if (x.size() < least) return fmt::format("has {} values, expected {} at least", x.size(), least);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) return "holds something that is not a finite number";
+    if (i > 0 && !(x[i] > x[i - 1]))
+      return fmt::format("its places must rise, but {} comes after {}", x[i], x[i - 1]);
+  }
+  if (ends == SplineEnds::periodic && y.front() != y.back())
+    return fmt::format("is periodic, but begins with {} and ends with {}", y.front(), y.back());
+  return "";
+}
+
+}  // namespace borelli

@@ -1,0 +1,81 @@
+// The cubic spline through given values: twice continuously differentiable, of all such functions the one
+// that bends least (de Boor, A Practical Guide to Splines, 1978, chapter IV).
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "dynamics/numbers/scalar.hpp"
+
+namespace borelli {
+
+/// What holds at the first and the last value.
+enum class SplineEnds {
+  natural,  ///< no second derivative; beyond them it goes on straight, and stays twice differentiable
+  clamped,  ///< no first derivative; beyond them it stays at the end's value (its second derivative jumps
+            ///< there)
+  periodic  ///< both derivatives are the same at both; beyond them it begins again
+};
+
+/// Their names in files, in that order.
+inline constexpr std::string_view spline_ends_names[] = {"natural", "clamped", "periodic"};
+
+/// A spline's value and its first two derivatives at one place.
+template <class T>
+struct SplineValue {
+  T value, slope, curvature;
+};
+
+class CubicSpline {
+ public:
+  CubicSpline() = default;
+  /// Through (x, y), with no `complaint` of them.
+  CubicSpline(std::vector<double> x, std::vector<double> y, SplineEnds ends);
+
+  /// Why there is no such spline; empty: there is one. It takes two values at least, four for a periodic one
+  /// whose last value is the first; x rising; all of them finite.
+  static std::string complaint(const std::vector<double>& x, const std::vector<double>& y, SplineEnds ends);
+
+  bool empty() const { return x_.empty(); }
+  /// Where it begins and ends.
+  double first() const { return x_.front(); }
+  double last() const { return x_.back(); }
+  const std::vector<double>& knots() const { return x_; }
+
+  template <class T>
+  SplineValue<T> operator()(T x) const {
+    const double end = value_of(x);
+    if (ends_ == SplineEnds::periodic) {
+      const double period = x_.back() - x_.front();
+      x -= period * std::floor((end - x_.front()) / period);
+    } else if (ends_ == SplineEnds::clamped && (end < x_.front() || end > x_.back())) {
+      return {T(end < x_.front() ? y_.front() : y_.back()), T(0), T(0)};
+    } else if (end < x_.front()) {
+      const auto [value, slope, curvature] = within(0, T(x_.front()));
+      return {value + slope * (x - x_.front()), slope, T(0)};
+    } else if (end > x_.back()) {
+      const auto [value, slope, curvature] = within(x_.size() - 2, T(x_.back()));
+      return {value + slope * (x - x_.back()), slope, T(0)};
+    }
+    const auto above = std::upper_bound(x_.begin() + 1, x_.end() - 1, value_of(x));
+    return within(std::size_t(above - x_.begin()) - 1, x);
+  }
+
+ private:
+  template <class T>
+  SplineValue<T> within(std::size_t i, const T& x) const {
+    const double h = x_[i + 1] - x_[i], low = bend_[i], high = bend_[i + 1];
+    const T a = (x_[i + 1] - x) / h, b = (x - x_[i]) / h;
+    return {a * y_[i] + b * y_[i + 1] + (h * h / 6) * (low * (a * a * a - a) + high * (b * b * b - b)),
+            (y_[i + 1] - y_[i]) / h + (h / 6) * (high * (3 * b * b - 1) - low * (3 * a * a - 1)),
+            low * a + high * b};
+  }
+
+  std::vector<double> x_, y_;
+  std::vector<double> bend_;  ///< second derivatives at x
+  SplineEnds ends_ = SplineEnds::natural;
+};
+
+}  // namespace borelli

@@ -1,0 +1,137 @@
+// A dual number: a value with its derivatives along N directions (forward differentiation; Griewank, Walther,
+// Evaluating Derivatives, 2nd edition, 2008, chapter 3). What the engine computes on it comes with exact
+// derivatives.
+#pragma once
+
+#include <array>
+#include <limits>
+
+#include "dynamics/numbers/scalar.hpp"
+
+namespace borelli {
+
+template <int N>
+struct Dual {
+  double value = 0;
+  std::array<double, N> d{};  ///< its derivative along each direction
+
+  Dual() = default;
+  Dual(double constant) : value(constant) {}  // NOLINT: a constant is a number without derivatives
+
+  Dual& operator+=(const Dual& b) {
+    value += b.value;
+    for (int i = 0; i < N; ++i) d[i] += b.d[i];
+    return *this;
+  }
+  Dual& operator-=(const Dual& b) {
+    value -= b.value;
+    for (int i = 0; i < N; ++i) d[i] -= b.d[i];
+    return *this;
+  }
+  Dual& operator*=(const Dual& b) {
+    for (int i = 0; i < N; ++i) d[i] = d[i] * b.value + value * b.d[i];
+    value *= b.value;
+    return *this;
+  }
+  Dual& operator/=(const Dual& b) {
+    const double inverse = 1 / b.value;
+    value *= inverse;
+    for (int i = 0; i < N; ++i) d[i] = (d[i] - value * b.d[i]) * inverse;
+    return *this;
+  }
+  Dual& operator+=(double b) { return value += b, *this; }
+  Dual& operator-=(double b) { return value -= b, *this; }
+  Dual& operator*=(double b) {
+    value *= b;
+    for (double& x : d) x *= b;
+    return *this;
+  }
+  Dual& operator/=(double b) { return *this *= 1 / b; }
+
+  Dual operator-() const {
+    Dual out;
+    out.value = -value;
+    for (int i = 0; i < N; ++i) out.d[i] = -d[i];
+    return out;
+  }
+  friend Dual operator+(Dual a, const Dual& b) { return a += b; }
+  friend Dual operator-(Dual a, const Dual& b) { return a -= b; }
+  friend Dual operator*(Dual a, const Dual& b) { return a *= b; }
+  friend Dual operator/(Dual a, const Dual& b) { return a /= b; }
+  friend Dual operator+(Dual a, double b) { return a += b; }
+  friend Dual operator-(Dual a, double b) { return a -= b; }
+  friend Dual operator*(Dual a, double b) { return a *= b; }
+  friend Dual operator/(Dual a, double b) { return a /= b; }
+  friend Dual operator+(double a, Dual b) { return b += a; }
+  friend Dual operator-(double a, const Dual& b) { return -b += a; }
+  friend Dual operator*(double a, Dual b) { return b *= a; }
+  friend Dual operator/(double a, const Dual& b) { return Dual(a) /= b; }
+
+  // by value
+  friend bool operator==(const Dual& a, const Dual& b) { return a.value == b.value; }
+  friend auto operator<=>(const Dual& a, const Dual& b) { return a.value <=> b.value; }
+  friend bool operator==(const Dual& a, double b) { return a.value == b; }
+  friend auto operator<=>(const Dual& a, double b) { return a.value <=> b; }
+
+  /// f(value), with the derivative `slope` of f there.
+  Dual mapped(double f, double slope) const {
+    Dual out;
+    out.value = f;
+    for (int i = 0; i < N; ++i) out.d[i] = slope * d[i];
+    return out;
+  }
+};
+
+template <int N>
+double value_of(const Dual<N>& x) {
+  return x.value;
+}
+
+template <int N>
+Dual<N> sin(const Dual<N>& x) {
+  return x.mapped(std::sin(x.value), std::cos(x.value));
+}
+template <int N>
+Dual<N> cos(const Dual<N>& x) {
+  return x.mapped(std::cos(x.value), -std::sin(x.value));
+}
+/// At zero, where the root has no derivative, it is given none: a length that vanishes there is at its least.
+template <int N>
+Dual<N> sqrt(const Dual<N>& x) {
+  const double root = std::sqrt(x.value);
+  return x.mapped(root, root > 0 ? 0.5 / root : 0);
+}
+template <int N>
+Dual<N> atan2(const Dual<N>& y, const Dual<N>& x) {
+  const double size2 = x.value * x.value + y.value * y.value;
+  Dual<N> out;
+  out.value = std::atan2(y.value, x.value);
+  for (int i = 0; i < N; ++i) out.d[i] = (x.value * y.d[i] - y.value * x.d[i]) / size2;
+  return out;
+}
+template <int N>
+Dual<N> abs(const Dual<N>& x) {
+  return x.value < 0 ? -x : x;
+}
+
+/// The width that the engine is built for: a solid's ten inertial numbers, or ten coordinates, in one pass.
+using DualNumber = Dual<10>;
+
+}  // namespace borelli
+
+template <int N>
+struct Eigen::NumTraits<borelli::Dual<N>> : Eigen::NumTraits<double> {
+  using Real = borelli::Dual<N>;
+  using NonInteger = borelli::Dual<N>;
+  using Nested = borelli::Dual<N>;
+  using Literal = double;
+  enum { RequireInitialization = 1, ReadCost = N, AddCost = N, MulCost = 3 * N };
+};
+template <int N, class Operation>
+struct Eigen::ScalarBinaryOpTraits<borelli::Dual<N>, double, Operation> {
+  using ReturnType = borelli::Dual<N>;
+};
+template <int N, class Operation>
+struct Eigen::ScalarBinaryOpTraits<double, borelli::Dual<N>, Operation> {
+  using ReturnType = borelli::Dual<N>;
+};

@@ -1,0 +1,94 @@
+// Functions compiled for several processors: which of them is run is found out as the program starts, or as
+// it calls them. All that such a function calls and whose source it sees is inlined, and so compiled with it.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "dynamics/numbers/lanes.hpp"
+
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+/// For processors with AVX-512, with fused multiply-add, and for any. (Of AVX-512 it is not the width that
+/// numbers one by one gain from, but twice as many registers.)
+#define BORELLI_INLINED_FOR_PROCESSOR \
+  [[gnu::flatten, gnu::target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")]]
+#else
+#define BORELLI_INLINED_FOR_PROCESSOR
+#endif
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define BORELLI_REGISTERS 1
+// (what interprocedural analysis says of such a function would hold for other types than its callers')
+#define BORELLI_FOR_REGISTERS(processor) [[gnu::noipa, gnu::flatten, gnu::target(processor)]]
+#endif
+
+namespace borelli {
+
+/// How many numbers the widest registers hold that in_registers is to use: 8 (AVX-512), 4 (AVX2) or 2.
+/// Whoever tests or measures the code for lesser processors may set it lower, before any thread computes.
+inline int register_width = [] {
+#ifdef BORELLI_REGISTERS
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("x86-64-v4")) return 8;
+  if (__builtin_cpu_supports("x86-64-v3")) return 4;
+#endif
+  return 2;
+}();
+
+/// A type of lanes, of what is made of such or points at them, with the lanes in registers of `width`.
+template <int width, class T>
+struct InRegisters {
+  using Type = T;
+};
+template <int width, int N, int before>
+struct InRegisters<width, LanesOf<N, before>> {
+  using Type = LanesOf<N, std::min(N, width)>;
+};
+template <int width, template <class> class Of, class T>
+struct InRegisters<width, Of<T>> {
+  using Type = Of<typename InRegisters<width, T>::Type>;
+};
+template <int width, class T>
+struct InRegisters<width, std::vector<T>> {
+  using Type = std::vector<typename InRegisters<width, T>::Type>;
+};
+template <int width, class T>
+struct InRegisters<width, const T> {
+  using Type = const typename InRegisters<width, T>::Type;
+};
+template <int width, class T>
+struct InRegisters<width, T*> {
+  using Type = typename InRegisters<width, T>::Type*;
+};
+
+/// The same object as one of lanes in registers of `width`: in memory they lie alike.
+template <int width, class T>
+auto& as_in_registers(T& x) {
+  return reinterpret_cast<typename InRegisters<width, T>::Type&>(x);
+}
+
+#ifdef BORELLI_REGISTERS
+template <class Work, class... Of>
+BORELLI_FOR_REGISTERS("arch=x86-64-v4")
+auto in_registers_of_eight(const Work& work, Of&... of) {
+  return work.template operator()<8>(as_in_registers<8>(of)...);
+}
+template <class Work, class... Of>
+BORELLI_FOR_REGISTERS("arch=x86-64-v3")
+auto in_registers_of_four(const Work& work, Of&... of) {
+  return work.template operator()<4>(as_in_registers<4>(of)...);
+}
+#endif
+
+/// Calls work<width>(of...) in code for the processor that runs it; what is made of lanes (LanesOf) among
+/// `of` it gets as of lanes in registers of `width`, which is 8, 4 or 2.
+template <class Work, class... Of>
+auto in_registers(const Work& work, Of&&... of) {
+#ifdef BORELLI_REGISTERS
+  if (register_width == 8) return in_registers_of_eight(work, of...);
+  if (register_width == 4) return in_registers_of_four(work, of...);
+#endif
+  return work.template operator()<2>(as_in_registers<2>(of)...);
+}
+
+}  // namespace borelli

@@ -1,0 +1,89 @@
+#include "dynamics/run/step_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dynamics/numbers/rotation_vector.hpp"
+
+namespace borelli {
+
+namespace {
+
+// A coordinate that moves less than so much of its group's fastest one is judged as if it moved so much: it
+// has a thousandth of the energy, which is what a run of fixed steps may be off by.
+constexpr double least_share = 0.03;
+
+// Speeds below are rounding's (coordinates' scales per second).
+constexpr double slowest_swing = 1e-7;
+
+}  // namespace
+
+StepWatch::StepWatch(const System& system)
+    : system_(system), q_(system.nq), v_(system.nv), a_(system.nv), coordinates_(system.coordinates.size()) {}
+
+void StepWatch::Largest::take(double now, double t, double h) {
+  if (now > size) *this = {now, t, h};
+}
+
+void StepWatch::observe(const State& state, const Eigen::VectorXd& a, bool joined) {
+  const double h = state.t - t_;
+  for (std::size_t i = 0; i < coordinates_.size(); ++i) {
+    const CoordinateInfo& info = system_.coordinates[i];
+    const double scale = system_.velocity_scale[info.v_index];
+    Followed& one = coordinates_[i];
+    one.fastest = std::max(one.fastest, state.v.segment(info.v_index, info.v_size).norm() / scale);
+    if (!started_ || !joined || h <= 0) continue;
+    one.defect.take(defect(info, state, a, h) / (h * scale), state.t, h);
+    one.change.take(h * (a - a_).segment(info.v_index, info.v_size).norm() / scale, state.t, h);
+  }
+  started_ = true;
+  t_ = state.t;
+  q_ = state.q;
+  v_ = state.v;
+  a_ = a;
+}
+
+/// How far the coordinate at the step's end is from where the rates at both ends lead, m or rad.
+double StepWatch::defect(const CoordinateInfo& info, const State& state, const Eigen::VectorXd& a,
+                         double h) const {
+  const int i = info.v_index;
+  if (info.q_size == 1)
+    return std::abs(state.q[info.q_index] - q_[info.q_index] - h / 2 * (v_[i] + state.v[i]) +
+                    h * h / 12 * (a[i] - a_[i]));
+  const auto w0 = v_.segment<3>(i), w1 = state.v.segment<3>(i);
+  const Eigen::Vector3d by =
+      h / 2 * (w0 + w1) - h * h / 12 * (a.segment<3>(i) - a_.segment<3>(i)) + h * h / 12 * w0.cross(w1);
+  const Quaternion led = product(q_.segment<4>(info.q_index), exponential(by));
+  return logarithm(product(conjugate(led), state.q.segment<4>(info.q_index))).norm();
+}
+
+StepWatch::Finding StepWatch::worst(int order) const {
+  const auto group = [&](std::size_t i) { return system_.velocity_groups[system_.coordinates[i].v_index]; };
+  std::vector<double> fastest(system_.groups, slowest_swing / least_share);
+  for (std::size_t i = 0; i < coordinates_.size(); ++i)
+    fastest[group(i)] = std::max(fastest[group(i)], coordinates_[i].fastest);
+  Finding worst;
+  for (std::size_t i = 0; i < coordinates_.size(); ++i) {
+    const Followed& one = coordinates_[i];
+    const double speed = std::max(one.fastest, least_share * fastest[group(i)]);
+    const auto take = [&](double part, const Largest& at) {
+      if (part > worst.part) worst = {part, at.time, at.step, int(i)};
+    };
+    const double b2 = one.change.size / speed;  // the swing over a step, squared
+    take(order < 4 ? b2 / 12 : order < 6 ? b2 * b2 / 720 : b2 * b2 * b2 / 100800, one.change);
+    take(one.defect.size / speed, one.defect);
+  }
+  return worst;
+}
+
+std::string StepWatch::reason(const Finding& finding) const {
+  const CoordinateInfo& info = system_.coordinates[finding.coordinate];
+  return fmt::format(
+      "steps of {:.4g} s do not follow the motion of coordinate '{}' of '{}': the one up to t = {:.6g} s "
+      "misses {:.2g} of itself (limit {:.2g}); take shorter ones",
+      finding.step, info.name, info.solid, finding.time, finding.part, limit);
+}
+
+}  // namespace borelli

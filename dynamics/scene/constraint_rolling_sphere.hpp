@@ -1,0 +1,44 @@
+// Constraint: a sphere rolls without slip on a plane fixed in a solid or in the world.
+#pragma once
+
+#include <string_view>
+
+#include "dynamics/scene/surface_contact.hpp"
+
+namespace borelli {
+
+/// The sphere touches the plane, n . (c - p_plane) - radius = 0 (holonomic, m), and its point there has the
+/// plane's velocity (two kinematic rows, m/s). It may spin about n. The multipliers are the plane's force on
+/// it: along n, and along two directions across, fixed in the plane. It can be pulled as well as pressed; see
+/// SphereOverPlane for one that may lift off or slip.
+struct RollingSphere {
+  static constexpr std::string_view kind = "rolling_sphere";
+  SolidPoint sphere;  ///< its centre
+  double radius = 0;  ///< m
+  Plane plane;
+  bool held = true;  ///< false: joints keep its height, and there is no row for it
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("sphere", self.sphere);
+    visit("radius", self.radius);
+    Plane::fields(self.plane, visit);
+    visit("held", self.held);
+  }
+
+  std::string complaint() const { return radius > 0 ? plane.complaint() : "its radius must be positive"; }
+
+  int rows() const { return held ? 3 : 2; }
+  static constexpr int length_rows = 3;
+  static constexpr int kinematic_rows = 2;
+
+  template <class T>
+  void evaluate(ConstraintPass<T>& pass) const {
+    enum { sphere_site, plane_site };
+    rows_on_plane<T>(pass, 0, sphere_site,
+                     sphere_on_plane(pass, sphere_site, sphere.point, radius, plane_site, plane), plane_site,
+                     plane, held);
+  }
+};
+
+}  // namespace borelli

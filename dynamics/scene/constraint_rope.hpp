@@ -1,0 +1,43 @@
+// Unilateral constraint: two points come no farther from each other than a rope between them is long.
+#pragma once
+
+#include <cmath>
+#include <string_view>
+
+#include "dynamics/scene/constraint_distance.hpp"
+#include "dynamics/scene/contact.hpp"
+
+namespace borelli {
+
+/// length - |p_a - p_b| >= 0: one contact without friction, m.
+struct Rope {
+  static constexpr std::string_view kind = "rope";
+  SolidPoint a, b;
+  double length = 1;  ///< m
+  double restitution = 0;
+
+  template <class Self, class Visit>
+  static void fields(Self& self, Visit&& visit) {
+    visit("a", self.a);
+    visit("b", self.b);
+    visit("length", self.length);
+    visit("restitution", self.restitution);
+  }
+
+  std::string complaint() const {
+    return length > 0 ? ContactSurface{.restitution = restitution}.complaint()
+                      : "its length must be positive";
+  }
+
+  static constexpr int rows = 1;
+  static constexpr int length_rows = 1;
+  static constexpr int contact_rows = 1;
+
+  // where its points meet it is slack
+  template <class T>
+  void evaluate(ConstraintPass<T>& pass) const {
+    distance_row(pass, a, b, {.value = length}, -1);
+  }
+};
+
+}  // namespace borelli

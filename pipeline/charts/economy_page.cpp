@@ -1,0 +1,123 @@
+#include "pipeline/charts/economy_page.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+
+#include "error/plain_cell.hpp"
+#include "pipeline/charts/chart_page.hpp"
+
+namespace borelli {
+namespace {
+
+std::string change_words(const EconomyModel& model) {
+  return model.change.empty() ? "the whole model" : model.change + " locked";
+}
+
+std::string tip(const EconomyModel& model) {
+  std::string out =
+      fmt::format("{}\n{} coordinates, {} bodies\n{:.3g} ms, {} evaluations", change_words(model),
+                  model.coordinates, model.bodies, 1e3 * model.seconds, model.evaluations);
+  if (!model.change.empty()) out += fmt::format("\noff by {:.2g}: {}", model.error, model.worst);
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, Plot>> economy_plots(const Economy& economy) {
+  Plot error, time;
+  error.title = economy.scene + ": error of smaller models";
+  time.title = economy.scene + ": time of smaller models";
+  error.x = time.x = {.label = "coordinates left", .whole_numbers = true};
+  error.y = {.label = "largest error (of the length, or rad)", .logarithmic = true};
+  time.y = {.label = "processor time of a run (ms)", .low = 0};
+  Curve errors{.name = "model", .marks = true}, times = errors, bound{.name = "tolerance"};
+  for (const EconomyModel& model : economy.models) {
+    const double count = model.coordinates;
+    errors.x.push_back(count);
+    // nothing is off less than the accuracy tells
+    errors.y.push_back(std::max(model.error, economy.accuracy));
+    bound.x.push_back(count);
+    bound.y.push_back(economy.tolerance);
+    times.x.push_back(count);
+    times.y.push_back(1e3 * model.seconds);
+    errors.tips.push_back(tip(model));
+    times.tips.push_back(tip(model));
+  }
+  if (bound.x.size() == 1) {  // no line
+    bound.x = {bound.x[0] - 0.5, bound.x[0] + 0.5};
+    bound.y.push_back(economy.tolerance);
+  }
+  error.curves = {errors, bound};
+  time.curves = {times};
+  error.notes = {fmt::format(
+      "Errors below {:.2g} are not told apart. Against the whole model, of {}, at {} instants{}.",
+      economy.accuracy, fmt::join(economy.quantities, ", "), economy.instants,
+      economy.sparse ? ": too few for its shortest steps, so that a quick motion may go unseen" : "")};
+  return {{"error", error}, {"time", time}};
+}
+
+std::string economy_csv(const Economy& economy) {
+  std::string out = "change,error,worst,coordinates,bodies,rows,evaluations,seconds\n";
+  for (const EconomyModel& m : economy.models)
+    out += fmt::format("{},{:.17g},{},{},{},{},{},{:.6g}\n", csv_text(m.change), m.error, csv_text(m.worst),
+                       m.coordinates, m.bodies, m.rows, m.evaluations, m.seconds);
+  out += fmt::format("# the search: {} runs, {} evaluations\n", economy.runs, economy.evaluations);
+  for (const EconomyRefusal& r : economy.refusals)
+    out += plain_comment(fmt::format("# stays: {}: {}\n", r.change,
+                                     std::isnan(r.error) ? r.reason : fmt::format("off by {:.6g}", r.error)));
+  return out;
+}
+
+std::string in_words(const Economy& economy) {
+  const EconomyModel &whole = economy.models.front(), &least = economy.models.back();
+  std::string cost =
+      fmt::format("; finding that took {} runs, and as many evaluations as {:.3g} of the whole model",
+                  economy.runs, double(economy.evaluations) / double(std::max(whole.evaluations, 1L)));
+  if (economy.sparse)
+    cost += fmt::format("; {} instants are too few for the motion's shortest steps: --outputs takes more",
+                        economy.instants);
+  if (economy.models.size() == 1)
+    return fmt::format("nothing of the scene's {} coordinates can be locked within {:g}", whole.coordinates,
+                       economy.tolerance) +
+           cost;
+  return fmt::format(
+             "{} of {} coordinates and {} of {} moving bodies do within {:g}: off by {:.2g}, in {:.2g} of "
+             "the time ({:.2g} of it per evaluation)",
+             least.coordinates, whole.coordinates, least.bodies, whole.bodies, economy.tolerance, least.error,
+             least.seconds / whole.seconds,
+             least.seconds / double(least.evaluations) / (whole.seconds / double(whole.evaluations))) +
+         cost;
+}
+
+std::string economy_page(const Economy& economy, const std::vector<std::string>& warnings) {
+  PageButtons which{"of", {}};
+  std::string body;
+  for (const auto& [name, plot] : economy_plots(economy)) {
+    which.values.emplace_back(name, name);
+    body += fmt::format("<div class='plot' data-of='{}'>{}</div>\n", name, svg(plot));
+  }
+  body +=
+      "<h2>Models</h2>\n<table><tr><th>change</th><th class='n'>error</th><th>worst in</th><th "
+      "class='n'>coordinates</th><th class='n'>bodies</th><th class='n'>ms</th><th class='n'>evaluations</th>"
+      "<th class='n'>µs each</th></tr>\n";
+  for (const EconomyModel& m : economy.models)
+    body += fmt::format(
+        "<tr><td>{}</td><td class='n'>{:.2g}</td><td>{}</td><td class='n'>{}</td><td class='n'>{}</td><td "
+        "class='n'>{:.3g}</td><td class='n'>{}</td><td class='n'>{:.3g}</td></tr>\n",
+        html_text(change_words(m)), m.error, html_text(m.worst), m.coordinates, m.bodies, 1e3 * m.seconds,
+        m.evaluations, 1e6 * m.seconds / double(std::max(m.evaluations, 1L)));
+  body += "</table>\n";
+  if (!economy.refusals.empty()) {
+    body += "<h2>What stays</h2>\n<table><tr><th>locking</th><th>is off by</th></tr>\n";
+    for (const EconomyRefusal& r : economy.refusals)
+      body += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", html_text(r.change),
+                          std::isnan(r.error) ? html_text(r.reason) : fmt::format("{:.2g}", r.error));
+    body += "</table>\n";
+  }
+  return chart_page(economy.scene + ": economy", economy.scene + ": the smallest model that does", warnings,
+                    {in_words(economy) + "."}, {which}, body);
+}
+
+}  // namespace borelli

@@ -1,0 +1,195 @@
+#include "pipeline/charts/long_runs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "dynamics/equations/momentum.hpp"
+#include "dynamics/methods/integrator.hpp"
+#include "dynamics/run/simulate.hpp"
+#include "pipeline/charts/chart_page.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr long drift_rows = 1000;
+
+double mean(const std::vector<double>& values, std::size_t begin, std::size_t end) {
+  double sum = 0;
+  for (std::size_t i = begin; i < end; ++i) sum += values[i];
+  return sum / double(end - begin);
+}
+
+/// Of what the scene conserves, the largest change since the start over its size, by row.
+std::vector<double> momentum_errors(const System& system, const Trajectory& t) {
+  const auto momenta = conserved_momenta(system, system.parameters);
+  std::vector<double> out;
+  if (momenta.empty()) return out;
+  Kinematics kinematics(system);
+  std::vector<Eigen::Vector3d> starts;
+  std::vector<double> scales(momenta.size(), 0);
+  for (std::size_t row = 0; row < t.times.size(); ++row) {
+    const Eigen::VectorXd q = t.q.row(Eigen::Index(row)), v = t.v.row(Eigen::Index(row));
+    update_kinematics(system, system.parameters, t.times[row], q.data(), v.data(), kinematics);
+    double worst = 0;
+    for (std::size_t i = 0; i < momenta.size(); ++i) {
+      const MomentumValue now = momentum_value(momenta[i], system.parameters, kinematics);
+      if (row == 0) starts.push_back(now.value);
+      scales[i] = std::max(scales[i], now.scale);
+      if (scales[i] > 0) worst = std::max(worst, (now.value - starts[i]).norm() / scales[i]);
+    }
+    out.push_back(worst);
+  }
+  return out;
+}
+
+void judge_energy(LongRun& run) {
+  const std::size_t count = run.energy.size(), quarter = count / 4;
+  if (quarter == 0) return;
+  const auto [low, high] = std::minmax_element(run.energy.begin(), run.energy.begin() + long(quarter));
+  run.swing = *high - *low;
+  const double change = mean(run.energy, count - quarter, count) - mean(run.energy, 0, quarter);
+  run.drift = change / (mean(run.times, count - quarter, count) - mean(run.times, 0, quarter));
+  run.secular = std::abs(change) > run.swing;
+  // what swings more than it drifts still adds up where the means of all eighths follow each other in order
+  // (which chance brings about in one of 20000 runs) and go on by more than what chance leaves of the swing
+  if (count < 16 || run.secular) return;
+  const auto eighth = [&](std::size_t i) { return mean(run.energy, i * count / 8, (i + 1) * count / 8); };
+  bool ordered = std::abs(change) > run.swing / std::sqrt(double(count) / 8);
+  for (std::size_t i = 1; i < 8; ++i)
+    ordered = ordered && (change > 0 ? eighth(i) > eighth(i - 1) : eighth(i) < eighth(i - 1));
+  run.secular = ordered;
+}
+
+LongRun one_run(const System& system, SimulationSettings how, long steps) {
+  LongRun out{.method = how.method};
+  const bool adaptive = method_is_adaptive(how.method);
+  Observer observer;
+  long made = 0;
+  observer.progress = [&](double) { return !adaptive || ++made < steps; };
+  const auto t = simulate(system, system.initial, how, observer);
+  if (!t) {
+    out.reason = t.error().message();
+    return out;
+  }
+  if (t->times.back() < how.end_time * (1 - 1e-12))
+    out.reason = fmt::format("took {} steps up to t = {:.6g} s", steps, t->times.back());
+  out.evaluations = t->certificate.evaluations;
+  out.times = t->times;
+  const double turnover = t->certificate.energy_turnover > 0 ? t->certificate.energy_turnover : 1;
+  for (std::size_t i = 0; i < t->times.size(); ++i)
+    out.energy.push_back((t->kinetic[i] + t->potential[i] - t->work[i] - t->kinetic[0] - t->potential[0]) /
+                         turnover);
+  out.momentum = momentum_errors(system, *t);
+  judge_energy(out);
+  return out;
+}
+
+Curve curve_of(const LongRun& run, const std::vector<double>& values) {
+  Curve curve{.name = run.method};
+  for (std::size_t i = 1; i < values.size(); ++i) {  // (no error at the start)
+    curve.x.push_back(run.times[i]);
+    // what is not off at all stands at the foot
+    curve.y.push_back(std::max(std::abs(values[i]), 1e-17));
+  }
+  return curve;
+}
+
+std::string verdict(const LongRun& run) {
+  if (run.energy.empty()) return "failed";
+  if (run.secular) return run.drift > 0 ? "gains" : "loses";
+  return run.large() ? "off by more than a tenth" : "bounded";
+}
+
+}  // namespace
+
+Result<LongRuns> long_runs(const Scene& scene, const LongRunSettings& settings,
+                           const std::function<void(double)>& progress) {
+  const auto system = compile(scene);
+  if (!system) return tl::unexpected(system.error());
+  if (settings.steps < 8) return bad_use("long runs", "have fewer than 8 steps; expected 8 at least");
+  SimulationSettings how = scene.simulation;
+  how.accuracy = 0;
+  how.equations = settings.equations;
+  if (settings.step > 0) how.step = settings.step;
+  if (settings.tolerance > 0) how.tolerance = settings.tolerance;
+  const long between = std::max(1L, settings.steps / drift_rows), count = settings.steps / between;
+  how.output_interval = double(between) * how.step;
+  how.end_time = system->initial.t + double(count) * how.output_interval;
+  LongRuns out{scene.name, how.step, how.end_time, {}};
+  const std::vector<std::string> methods = settings.methods.empty() ? integrator_names() : settings.methods;
+  for (std::size_t i = 0; i < methods.size(); ++i) {
+    how.method = methods[i];
+    out.runs.push_back(one_run(*system, how, settings.steps));
+    progress(double(i + 1) / double(methods.size()));
+  }
+  return out;
+}
+
+std::vector<std::pair<std::string, Plot>> long_run_plots(const LongRuns& runs) {
+  std::vector<std::pair<std::string, Plot>> out;
+  const std::string note = fmt::format("Steps of {:.4g} s, {:.4g} of them; adaptive methods as long in time.",
+                                       runs.step, runs.end / runs.step);
+  const auto add = [&](const char* file, const std::string& title, const char* label, auto&& wanted,
+                       const std::vector<double> LongRun::*values) {
+    Plot plot{.title = runs.scene + ": " + title,
+              .x = {.label = "time (s)"},
+              .y = {.label = label, .logarithmic = true},
+              .curves = {},
+              .notes = {note}};
+    for (const LongRun& run : runs.runs)
+      if (wanted(run) && !(run.*values).empty()) plot.curves.push_back(curve_of(run, run.*values));
+    if (!plot.curves.empty()) out.emplace_back(file, std::move(plot));
+  };
+  add(
+      "energy_secular", "energy, where errors add up", "energy off, over what was turned over",
+      [](const LongRun& run) { return run.secular; }, &LongRun::energy);
+  add(
+      "energy_bounded", "energy, where errors go to and fro", "energy off, over what was turned over",
+      [](const LongRun& run) { return !run.secular; }, &LongRun::energy);
+  add(
+      "momentum", "momenta that the scene conserves", "momentum off, over its size",
+      [](const LongRun&) { return true; }, &LongRun::momentum);
+  return out;
+}
+
+std::string long_runs_page(const LongRuns& runs, const std::vector<std::string>& warnings) {
+  PageButtons which{"series", {}};
+  std::string body;
+  for (const auto& [name, plot] : long_run_plots(runs)) {
+    which.values.emplace_back(name, name == "energy_secular"   ? "energy, adding up"
+                                    : name == "energy_bounded" ? "energy, to and fro"
+                                                               : "momentum");
+    body += fmt::format("<div class='plot' data-series='{}'>{}</div>\n", name, svg(plot));
+  }
+  body +=
+      "<h2>Drift</h2>\n<table><tr><th>method</th><th>energy</th><th class='n'>drift (1/s)</th>"
+      "<th class='n'>swing</th><th class='n'>evaluations</th><th>why not</th></tr>\n";
+  for (const LongRun& run : runs.runs)
+    body += fmt::format(
+        "<tr><td>{}</td><td>{}</td><td class='n'>{:.2g}</td><td class='n'>{:.2g}</td><td class='n'>{}</td>"
+        "<td>{}</td></tr>\n",
+        run.method, verdict(run), run.drift, run.swing, run.evaluations, html_text(run.reason));
+  body +=
+      "</table>\n<p>Drift: from the mean of the first quarter of the run to that of the last. Swing: largest "
+      "less least within the first quarter. An error adds up (gains, loses) where the drift exceeds the "
+      "swing, "
+      "or goes on and on: the means of the run's eighths follow each other in order. Else it goes to and "
+      "fro: "
+      "bounded, or off by more than a tenth. All over the energy turned over.</p>\n";
+  return chart_page(runs.scene + ": long runs", runs.scene + ": energy and momentum over long runs", warnings,
+                    {fmt::format("{:.4g} steps of {:.4g} s.", runs.end / runs.step, runs.step)}, {which},
+                    body);
+}
+
+std::string long_runs_csv(const LongRuns& runs) {
+  std::string out = "method,energy,drift_per_s,swing,evaluations,reason\n";
+  for (const LongRun& run : runs.runs)
+    out += fmt::format("{},{},{:.17g},{:.17g},{},{}\n", run.method, verdict(run), run.drift, run.swing,
+                       run.evaluations, csv_text(run.reason));
+  return out;
+}
+
+}  // namespace borelli

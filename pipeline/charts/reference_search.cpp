@@ -1,0 +1,268 @@
+#include "pipeline/charts/reference_search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "dynamics/methods/integrator.hpp"
+#include "dynamics/run/simulate.hpp"
+
+namespace borelli {
+
+std::vector<MotionDifference> motion_differences(const Trajectory& a, const Trajectory& b,
+                                                 const std::vector<Eigen::Vector3d>& centres, double length) {
+  std::vector<MotionDifference> out(1);
+  for (std::size_t row = 1; row < std::min(a.times.size(), b.times.size()); ++row) {
+    out.push_back(motion_difference(&a.pose(row, 0), &b.pose(row, 0), centres));
+    out.back().position /= length;
+    out.back().widen(out[row - 1]);
+  }
+  return out;
+}
+
+double size_of(const MotionDifference& d) { return std::max(d.position, d.orientation); }
+
+namespace {
+
+// Up to where two runs differ by no more they are a reference. Where that is not to the end, but by one of
+// the looser limits it is, that is taken: what is off by more is judged, over all the time that is asked for.
+// Not where they part ever faster: there a little more time costs all accuracies but the loosest.
+constexpr double reference_limits[] = {1e-8, 1e-7, 1e-6, 1e-5};
+
+// a reference may take so many times the budget of a run
+constexpr double reference_patience = 100;
+
+// fewer outputs than that part of them are laid anew over what is left
+constexpr std::size_t scanty = 4;
+
+// two runs that part by more than the so-manieth power of time do so ever faster, as in chaos
+constexpr double steepest_growth = 6;
+
+constexpr double reference_tolerances[] = {1e-11, 1e-12, 1e-13, 1e-14};
+
+// s, about: an evaluation of the equations, which turns a budget of time into one that is the same each time
+double evaluation_time(const System& system) {
+  const double n = system.nv, rows = system.rows;
+  return 2e-7 * (2 + n) + 1e-8 * rows * rows;
+}
+
+class Search {
+ public:
+  Search(const System& system, const std::vector<Eigen::Vector3d>& centres, const SimulationSettings& how,
+         const ReferenceRequest& asked)
+      : system_(system), centres_(centres), asked_(asked), how_(how) {
+    span_ = how_.end_time - system.initial.t;
+    how_.output_interval = span_ / asked.outputs;
+  }
+
+  FoundReference run() {
+    look();
+    if (asked_.anew) lay_outputs_anew();
+    found_.end_time = how_.end_time;
+    found_.output_interval = how_.output_interval;
+    return std::move(found_);
+  }
+
+ private:
+  /// One of the two that are to agree, made once; null: it does not come through, or takes too long. The
+  /// `rung`-th of a ladder of tolerances, or of steps.
+  const Trajectory* reference_run(const std::string& method, std::size_t rung) {
+    const auto [place, is_new] = made_.try_emplace({method, rung});
+    std::optional<Trajectory>& out = place->second;
+    if (!is_new) return out ? &*out : nullptr;
+    SimulationSettings how = how_;
+    how.method = method;
+    how.tolerance = reference_tolerances[rung];
+    how.step = how_.output_interval / (8 * std::pow(4, double(rung)));
+    asked_.progress(fmt::format("reference: {}", reference_words(method, rung)));
+    Observer observer;
+    observer.limits.evaluations = reference_patience * asked_.budget / evaluation_time(system_);
+    // (a stiff scene costs an explicit method that much: first others are tried)
+    observer.limits.leave_if_stiff = !stay_though_stiff_;
+    auto t = simulate(system_, system_.initial, how, observer);
+    if (!t)
+      why_not_ = t.error().message();
+    else if (t->times.back() < how.end_time * (1 - 1e-12))
+      why_not_ =
+          fmt::format("{} would take more than {:.2g} evaluations", method, observer.limits.evaluations),
+      stiff_ = stiff_ || std::isfinite(t->certificate.stiff_from);
+    else  // (a verdict may ask for more than a reference can give: what two unlike methods agree on is proof)
+      out = std::move(*t);
+    if (!out && rung == 0) fails_.insert(method);
+    return out ? &*out : nullptr;
+  }
+
+  std::string reference_words(const std::string& method, std::size_t rung) const {
+    return method_is_adaptive(method)
+               ? fmt::format("{} at tolerance {:g}", method, reference_tolerances[rung])
+               : fmt::format("{} at step {:.3g} s", method,
+                             how_.output_interval / (8 * std::pow(4, double(rung))));
+  }
+
+  /// The last row up to which two runs agree to a limit.
+  static std::size_t agreement(const std::vector<MotionDifference>& d, double limit) {
+    std::size_t row = 0;
+    while (row + 1 < d.size() && size_of(d[row + 1]) < limit) ++row;
+    return row;
+  }
+
+  /// Whether two runs part ever faster from a row to a later one (of times after the first's).
+  static bool part_ever_faster(const std::vector<MotionDifference>& d, std::size_t from, std::size_t to) {
+    const double before = size_of(d[from]), after = size_of(d[to]);
+    return before > 0 && std::log(after / before) > steepest_growth * std::log(double(to) / double(from));
+  }
+
+  /// Two runs, and up to which row they agree to a limit.
+  struct Agreed {
+    std::string first, second;
+    std::size_t rung = 0, row = 0;
+    double limit = 0;
+    std::vector<MotionDifference> differences = {};
+    double size() const { return size_of(differences[row]); }
+  };
+
+  /// The pair that agrees to a limit for longest, or best.
+  static Agreed longest(const std::vector<Agreed>& pairs, double limit) {
+    Agreed best;
+    for (Agreed now : pairs) {
+      now.limit = limit;
+      now.row = agreement(now.differences, limit);
+      if (best.differences.empty() || now.row > best.row || (now.row == best.row && now.size() < best.size()))
+        best = std::move(now);
+    }
+    return best;
+  }
+
+  std::optional<Agreed> try_pair(const std::string& first, const std::string& second) {
+    std::vector<Agreed> pairs;
+    for (std::size_t rung = 0; rung < std::size(reference_tolerances); ++rung) {
+      if (fails_.contains(first) || fails_.contains(second)) break;
+      const Trajectory* a = reference_run(first, rung);
+      const Trajectory* b = a ? reference_run(second, rung) : nullptr;
+      if (!b) break;
+      pairs.push_back({.first = first,
+                       .second = second,
+                       .rung = rung,
+                       .differences = motion_differences(*a, *b, centres_, system_.length)});
+    }
+    if (pairs.empty()) return {};
+    const auto last = std::size_t(asked_.outputs);
+    Agreed best = longest(pairs, reference_limits[0]);
+    if (best.row < last && !part_ever_faster(best.differences, best.row / 2 + 1, last))
+      for (std::size_t i = 1; i < std::size(reference_limits) && best.row < last; ++i)
+        if (Agreed looser = longest(pairs, reference_limits[i]); looser.row == last) best = std::move(looser);
+    if (best.row == 0) {
+      if (best.differences.size() > 1 && parted_.empty())
+        parted_ = fmt::format(
+            "{} and {} part by {:.2g} up to the first time of output, t = {:.4g} s, as chaos "
+            "makes them; shorten the run or look at more times",
+            reference_words(first, best.rung), reference_words(second, best.rung),
+            size_of(best.differences[1]), system_.initial.t + how_.output_interval);
+      return {};
+    }
+    return best;
+  }
+
+  void look() {
+    // one step methods of high order of unlike making; implicit ones where these cannot get through
+    const char* stiff = system_.rows > 0 ? "arkode" : "cvode";
+    const char* unlike = system_.rows > 0 ? "gauss6" : "arkode";
+    using Pair = std::pair<const char*, const char*>;
+    const std::vector<Pair> implicit{{stiff, unlike}}, mixed{{"dop853", stiff}, {"gbs", stiff}};
+    std::optional<Agreed> best;
+    const auto try_all = [&](const std::vector<Pair>& pairs) {
+      for (const auto& [first, second] : pairs)
+        if (!best && (parted_.empty() || stiff_)) best = try_pair(first, second);
+    };
+    try_all({{"dop853", "gbs"}});
+    if (stiff_) {
+      try_all(implicit);
+      if (!best) made_.clear(), fails_.clear(), stay_though_stiff_ = true;
+      try_all({{"dop853", "gbs"}});
+    }
+    try_all(mixed);
+    try_all({{"dop853", "dopri5"}, {"dopri5", "rk4_adaptive"}});
+    try_all(implicit);
+    Reference& reference = found_.reference;
+    found_.last_row = std::size_t(asked_.outputs);
+    if (!best) {
+      const bool none = std::none_of(made_.begin(), made_.end(), [](const auto& m) { return m.second; });
+      reference.words = none ? fmt::format("No reference: no method comes through ({}).", why_not_)
+                             : fmt::format("No reference: {}. Energy and constraints alone are judged.",
+                                           parted_.empty() ? "no two different methods finished" : parted_);
+      return;
+    }
+    const MotionDifference& worst = best->differences[best->row];
+    reference = {
+        .found = true,
+        .runs = {reference_words(best->first, best->rung), reference_words(best->second, best->rung)},
+        .position = worst.position,
+        .orientation = worst.orientation,
+        .horizon = system_.initial.t + double(best->row) * how_.output_interval,
+        .words = {}};
+    found_.motion = std::move(made_.at({best->first, best->rung}));
+    made_.clear();
+    reference.words =
+        fmt::format("Reference: {}, which {} differs from by {:.1g} of the scene's length and {:.1g} rad.",
+                    reference.runs[0], reference.runs[1], reference.position, reference.orientation);
+    if (best->row < found_.last_row) {
+      const bool faster = part_ever_faster(best->differences, best->row / 2 + 1, found_.last_row);
+      chaotic_ = chaotic_ || faster;
+      reference.words +=
+          fmt::format(" Beyond t = {:.4g} s (of {:.4g} s) they part by more than {:g}{}: runs end there.",
+                      reference.horizon, how_.end_time, best->limit,
+                      faster ? ", ever faster, as in chaos or about an unstable position" : "");
+    }
+    found_.last_row = best->row;
+  }
+
+  /// Where references part early, hardly an output is left to judge runs at: so many are laid over what is
+  /// left.
+  void lay_outputs_anew() {
+    constexpr int most = 4;
+    for (int round = 0; round < most; ++round) {
+      const bool found = found_.reference.found;
+      if (found ? found_.last_row * scanty > std::size_t(asked_.outputs) : parted_.empty()) return;
+      chaotic_ = chaotic_ || !found;
+      const std::size_t left = found ? found_.last_row : 1;  // (before the first output they may agree)
+      how_.end_time = system_.initial.t + double(left) * how_.output_interval;
+      how_.output_interval = (how_.end_time - system_.initial.t) / asked_.outputs;
+      found_.reference = {};
+      found_.motion.reset();
+      made_.clear(), fails_.clear(), parted_.clear(), why_not_.clear();
+      stiff_ = stay_though_stiff_ = false;
+      look();
+      if (found_.reference.found)
+        found_.reference.words += fmt::format(
+            " Over the {:.4g} s asked for they part too early{}: runs are compared at {} times up "
+            "to t = {:.4g} s.",
+            span_, chaotic_ ? ", as in chaos" : "", found_.last_row, found_.reference.horizon);
+    }
+  }
+
+  const System& system_;
+  const std::vector<Eigen::Vector3d>& centres_;
+  const ReferenceRequest& asked_;
+  SimulationSettings how_;
+  double span_ = 0;       ///< s, how long runs were to be
+  bool chaotic_ = false;  ///< over that time references part ever faster
+  // runs by method and rung, and what was found out
+  std::map<std::pair<std::string, std::size_t>, std::optional<Trajectory>> made_;
+  std::set<std::string> fails_;
+  bool stiff_ = false, stay_though_stiff_ = false;
+  std::string why_not_;
+  std::string parted_;  ///< of two that came through: by how much they differ from the first output on
+  FoundReference found_;
+};
+
+}  // namespace
+
+FoundReference find_reference(const System& system, const std::vector<Eigen::Vector3d>& centres,
+                              const SimulationSettings& how, const ReferenceRequest& request) {
+  return Search(system, centres, how, request).run();
+}
+
+}  // namespace borelli

@@ -1,0 +1,186 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "pipeline/charts/chart_page.hpp"
+#include "pipeline/charts/volume_economy.hpp"
+
+namespace borelli {
+namespace {
+
+// `share`: of the whole scan's run time
+std::string run_time_in_words(double share) {
+  constexpr double alike = 0.1;
+  return std::abs(share - 1) < alike ? "run time unchanged" : fmt::format("{:.2g} times the run time", share);
+}
+
+using Of = VolumeTrial::Of;
+
+const char* word_for(Of of) {
+  return of == Of::work_grid ? "work grid" : of == Of::voxels ? "voxels" : "density curve";
+}
+
+std::string percent_or_none(double share) {
+  if (!std::isfinite(share)) return "none";
+  return share < 0.995 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.0f} %", 100 * share);
+}
+
+/// Which table errors are against, and how far it can be trusted.
+std::string reference_words(const VolumeEconomy& economy) {
+  std::string out = fmt::format(
+      "errors are against the scan as it is with parts found on a grid of {}, the finest that is tried, "
+      "whose "
+      "own error is not known",
+      economy.trials.front().name);
+  const VolumeTrial* next = economy.next_to_reference();
+  if (!next) return out + ", for no other grid is tried";
+  if (!next->reason.empty()) return out + fmt::format(": that of {} gives no table", next->name);
+  out += fmt::format(": it and that of {} differ by", next->name);
+  for (std::size_t c = 0; c < std::size(parts_choices); ++c)
+    out += fmt::format("{} {} ({} parts)", c > 0 ? "," : "", percent_or_none(economy.doubt(c)),
+                       parts_choices[c].count);
+  return out + ", and to less than that no figure can be trusted";
+}
+
+/// The entry that is off most.
+std::string worst_words(const VolumeTrial& trial, std::size_t choice) {
+  if (!trial.reason.empty()) return trial.reason;
+  const EntryErrors* worst = nullptr;
+  for (const EntryErrors& e : trial.errors.at(choice))
+    if (!worst || e.largest() > worst->largest()) worst = &e;
+  if (!worst || worst->largest() == 0) return "nothing differs";
+  const char* entry = worst->largest() == worst->mass     ? "mass"
+                      : worst->largest() == worst->centre ? "gravity centre"
+                                                          : "principal moments";
+  return fmt::format("{}, {}", worst->part, entry);
+}
+
+// %: stands for nothing on a logarithmic axis
+constexpr double least_drawn = 0.01;
+
+Curve curve_of(const VolumeEconomy& economy, Of of, const std::string& name, auto&& value) {
+  Curve curve{.name = name, .marks = true};
+  std::vector<const VolumeTrial*> trials;
+  for (const VolumeTrial& trial : economy.trials)
+    if (trial.of == of) trials.push_back(&trial);
+  std::sort(trials.begin(), trials.end(), [](const auto* a, const auto* b) { return a->size < b->size; });
+  for (const VolumeTrial* trial : trials) {
+    curve.x.push_back(trial->size);
+    curve.y.push_back(value(*trial));
+    curve.tips.push_back(fmt::format("{} {}: {:.3g} s", word_for(of), trial->name, trial->seconds));
+  }
+  return curve;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, Plot>> volume_economy_plots(const VolumeEconomy& economy) {
+  std::vector<std::pair<std::string, Plot>> out;
+  for (const Of of : {Of::work_grid, Of::voxels}) {
+    const std::string axis = of == Of::voxels ? "longest edge of the voxels (mm)" : "work grid (mm)";
+    Plot error{.title = fmt::format("What coarser {} cost the table", of == Of::voxels ? "voxels" : "grids"),
+               .x = {.label = axis},
+               .y = {.label = "largest error of an entry (%)", .logarithmic = true},
+               .curves = {}};
+    for (std::size_t c = 0; c < std::size(parts_choices); ++c) {
+      error.curves.push_back(
+          curve_of(economy, of, fmt::format("{} parts", parts_choices[c].count),
+                   [&](const VolumeTrial& t) { return std::max(least_drawn, 100 * t.worst(c)); }));
+    }
+    error.notes = {
+        "Relative errors of masses, gravity centres (of the part's length) and principal moments; " +
+        reference_words(economy) + ". It stands at 0.01 %. 100 %: a part is lost."};
+    if (of == Of::voxels)
+      error.notes.push_back("Voxels are averaged in whole blocks: twice, three times the edges.");
+    Plot time{
+        .title = fmt::format("What coarser {} save", of == Of::voxels ? "voxels" : "grids"),
+        .x = {.label = axis},
+        .y = {.label = "processor time (s)", .low = 0},
+        .curves = {curve_of(economy, of, "parts and table", [](const VolumeTrial& t) { return t.seconds; })}};
+    out.emplace_back(of == Of::voxels ? "voxels_error" : "grid_error", std::move(error));
+    out.emplace_back(of == Of::voxels ? "voxels_time" : "grid_time", std::move(time));
+  }
+  return out;
+}
+
+std::vector<std::string> in_words(const VolumeEconomy& economy) {
+  std::vector<std::string> out{reference_words(economy)};
+  const VolumeTrial& whole = economy.trials.front();
+  for (const Of of : {Of::work_grid, Of::voxels})
+    for (std::size_t c = 0; c < std::size(parts_choices); ++c) {
+      const VolumeTrial* best = economy.pick(of, c);
+      if (best && economy.doubt(c) > economy.tolerance) {
+        out.push_back(fmt::format(
+            "{} parts within {}: nothing coarser than {} of {} is chosen, and whether that does is not known",
+            parts_choices[c].count, percent_or_none(economy.tolerance),
+            of == Of::voxels ? "voxels" : "a work grid", best->name));
+        continue;
+      }
+      const auto any = [&](const auto& is_one) {
+        return std::any_of(economy.trials.begin(), economy.trials.end(),
+                           [&](const VolumeTrial& t) { return t.of == of && is_one(t); });
+      };
+      if (best && !any([&](const auto& t) { return t.size != best->size; })) {
+        out.push_back(fmt::format("{} parts within {}: no coarser {} than {} are tried",
+                                  parts_choices[c].count, percent_or_none(economy.tolerance),
+                                  of == Of::voxels ? "voxels" : "grids", best->name));
+        continue;
+      }
+      const bool finest = best && !any([&](const auto& t) { return t.size < best->size; });
+      if (finest) {
+        out.push_back(fmt::format("{} parts within {}: no coarser {} tried do than {}",
+                                  parts_choices[c].count, percent_or_none(economy.tolerance),
+                                  of == Of::voxels ? "voxels" : "grids", best->name));
+        continue;
+      }
+      out.push_back(best ? fmt::format("{} parts within {}: {} of {} do, off by {}, {}",
+                                       parts_choices[c].count, percent_or_none(economy.tolerance),
+                                       word_for(of), best->name, percent_or_none(best->worst(c)),
+                                       run_time_in_words(best->seconds / whole.seconds))
+                         : fmt::format("{} parts within {}: no {} tried", parts_choices[c].count,
+                                       percent_or_none(economy.tolerance), word_for(of)));
+    }
+  for (const VolumeTrial& trial : economy.trials)
+    if (trial.of == Of::density_curve && trial.name != economy.curve)
+      out.push_back(fmt::format("density curve {} differs by up to {} ({})", trial.name,
+                                percent_or_none(trial.worst(0)), worst_words(trial, 0)));
+  return out;
+}
+
+std::string volume_economy_csv(const VolumeEconomy& economy) {
+  std::string out = "of,name,size_mm,parts,largest_error,worst,seconds\n";
+  for (const VolumeTrial& trial : economy.trials)
+    for (std::size_t c = 0; c < std::size(parts_choices); ++c)
+      out += fmt::format("{},{},{:.6g},{},{},{},{:.4g}\n", word_for(trial.of), csv_text(trial.name),
+                         trial.size, parts_choices[c].count,
+                         trial.reason.empty() ? fmt::format("{:.17g}", trial.worst(c)) : "",
+                         csv_text(worst_words(trial, c)), trial.seconds);
+  return out;
+}
+
+std::string volume_economy_page(const VolumeEconomy& economy, const std::string& title,
+                                const std::vector<std::string>& warnings) {
+  PageButtons which{"of", {}};
+  std::string body;
+  for (const auto& [name, plot] : volume_economy_plots(economy)) {
+    std::string says = name;
+    std::replace(says.begin(), says.end(), '_', ' ');
+    which.values.emplace_back(name, says);
+    body += fmt::format("<div class='plot' data-of='{}'>{}</div>\n", name, svg(plot));
+  }
+  body +=
+      "<h2>Tried</h2>\n<table><tr><th>what</th><th></th><th class='n'>s</th><th class='n'>16 parts</th><th "
+      "class='n'>14</th><th class='n'>6</th><th>worst of 16</th></tr>\n";
+  for (const VolumeTrial& t : economy.trials)
+    body += fmt::format(
+        "<tr><td>{}</td><td>{}</td><td class='n'>{:.3g}</td><td class='n'>{}</td><td class='n'>{}</td><td "
+        "class='n'>{}</td><td>{}</td></tr>\n",
+        word_for(t.of), html_text(t.name), t.seconds, percent_or_none(t.worst(0)),
+        percent_or_none(t.worst(1)), percent_or_none(t.worst(2)), html_text(worst_words(t, 0)));
+  body += "</table>\n";
+  return chart_page(title + ": economy", title + ": what the scan needs", warnings, in_words(economy),
+                    {which}, body);
+}
+
+}  // namespace borelli

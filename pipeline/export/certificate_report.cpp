@@ -1,0 +1,164 @@
+#include "pipeline/export/certificate_report.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "dynamics/run/step_watch.hpp"
+
+namespace borelli {
+
+namespace {
+
+// A run of even steps has none that is the smallest, but the certificate keeps its first.
+std::string smallest_step(const Certificate& c) {
+  if (c.steps_accepted == 0) return "";
+  if (c.smallest_step_time == 0)
+    return fmt::format("; none smaller than the first, {:.3g} s", c.smallest_step);
+  return fmt::format("; the smallest was {:.3g} s (at {:.6g} s)", c.smallest_step, c.smallest_step_time);
+}
+
+std::string shock_of(const LoggedEvent& e) {
+  if (e.impulse == 0) return "";
+  return fmt::format(" (impulse {:.6g}, {:.6g} J lost)", e.impulse, e.energy_lost);
+}
+
+}  // namespace
+
+std::string text_of(const Certificate& c) {
+  std::string out = c.trusted ? "trusted\n" : fmt::format("UNTRUSTED: {}\n", c.reason);
+  const auto line = [&](const std::string& text) { out += text + '\n'; };
+  line("vouches for " + vouches_for(c));
+  const double share = c.energy_turnover > 0 ? c.energy_drift / c.energy_turnover : 0;
+  line(fmt::format(
+      "energy: drifts by at most {:.3g} J (at {:.6g} s), {:.2g} of the {:.4g} J turned over; trusted up to "
+      "{:.2g}",
+      c.energy_drift, c.energy_drift_time, share, c.energy_turnover, c.energy_threshold));
+  const std::pair<const char*, double> works[] = {
+      {"forces and dampers", c.work_efforts},     {"driven coordinates", c.work_drives},
+      {"moving constraints", c.work_constraints}, {"constraints that are off", c.work_baumgarte},
+      {"projection", c.work_projection},          {"events", c.work_events}};
+  for (const auto& [name, work] : works)
+    if (work != 0) line(fmt::format("work of {}: {:.6g} J", name, work));
+  if (c.impacts > 0) line(fmt::format("impacts: {}, in which {:.6g} J were lost", c.impacts, c.impact_loss));
+  if (c.contact_error > 0)
+    line(fmt::format("contacts within steps: at most {:.3g} J given or taken beside their laws",
+                     c.contact_error));
+  for (const Conserved& m : c.conserved)
+    line(fmt::format("{}: drifts by at most {:.3g} of {:.4g} (at {:.6g} s)", m.name, m.drift, m.scale,
+                     m.time));
+  if (c.constraint_rows > 0)
+    line(fmt::format("constraints: {} rows of rank {}; {:.2g} from dependence at the nearest (at {:.6g} s)",
+                     c.constraint_rows, c.constraint_rank, c.nearness, c.nearness_time));
+  if (!c.assembly_position_coordinate.empty())
+    line(fmt::format("assembly: moved the initial positions by at most {:.4g} m or rad ('{}')",
+                     c.assembly_position, c.assembly_position_coordinate));
+  if (!c.assembly_velocity_coordinate.empty())
+    line(fmt::format("assembly: changed the initial velocities by at most {:.4g} m/s or rad/s ('{}')",
+                     c.assembly_velocity, c.assembly_velocity_coordinate));
+  std::size_t never_off = 0;
+  for (const ConstraintResidual& r : c.residuals) {
+    if (r.position == 0 && r.velocity == 0 && r.acceleration == 0) {
+      ++never_off;
+      continue;
+    }
+    line(fmt::format(
+        "constraint '{}': off by at most {:.3g} (at {:.6g} s), its velocity by {:.3g} (at {:.6g} s), its "
+        "acceleration by {:.3g} (at {:.6g} s)",
+        r.constraint, r.position, r.position_time, r.velocity, r.velocity_time, r.acceleration,
+        r.acceleration_time));
+  }
+  if (never_off > 0) line(fmt::format("constraints that were never off: {}", never_off));
+  for (const std::string& row : c.redundant) line("redundant: " + row);
+  if (!c.method.empty()) line(fmt::format("integrated by {} with the {} equations", c.method, c.equations));
+  line(fmt::format("steps: {} accepted, {} rejected, {} evaluations{}", c.steps_accepted, c.steps_rejected,
+                   c.evaluations, smallest_step(c)));
+  if (!c.step_defect_coordinate.empty())
+    line(fmt::format(
+        "steps of one length: of the motion of '{}' they miss at most {:.2g} of a step (at {:.6g} "
+        "s); trusted up to {:.2g}",
+        c.step_defect_coordinate, c.step_defect, c.step_defect_time, StepWatch::limit));
+  constexpr std::size_t most_events = 100;
+  for (std::size_t i = 0; i < std::min(most_events, c.events.size()); ++i)
+    line(fmt::format("event at {:.9g} s: {}, {}{}", c.events[i].time, c.events[i].kind, c.events[i].name,
+                     shock_of(c.events[i])));
+  if (c.events.size() > most_events)
+    line(fmt::format("and {} events more, all of them in the .h5 file", c.events.size() - most_events));
+  for (const std::string& note : c.notes) line("note: " + note);
+  return out;
+}
+
+nlohmann::json json_of(const Certificate& c) {
+  nlohmann::json out{{"trusted", c.trusted},
+                     {"reason", c.reason},
+                     {"reason_time", c.reason_time},
+                     {"method", c.method},
+                     {"equations", c.equations},
+                     {"energy_drift", c.energy_drift},
+                     {"energy_drift_time", c.energy_drift_time},
+                     {"energy_turnover", c.energy_turnover},
+                     {"energy_threshold", c.energy_threshold},
+                     {"work",
+                      {{"efforts", c.work_efforts},
+                       {"drives", c.work_drives},
+                       {"constraints", c.work_constraints},
+                       {"baumgarte", c.work_baumgarte},
+                       {"projection", c.work_projection},
+                       {"projection_size", c.work_projection_size},
+                       {"events", c.work_events},
+                       {"events_size", c.work_events_size}}},
+                     {"assembly",
+                      {{"position", c.assembly_position},
+                       {"position_coordinate", c.assembly_position_coordinate},
+                       {"velocity", c.assembly_velocity},
+                       {"velocity_coordinate", c.assembly_velocity_coordinate}}},
+                     {"conserved", nlohmann::json::array()},
+                     {"residuals", nlohmann::json::array()},
+                     {"constraint_rows", c.constraint_rows},
+                     {"constraint_rank", c.constraint_rank},
+                     {"nearness", c.nearness},
+                     {"nearness_time", c.nearness_time},
+                     {"singular_passages", c.singular_passages},
+                     {"singular_turn", c.singular_turn},
+                     {"redundant", c.redundant},
+                     {"contacts", c.contacts},
+                     {"impacts", c.impacts},
+                     {"impact_loss", c.impact_loss},
+                     {"contact_error", c.contact_error},
+                     {"steps_accepted", c.steps_accepted},
+                     {"steps_rejected", c.steps_rejected},
+                     {"evaluations", c.evaluations},
+                     {"smallest_step", c.smallest_step},
+                     {"smallest_step_time", c.smallest_step_time},
+                     {"step_defect", c.step_defect},
+                     {"step_defect_time", c.step_defect_time},
+                     {"step_defect_coordinate", c.step_defect_coordinate},
+                     {"accuracy", c.accuracy},
+                     {"estimated_error", c.estimated_error},
+                     {"vouches_for", vouches_for(c)},
+                     {"state_known_until", c.known_until},
+                     {"stiff_from", c.stiff_from},
+                     {"events", nlohmann::json::array()},
+                     {"notes", c.notes}};
+  for (const Conserved& m : c.conserved)
+    out["conserved"].push_back({{"name", m.name}, {"drift", m.drift}, {"scale", m.scale}, {"time", m.time}});
+  for (const ConstraintResidual& r : c.residuals)
+    out["residuals"].push_back({{"constraint", r.constraint},
+                                {"position", r.position},
+                                {"velocity", r.velocity},
+                                {"position_time", r.position_time},
+                                {"velocity_time", r.velocity_time},
+                                {"acceleration", r.acceleration},
+                                {"acceleration_time", r.acceleration_time}});
+  for (const LoggedEvent& e : c.events)
+    out["events"].push_back({{"time", e.time},
+                             {"kind", e.kind},
+                             {"name", e.name},
+                             {"impulse", e.impulse},
+                             {"energy_lost", e.energy_lost}});
+  return out;
+}
+
+}  // namespace borelli

@@ -1,0 +1,282 @@
+#include "pipeline/export/glb.hpp"
+
+#include <fmt/format.h>
+#include <tiny_gltf.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <sstream>
+
+namespace borelli {
+
+namespace {
+
+/// The buffer that grows, with a view and an accessor for each array put into it.
+class Buffer {
+ public:
+  explicit Buffer(tinygltf::Model& model) : model_(model) { model_.buffers.emplace_back(); }
+
+  /// Puts `count` elements of `components` numbers each; answers the accessor's index. `target` is what the
+  /// view is for (vertices, indices), 0 for an animation's data.
+  template <class Number>
+  int put(const std::vector<Number>& numbers, int components, int target) {
+    auto& bytes = model_.buffers.front().data;
+    tinygltf::BufferView view;
+    view.buffer = 0;
+    view.byteOffset = bytes.size();
+    view.byteLength = numbers.size() * sizeof(Number);
+    view.target = target;
+    const auto* first = reinterpret_cast<const unsigned char*>(numbers.data());
+    bytes.insert(bytes.end(), first, first + view.byteLength);
+    bytes.resize((bytes.size() + 3) / 4 * 4);  // every accessor starts at a multiple of its number's size
+    model_.bufferViews.push_back(std::move(view));
+
+    tinygltf::Accessor accessor;
+    accessor.bufferView = static_cast<int>(model_.bufferViews.size()) - 1;
+    accessor.count = numbers.size() / static_cast<std::size_t>(components);
+    accessor.componentType = std::is_same_v<Number, float>           ? TINYGLTF_COMPONENT_TYPE_FLOAT
+                             : std::is_same_v<Number, std::uint16_t> ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT
+                                                                     : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+    accessor.type = components == 1   ? TINYGLTF_TYPE_SCALAR
+                    : components == 3 ? TINYGLTF_TYPE_VEC3
+                                      : TINYGLTF_TYPE_VEC4;
+    model_.accessors.push_back(std::move(accessor));
+    return static_cast<int>(model_.accessors.size()) - 1;
+  }
+
+  /// States the smallest and largest of each component, as glTF demands of positions and times.
+  void state_range(int accessor, const std::vector<float>& numbers, int components) {
+    auto& stated = model_.accessors[static_cast<std::size_t>(accessor)];
+    for (int c = 0; c < components; ++c) {
+      float low = numbers[static_cast<std::size_t>(c)], high = low;
+      for (auto i = static_cast<std::size_t>(c); i < numbers.size();
+           i += static_cast<std::size_t>(components)) {
+        low = std::min(low, numbers[i]);
+        high = std::max(high, numbers[i]);
+      }
+      stated.minValues.push_back(low);
+      stated.maxValues.push_back(high);
+    }
+  }
+
+ private:
+  tinygltf::Model& model_;
+};
+
+Result<void> check(const std::vector<Mesh>& meshes) {
+  if (meshes.empty()) return failure("body.glb", "no part has a surface; nothing to draw");
+  std::set<std::string_view> names;
+  for (const Mesh& mesh : meshes) {
+    if (!names.insert(mesh.name).second) return failure(mesh.name, "two meshes have this name");
+    if (mesh.triangles.empty()) return failure(mesh.name, "its mesh has no triangle");
+    for (const auto& triangle : mesh.triangles)
+      for (const auto corner : triangle)
+        if (corner >= mesh.points.size())
+          return failure(mesh.name, fmt::format("a triangle names point {} of a mesh with {} points", corner,
+                                                mesh.points.size()));
+    for (const auto& point : mesh.points)
+      for (const float coordinate : point)
+        if (!std::isfinite(coordinate)) return failure(mesh.name, "a point of its mesh is not finite");
+  }
+  return {};
+}
+
+/// Points in the solid's frame and unit normals: means of the triangles' normals, weighted by their areas.
+/// Points of no triangle get an arbitrary normal, for glTF wants every one to be unit.
+struct Surface {
+  std::vector<float> points, normals;
+};
+
+Surface surface_in(const Pose& X_SW, const Mesh& mesh) {
+  std::vector<Eigen::Vector3d> p_S(mesh.points.size());
+  std::ranges::transform(mesh.points, p_S.begin(),
+                         [&](const auto& p_W) { return X_SW * Eigen::Vector3d(p_W[0], p_W[1], p_W[2]); });
+  std::vector<Eigen::Vector3d> sums(p_S.size(), Eigen::Vector3d::Zero());
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector3d twice_area = (p_S[t[1]] - p_S[t[0]]).cross(p_S[t[2]] - p_S[t[0]]);
+    for (const auto corner : t) sums[corner] += twice_area;
+  }
+  Surface surface;
+  surface.points.reserve(3 * p_S.size());
+  surface.normals.reserve(3 * p_S.size());
+  for (std::size_t i = 0; i < p_S.size(); ++i) {
+    const double length = sums[i].norm();
+    const Eigen::Vector3d normal = length > 0 ? Eigen::Vector3d(sums[i] / length) : Eigen::Vector3d::UnitZ();
+    for (int c = 0; c < 3; ++c) {
+      surface.points.push_back(static_cast<float>(p_S[i][c]));
+      surface.normals.push_back(static_cast<float>(normal[c]));
+    }
+  }
+  return surface;
+}
+
+int put_triangles(Buffer& buffer, const Mesh& mesh) {
+  const auto flat = [&]<class Index>(Index) {
+    std::vector<Index> indices;
+    indices.reserve(3 * mesh.triangles.size());
+    for (const auto& triangle : mesh.triangles)
+      for (const auto corner : triangle) indices.push_back(static_cast<Index>(corner));
+    return buffer.put(indices, 1, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+  };
+  // 65535 is glTF's mark for "primitive restart" and no index
+  return mesh.points.size() < 65535 ? flat(std::uint16_t{}) : flat(std::uint32_t{});
+}
+
+/// The part's mesh and material; answers the mesh's index.
+int add_mesh(tinygltf::Model& model, Buffer& buffer, const Mesh& mesh, const Pose& X_SW,
+             const Colour& colour) {
+  const auto linear = [](std::uint8_t srgb) {  // glTF's factors are linear; IEC 61966-2-1
+    const double c = srgb / 255.0;
+    return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+  };
+  tinygltf::Material material;
+  material.name = mesh.name;
+  material.pbrMetallicRoughness.baseColorFactor = {linear(colour.red), linear(colour.green),
+                                                   linear(colour.blue), 1};
+  material.pbrMetallicRoughness.metallicFactor = 0;
+  material.pbrMetallicRoughness.roughnessFactor = 0.7;
+  model.materials.push_back(std::move(material));
+
+  const Surface surface = surface_in(X_SW, mesh);
+  tinygltf::Primitive primitive;
+  primitive.mode = TINYGLTF_MODE_TRIANGLES;
+  primitive.material = static_cast<int>(model.materials.size()) - 1;
+  const int points = buffer.put(surface.points, 3, TINYGLTF_TARGET_ARRAY_BUFFER);
+  buffer.state_range(points, surface.points, 3);
+  primitive.attributes["POSITION"] = points;
+  primitive.attributes["NORMAL"] = buffer.put(surface.normals, 3, TINYGLTF_TARGET_ARRAY_BUFFER);
+  primitive.indices = put_triangles(buffer, mesh);
+
+  tinygltf::Mesh drawn;
+  drawn.name = mesh.name;
+  drawn.primitives.push_back(std::move(primitive));
+  model.meshes.push_back(std::move(drawn));
+  return static_cast<int>(model.meshes.size()) - 1;
+}
+
+/// One solid's poses at the kept times, as the two arrays of glTF's channels.
+struct Track {
+  std::vector<float> translations, rotations;  // x y z; x y z w
+
+  void append(const Pose& X_WS) {
+    Quaternion turn = quaternion(X_WS.R);
+    // q and -q are one rotation, but a viewer that interpolates would go the long way round
+    if (turn.dot(last_) < 0) turn = -turn;
+    last_ = turn;
+    for (int c = 0; c < 3; ++c) translations.push_back(static_cast<float>(X_WS.p[c]));
+    for (const int c : {1, 2, 3, 0}) rotations.push_back(static_cast<float>(turn[c]));
+  }
+
+ private:
+  Quaternion last_ = identity_quaternion();
+};
+
+void add_channel(tinygltf::Animation& animation, int node, const char* path, int times, int values) {
+  tinygltf::AnimationSampler sampler;
+  sampler.interpolation = "LINEAR";
+  sampler.input = times;
+  sampler.output = values;
+  animation.samplers.push_back(std::move(sampler));
+  tinygltf::AnimationChannel channel;
+  channel.sampler = static_cast<int>(animation.samplers.size()) - 1;
+  channel.target_node = node;
+  channel.target_path = path;
+  animation.channels.push_back(std::move(channel));
+}
+
+void place(tinygltf::Node& node, const Track& track) {
+  node.translation.assign(track.translations.begin(), track.translations.begin() + 3);
+  node.rotation.assign(track.rotations.begin(), track.rotations.begin() + 4);
+}
+
+Result<std::string> written(const tinygltf::Model& model) {
+  std::ostringstream stream;
+  tinygltf::TinyGLTF writer;
+  if (!writer.WriteGltfSceneToStream(&model, stream, false, true) || !stream)
+    return failure("body.glb", "could not be put together");
+  return stream.str();
+}
+
+}  // namespace
+
+std::vector<std::size_t> kept_samples(const std::vector<double>& times, double samples_per_second) {
+  std::vector<std::size_t> kept;
+  const double gap = (1 - 1e-9) / samples_per_second;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const bool first = kept.empty(), last = i + 1 == times.size();
+    if (!first && times[i] - times[kept.back()] < gap) {
+      if (!last ||
+          static_cast<float>(times[i] - times[0]) <= static_cast<float>(times[kept.back()] - times[0]))
+        continue;
+      if (kept.size() > 1) kept.pop_back();  // the end of the motion goes before the sample just before it
+    }
+    kept.push_back(i);
+  }
+  return kept;
+}
+
+Result<std::string> glb(const std::vector<Mesh>& meshes, const ScanPoses& X_WS_scan,
+                        const Trajectory& trajectory, const GlbSettings& settings) {
+  if (const auto checked = check(meshes); !checked) return tl::unexpected(checked.error());
+  tinygltf::Model model;
+  model.asset.version = "2.0";
+  model.asset.generator = "borelli";
+  Buffer buffer(model);
+  tinygltf::Animation animation;
+  animation.name = "motion";
+
+  tinygltf::Node world;
+  world.name = "world";
+  world.rotation = {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)};  // a quarter turn about x: Z up to Y up
+  model.nodes.push_back(std::move(world));
+
+  const std::vector<std::size_t> kept = kept_samples(trajectory.times, settings.samples_per_second);
+  int times = -1;  // the accessor that all tracks share, made for the first of them
+  const auto shared_times = [&] {
+    if (times >= 0) return times;
+    std::vector<float> seconds;
+    for (const std::size_t i : kept)
+      seconds.push_back(static_cast<float>(trajectory.times[i] - trajectory.times[0]));
+    times = buffer.put(seconds, 1, 0);
+    buffer.state_range(times, seconds, 1);
+    return times;
+  };
+
+  for (const Mesh& mesh : meshes) {
+    const auto scan = X_WS_scan.find(mesh.name);
+    const auto solid = std::ranges::find(trajectory.solids, mesh.name);
+    const bool has_solid = scan != X_WS_scan.end() && solid != trajectory.solids.end() && !kept.empty();
+    const Pose X_WS = scan != X_WS_scan.end() ? scan->second : Pose{};
+
+    Track track;
+    if (!has_solid) track.append(X_WS);
+    for (const std::size_t i : has_solid ? kept : std::vector<std::size_t>{})
+      track.append(trajectory.pose(i, static_cast<std::size_t>(solid - trajectory.solids.begin())));
+
+    tinygltf::Node node;
+    node.name = mesh.name;
+    const auto colour = settings.colours.find(mesh.name);
+    node.mesh = add_mesh(model, buffer, mesh, X_WS.inverse(),
+                         colour != settings.colours.end() ? colour->second : part_colour(mesh.name));
+    place(node, track);
+    const int index = static_cast<int>(model.nodes.size());
+    if (has_solid && kept.size() > 1) {
+      add_channel(animation, index, "translation", shared_times(), buffer.put(track.translations, 3, 0));
+      add_channel(animation, index, "rotation", shared_times(), buffer.put(track.rotations, 4, 0));
+    }
+    model.nodes.front().children.push_back(index);
+    model.nodes.push_back(std::move(node));
+  }
+  if (!animation.channels.empty()) model.animations.push_back(std::move(animation));
+
+  tinygltf::Scene scene;
+  scene.name = settings.title;
+  scene.nodes = {0};
+  model.scenes.push_back(std::move(scene));
+  model.defaultScene = 0;
+  return written(model);
+}
+
+}  // namespace borelli

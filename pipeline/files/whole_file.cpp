@@ -1,0 +1,297 @@
+#include "pipeline/files/whole_file.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <climits>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <system_error>
+#include <vector>
+
+namespace borelli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Partial files that are being written now. Plain bytes at a fixed place, so that a signal's handler may read
+// them: it must not lock or allocate.
+struct Slot {
+  std::atomic<bool> taken{false}, ready{false};
+  std::atomic<pid_t> thread{0};
+  std::array<char, PATH_MAX> path{};
+};
+std::array<Slot, 16> slots;
+std::atomic<bool> stopped{false};
+
+class Noted {
+ public:
+  explicit Noted(const std::string& path) {
+    if (path.size() >= PATH_MAX) return;
+    for (Slot& slot : slots) {
+      if (slot.taken.exchange(true)) continue;
+      std::memcpy(slot.path.data(), path.c_str(), path.size() + 1);
+      slot.thread = gettid();
+      slot.ready = true;
+      slot_ = &slot;
+      return;
+    }
+  }
+  ~Noted() { forget(); }
+  void forget() {
+    if (!slot_) return;
+    slot_->ready = false;
+    slot_->taken = false;
+    slot_ = nullptr;
+  }
+  Noted(const Noted&) = delete;
+  Noted& operator=(const Noted&) = delete;
+
+ private:
+  Slot* slot_ = nullptr;
+};
+
+void replace_all(std::string& text, const std::string& from, const std::string& to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
+}
+
+fs::path folder_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+constexpr std::string_view partial_prefix = ".partial-";
+
+// the name of a file while it is being written
+std::string partial_name(const std::string& name) {
+  return std::string(partial_prefix) + std::to_string(getpid()) + "-" + name;
+}
+
+// Shared lock on a folder while a file in it is written. It also shows a living writer to programs that
+// cannot see the writer's process (another container, another machine with the same disk).
+class WriterInFolder {
+ public:
+  explicit WriterInFolder(const fs::path& folder)
+      : file_(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (file_ >= 0) flock(file_, LOCK_SH | LOCK_NB);
+  }
+  ~WriterInFolder() {
+    if (file_ >= 0) close(file_);
+  }
+  WriterInFolder(const WriterInFolder&) = delete;
+  WriterInFolder& operator=(const WriterInFolder&) = delete;
+
+ private:
+  int file_;
+};
+
+// The process in ".partial-PROCESS-NAME", with NAME as `target`; 0 for other names.
+pid_t writer_of(std::string_view name, std::string_view& target) {
+  if (!name.starts_with(partial_prefix)) return 0;
+  name.remove_prefix(partial_prefix.size());
+  pid_t process = 0;
+  const auto [end, problem] = std::from_chars(name.data(), name.data() + name.size(), process);
+  if (problem != std::errc() || process <= 0 || end == name.data() + name.size() || *end != '-') return 0;
+  target = name.substr(static_cast<std::size_t>(end + 1 - name.data()));
+  return process;
+}
+
+// Removes partial files in `folder` (not below) whose writers have ended: of one target, or of all ("").
+void sweep_folder(const fs::path& folder, std::string_view of_target) {
+  std::error_code problem, ignored;
+  std::vector<std::pair<fs::path, pid_t>> found;
+  for (fs::directory_iterator entry(folder, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
+    const std::string name = entry->path().filename().string();
+    std::string_view target;
+    const pid_t writer = writer_of(name, target);
+    if (writer == 0 || (!of_target.empty() && target != of_target) || entry->is_symlink(problem)) continue;
+    if (writer == getpid() || (kill(writer, 0) != 0 && errno == ESRCH))
+      found.emplace_back(entry->path(), writer);
+  }
+  if (found.empty()) return;
+  const int file = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (file < 0) return;
+  const bool nobody_writes = flock(file, LOCK_EX | LOCK_NB) == 0;
+  const bool no_locks_here = !nobody_writes && errno != EWOULDBLOCK;
+  for (const auto& [partial, writer] : found)
+    if (nobody_writes || (no_locks_here && writer != getpid())) fs::remove_all(partial, ignored);
+  close(file);
+}
+
+// Flushes a file or folder to the disk.
+Result<void> sync(const fs::path& path, bool folder = false) {
+  const int file = open(path.c_str(), O_RDONLY | O_CLOEXEC | (folder ? O_DIRECTORY : 0));
+  if (file < 0 && (folder || errno == EACCES)) return {};  // no right to read it
+  if (file < 0) return failure(path.string(), std::string("cannot be read again: ") + std::strerror(errno));
+  const int answer = fsync(file), reason = errno;
+  close(file);
+  if (answer == 0 || reason == EINVAL || reason == ENOTSUP) return {};  // some file systems cannot
+  return failure(path.string(), std::string("cannot be flushed to the disk: ") + std::strerror(reason));
+}
+
+// The error with the final path in place of the temporary one.
+tl::unexpected<Error> named(Error error, const fs::path& beside, const fs::path& path) {
+  for (std::string* text : {&error.where, &error.what}) replace_all(*text, beside.string(), path.string());
+  return tl::unexpected(std::move(error));
+}
+
+// what stands against a file of that name in `folder`, "" where nothing does
+std::string obstacle(const fs::path& folder, const std::string& name) {
+  std::error_code problem;
+  std::vector<fs::path> missing;
+  fs::path there = folder;
+  for (; !fs::exists(there, problem) && there != folder_of(there); there = folder_of(there))
+    missing.push_back(there);
+  if (!fs::is_directory(there, problem)) return there.string() + " is not a folder";
+  std::vector<fs::path> made;
+  std::string found;
+  for (auto next = missing.rbegin(); next != missing.rend() && found.empty(); ++next) {
+    if (fs::create_directory(*next, problem)) made.push_back(*next);
+    if (problem) found = "the folder " + next->string() + " cannot be made: " + problem.message();
+  }
+  if (found.empty()) {
+    const fs::path probe = folder / partial_name(name);
+    const int file = open(probe.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
+    if (file < 0)
+      found = "the folder " + folder.string() + ": " + std::strerror(errno);
+    else
+      close(file), unlink(probe.c_str());
+  }
+  for (auto last = made.rbegin(); last != made.rend(); ++last) rmdir(last->c_str());
+  return found;
+}
+
+Result<void> check_no_folder(const fs::path& path) {
+  std::error_code problem;
+  if (fs::is_directory(path, problem))
+    return bad_use(path.string(), "is a folder, expected the name of a file to write");
+  return {};
+}
+
+}  // namespace
+
+void stop_writing() noexcept {
+  stopped = true;
+  // a thread that is noted and has not opened its file yet had not seen that: the file is waited for
+  std::array<bool, slots.size()> removed{};
+  for (int waited = 0; waited < 500; ++waited) {  // ms
+    bool missing = false;
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      if (!slots[i].ready) continue;
+      removed[i] = unlink(slots[i].path.data()) == 0 || removed[i];
+      missing = missing || (!removed[i] && slots[i].thread != gettid());
+    }
+    if (!missing) return;
+    poll(nullptr, 0, 1);
+  }
+}
+
+Result<void> check_writable(const fs::path& path, const std::vector<fs::path>& inputs) {
+  if (auto fine = check_no_folder(path); !fine) return fine;
+  std::error_code absent;
+  for (const fs::path& input : inputs)
+    if (fs::equivalent(path, input, absent))
+      return bad_use(path.string(), "is what this command reads; name another file");
+  if (const std::string found = obstacle(folder_of(path), path.filename().string()); !found.empty())
+    return failure(path.string(), "cannot be written: " + found);
+  return {};
+}
+
+Result<void> check_folder_writable(const fs::path& folder, const std::vector<std::string>& names) {
+  if (const std::string found = obstacle(folder, "probe"); !found.empty())
+    return failure(folder.string(), "cannot be written to: " + found);
+  for (const std::string& name : names)
+    if (auto fine = check_no_folder(folder / name); !fine) return fine;
+  return {};
+}
+
+Result<void> write_whole(const fs::path& path, const std::function<Result<void>(const fs::path&)>& write) {
+  if (auto fine = check_no_folder(path); !fine) return fine;
+  std::error_code problem;
+  const fs::path folder = folder_of(path);
+  fs::create_directories(folder, problem);
+  if (problem) return failure(folder.string(), "cannot make this folder: " + problem.message());
+  sweep_partial_files(path);
+  const WriterInFolder writer(folder);
+
+  // hidden, so that a person does not take it for a result; the extension stays, since writers choose by it
+  const fs::path beside = folder / partial_name(path.filename().string());
+  Noted noted(beside.string());
+  if (stopped) {
+    noted.forget();
+    for (;;) pause();  // until the program ends
+  }
+  auto done = write(beside);
+  if (done) done = sync(beside);
+  if (done) {
+    fs::rename(beside, path, problem);
+    if (problem) done = failure(path.string(), "cannot put the file in place: " + problem.message());
+  }
+  if (done) return sync(folder, true);
+  fs::remove(beside, problem);
+  return named(done.error(), beside, path);
+}
+
+Result<void> write_whole_set(const fs::path& folder, const std::vector<std::string>& names,
+                             const std::function<Result<void>(const fs::path&)>& write) {
+  const fs::path beside = folder / partial_name(names.front());
+  sweep_partial_files(folder / names.front());
+  std::error_code problem, ignored;
+  fs::remove_all(beside, ignored);
+  fs::create_directories(folder, problem);
+  const WriterInFolder writer(folder);
+  if (!problem) fs::create_directories(beside, problem);
+  if (problem) return failure(folder.string(), "cannot be written to: " + problem.message());
+  auto done = write(beside);
+  for (const std::string& name : names)
+    if (done) done = sync(beside / name);
+  for (const std::string& name : names) {
+    if (!done) break;
+    fs::rename(beside / name, folder / name, problem);
+    if (problem) done = failure((folder / name).string(), "cannot be written: " + problem.message());
+  }
+  fs::remove_all(beside, ignored);
+  if (done) return sync(folder, true);
+  return named(done.error(), beside, folder);
+}
+
+void sweep_partial_files(const fs::path& path) { sweep_folder(folder_of(path), path.filename().string()); }
+
+void sweep_partial_files_below(const fs::path& folder) {
+  sweep_folder(folder, "");
+  std::error_code problem;
+  for (fs::recursive_directory_iterator entry(folder, problem), end; !problem && entry != end;
+       entry.increment(problem))
+    if (entry->is_directory(problem)) sweep_folder(entry->path(), "");
+}
+
+Result<void> write_whole(const fs::path& path, std::string_view bytes) {
+  return write_whole(path, [&](const fs::path& beside) { return write_bytes(beside, bytes); });
+}
+
+Result<void> write_bytes(const fs::path& path, std::string_view bytes) {
+  const auto complain = [&] {
+    return failure(path.string(), std::string("cannot be written: ") + std::strerror(errno));
+  };
+  std::FILE* file = std::fopen(path.c_str(), "wb");
+  if (!file) return complain();
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file) != bytes.size() || std::fflush(file) != 0) {
+    auto problem = complain();
+    std::fclose(file);
+    return problem;
+  }
+  if (std::fclose(file) != 0) return complain();
+  return {};
+}
+
+}  // namespace borelli

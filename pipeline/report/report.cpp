@@ -1,0 +1,365 @@
+#include "pipeline/report/report.hpp"
+
+#include <fmt/format.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <future>
+
+#include "pipeline/charts/chart_page.hpp"
+#include "pipeline/export/certificate_report.hpp"
+#include "pipeline/export/cut_lines.hpp"
+#include "pipeline/export/deface.hpp"
+#include "pipeline/export/fit_pictures.hpp"
+#include "pipeline/export/glb.hpp"
+#include "pipeline/export/histogram.hpp"
+#include "pipeline/export/thumbnail.hpp"
+#include "pipeline/files/palette.hpp"
+#include "segmentation/body/tissues.hpp"
+#include "segmentation/vocabulary/parts.hpp"
+#include "threads/slabs.hpp"
+
+namespace borelli {
+
+namespace data {
+extern const char* const viewer_program;
+extern const char* const viewer_style;
+}  // namespace data
+
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+std::string base64(std::string_view bytes) {
+  static constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t at = 0; at < bytes.size(); at += 3) {
+    std::uint32_t group = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      group = group << 8 | (at + i < bytes.size() ? static_cast<unsigned char>(bytes[at + i]) : 0);
+    for (std::size_t i = 0; i < 4; ++i)
+      text += at + i <= bytes.size() ? digits[group >> (18 - 6 * i) & 63] : '=';
+  }
+  return text;
+}
+
+Result<std::string> deflated(std::string_view bytes) {
+  uLongf size = compressBound(static_cast<uLong>(bytes.size()));
+  std::string packed(size, '\0');
+  if (compress2(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
+                static_cast<uLong>(bytes.size()), 4) != Z_OK)
+    return failure("report.html", "not enough memory to pack its data");
+  packed.resize(size);
+  return packed;
+}
+
+std::string_view view_of(const std::vector<std::uint8_t>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// JSON that cannot end the script element it stands in; bytes that are not UTF-8 become U+FFFD.
+std::string script_json(const json& value) {
+  std::string escaped;
+  for (const char c : value.dump(-1, ' ', false, json::error_handler_t::replace))
+    if (c == '<')
+      escaped += "\\u003c";
+    else
+      escaped += c;
+  return escaped;
+}
+
+json vector_of(const Eigen::Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+json quantity_of(const GreyVolume& grey) {
+  switch (grey.quantity) {
+    case Quantity::hu:
+      return {{"quantity", "hu"}, {"unit", "HU"}};
+    case Quantity::density_kgm3:
+      return {{"quantity", "density_kgm3"}, {"unit", "kg/m³"}};
+    case Quantity::labels:
+      return {{"quantity", "labels"}, {"unit", ""}};
+    case Quantity::mr:
+      break;
+  }
+  return {{"quantity", "mr"}, {"unit", ""}};
+}
+
+json source_of(const ReportInputs& inputs) {
+  const Grid* grid = inputs.grey ? &inputs.grey->grid : inputs.labels ? &inputs.labels->grid : nullptr;
+  if (!grid) return nullptr;
+  json source = inputs.grey ? quantity_of(*inputs.grey) : json{{"quantity", "labels"}, {"unit", ""}};
+  source["size"] = grid->size;
+  source["spacing"] = vector_of(grid->spacing());
+  return source;
+}
+
+std::string css_colour(Colour c) { return fmt::format("#{:02x}{:02x}{:02x}", c.red, c.green, c.blue); }
+
+/// Every part of the convention (of a table of some segments those alone), and after them what else the label
+/// map names.
+json parts_of(const ReportInputs& inputs) {
+  json list = json::array();
+  const bool some = inputs.table.is_object() && inputs.table.contains("source") &&
+                    inputs.table["source"].value("segments", "") != "";
+  if (some && inputs.labels) {
+    const auto& names = inputs.labels->names;
+    for (std::size_t label = 1; label < names.size(); ++label)
+      if (!names[label].empty())
+        list.push_back(
+            {{"name", names[label]}, {"colour", css_colour(part_colour(names[label]))}, {"label", label}});
+    return list;
+  }
+  for (std::size_t label = 1; label < parts.size(); ++label)
+    list.push_back({{"name", parts[label].name}, {"colour", css_colour(part_colours[label])}});
+  if (!inputs.labels) return list;
+  const auto& names = inputs.labels->names;
+  for (std::size_t label = 1; label < names.size(); ++label) {
+    const int known = part_label(names[label]);
+    if (known == 0) list.push_back({{"name", names[label]}, {"colour", css_colour(part_colours[0])}});
+    list[known > 0 ? static_cast<std::size_t>(known - 1) : list.size() - 1]["label"] = label;
+  }
+  return list;
+}
+
+/// The grey values of the whole scan, counted; for CT numbers with the tissues' upper ends.
+json histogram_of(const GreyVolume& grey, const LabelMap* labels) {
+  const Histogram counted = histogram(grey, labels);
+  json made{{"low", counted.low},     {"width", counted.width}, {"all", counted.all},
+            {"below", counted.below}, {"above", counted.above}, {"tissues", json::array()}};
+  if (!counted.body.empty()) made["body"] = counted.body;
+  if (grey.quantity == Quantity::hu)
+    made["tissues"] = {{{"name", "air"}, {"to", air_to_hu}},
+                       {{"name", "lung"}, {"to", lung_to_hu}},
+                       {{"name", "fat"}, {"to", fat_to_hu}},
+                       {{"name", "soft tissue"}, {"to", soft_to_hu}},
+                       {{"name", "bone"}, {"to", nullptr}}};
+  return made;
+}
+
+json joints_of(const Landmarks& landmarks) {
+  json list = json::array();
+  for (const Part& part : parts) {
+    const auto joint = landmarks.find(part.joint);
+    if (part.joint.empty() || joint == landmarks.end()) continue;
+    const Landmark& found = joint->second;
+    list.push_back({{"name", joint->first},
+                    {"point", vector_of(found.point)},
+                    {"deviation", found.deviation},
+                    {"source", found.source}});
+  }
+  return list;
+}
+
+/// About the pictures whose grey values stand in `bytes`, one after another.
+json fits_of(const std::vector<FitPicture>& pictures, std::vector<std::uint8_t>& bytes) {
+  json fits = json::array();
+  for (const FitPicture& picture : pictures) {
+    fits.push_back({{"joint", picture.joint},
+                    {"radius", picture.fit.radius},
+                    {"deviation", picture.fit.deviation},
+                    {"source", picture.fit.source},
+                    {"side", picture.side},
+                    {"planes", json::array()}});
+    for (const FitPlane& plane : picture.planes) {
+      fits.back()["planes"].push_back(plane.name);
+      bytes.insert(bytes.end(), plane.grey.begin(), plane.grey.end());
+    }
+  }
+  return {{"pixels", FitPicture::pixels}, {"fits", fits}};
+}
+
+/// The planes by which the parts were cut, as lines in the picture from the front; null where the convention
+/// is none of ours, or none of its planes shows.
+json cuts_of(const ReportInputs& inputs, const Thumbnail& copy) {
+  if (!inputs.labels || !inputs.landmarks) return nullptr;
+  std::string name = "deleva1996";
+  if (inputs.segmentation.is_object()) name = inputs.segmentation.value("convention", name);
+  const auto known = convention(name);
+  if (!known) return nullptr;
+  json lines = json::array();
+  for (const CutLine& line : cut_lines(copy, inputs.labels->names, cut_planes(*inputs.landmarks, *known)))
+    lines.push_back({{"joint", line.joint}, {"from", vector_of(line.from)}, {"to", vector_of(line.to)}});
+  if (lines.empty() && *known != Convention::bone) return nullptr;
+  return {{"convention", name}, {"lines", lines}};
+}
+
+/// Takes the face out of the copy, and says in a word how: "taken" with the front of the head; "hidden" where
+/// no head was found, so that the copy shows no more than labelled parts.
+const char* take_face(const ReportInputs& inputs, Thumbnail& copy) {
+  const auto cut = inputs.labels
+                       ? face_cut(*inputs.labels, inputs.landmarks ? *inputs.landmarks : Landmarks())
+                       : std::nullopt;
+  if (cut)
+    deface(copy, *cut);
+  else
+    keep_labelled(copy);
+  return cut ? "taken" : "hidden";
+}
+
+/// Curves of at most some 1500 points, the trajectory's own samples.
+json motion_of(const Trajectory& motion) {
+  const double span = motion.times.empty() ? 0 : motion.times.back() - motion.times.front();
+  const auto kept = kept_samples(motion.times, span > 0 ? 1500 / span : 1);
+  const auto column = [&](const auto& value_at) {
+    json values = json::array();
+    for (const std::size_t i : kept) values.push_back(value_at(i));
+    return values;
+  };
+  json curves = {{"times", column([&](std::size_t i) { return motion.times[i]; })},
+                 {"solids", motion.solids.size()},
+                 {"coordinates", motion.v.cols()},
+                 {"certificate", json_of(motion.certificate)}};
+  const auto series = [&](const char* name, const std::vector<double>& values) {
+    if (values.size() == motion.times.size()) curves[name] = column([&](std::size_t i) { return values[i]; });
+  };
+  series("kinetic", motion.kinetic);
+  series("potential", motion.potential);
+  series("work", motion.work);
+  if (motion.gravity_centre.rows() == std::ssize(motion.times) && motion.gravity_centre.cols() == 3)
+    curves["gravity_centre"] = column([&](std::size_t i) -> json {
+      return vector_of(motion.gravity_centre.row(static_cast<Eigen::Index>(i)).transpose());
+    });
+  const auto rows = std::min<Eigen::Index>(motion.multipliers.cols(), std::ssize(motion.multiplier_names));
+  if (motion.multipliers.rows() == std::ssize(motion.times))
+    for (Eigen::Index row = 0; row < rows; ++row)
+      curves["multipliers"].push_back({{"name", motion.multiplier_names[static_cast<std::size_t>(row)]},
+                                       {"values", column([&](std::size_t i) {
+                                          return motion.multipliers(static_cast<Eigen::Index>(i), row);
+                                        })}});
+  return curves;
+}
+
+Result<std::string> block(const char* name, std::string_view bytes) {
+  const auto packed = deflated(bytes);
+  if (!packed) return tl::unexpected(packed.error());
+  return fmt::format("<script type=\"text/plain\" id=\"block-{}\">{}</script>\n", name, base64(*packed));
+}
+
+/// The page up to its data.
+std::string head_of(const std::string& subject) {
+  return fmt::format(
+      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "{}\n"
+      "<meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"borelli\">\n"
+      "<link rel=\"icon\" href=\"data:,\">\n<title>{} – borelli</title>\n<style>{}</style>\n</head>\n<body>\n"
+      "<main id=\"page\"><noscript>This report draws itself with JavaScript, which is switched off here. The "
+      "same numbers stand in the files beside it.</noscript></main>\n",
+      page_policy, html_text(subject), data::viewer_style);
+}
+
+}  // namespace
+
+Result<ScanViews> scan_views(const ReportInputs& inputs) {
+  ScanViews views{json::object(), {}};
+  json& facts = views.facts;
+  if (inputs.landmarks) facts["joints"] = joints_of(*inputs.landmarks);
+  if (inputs.grey) facts["histogram"] = histogram_of(*inputs.grey, inputs.labels);
+
+  Thumbnail copy;
+  std::vector<std::uint8_t> fits;
+  // packed beside what follows
+  std::vector<std::future<Result<std::string>>> blocks;
+  const auto add_block = [&](const char* name, std::string_view bytes) {
+    blocks.push_back(std::async(aside(0), block, name, bytes));
+  };
+  if (inputs.grey || inputs.labels) {
+    copy = thumbnail(inputs.grey, inputs.labels);
+    if (inputs.deface) facts["face"] = take_face(inputs, copy);
+    if (inputs.grey) add_block("grey", view_of(copy.grey));
+    if (inputs.labels) add_block("labels", view_of(copy.labels));
+    facts["volume"] = {{"size", copy.size},
+                       {"spacing", copy.spacing},
+                       {"origin", vector_of(copy.origin)},
+                       {"low", copy.low},
+                       {"high", copy.high}};
+    facts["cuts"] = cuts_of(inputs, copy);
+  }
+  if (inputs.grey && inputs.landmarks) {
+    facts["fits"] = fits_of(fit_pictures(*inputs.grey, *inputs.landmarks), fits);
+    if (!fits.empty()) add_block("fits", view_of(fits));
+  }
+  for (auto& one : blocks) {
+    const auto packed = one.get();
+    if (!packed) return tl::unexpected(packed.error());
+    views.packed += *packed;
+  }
+  return views;
+}
+
+Result<std::string> report_page(const ReportInputs& inputs) {
+  std::future<Result<std::string>> body;  // packed beside what follows
+  if (!inputs.glb.empty()) body = std::async(aside(0), block, "body", inputs.glb);
+  ScanViews made;
+  if (!inputs.views) {
+    auto views = scan_views(inputs);
+    if (!views) return tl::unexpected(views.error());
+    made = std::move(*views);
+  }
+  const ScanViews& views = inputs.views ? *inputs.views : made;
+  json report = {{"subject", inputs.subject}, {"source", source_of(inputs)},
+                 {"parts", parts_of(inputs)}, {"segmentation", inputs.segmentation},
+                 {"table", inputs.table},     {"run", inputs.run}};
+  for (const auto& file : inputs.files)
+    report["files"].push_back({{"path", file.path}, {"bytes", file.bytes}});
+  if (inputs.trajectory) report["motion"] = motion_of(*inputs.trajectory);
+  report.update(views.facts);
+
+  std::string page = head_of(inputs.subject);
+  page += "<script type=\"application/json\" id=\"report\">" + script_json(report) + "</script>\n";
+  page += views.packed;
+  if (body.valid()) {
+    const auto packed = body.get();
+    if (!packed) return tl::unexpected(packed.error());
+    page += *packed;
+  }
+  page += fmt::format("<script>{}</script>\n</body>\n</html>\n", data::viewer_program);
+  return page;
+}
+
+Result<void> write_report(const ReportInputs& inputs, const fs::path& path) {
+  const auto page = report_page(inputs);
+  if (!page) return tl::unexpected(page.error());
+  std::ofstream file(path, std::ios::binary);
+  file.write(page->data(), static_cast<std::streamsize>(page->size()));
+  file.close();
+  if (!file) return failure(path.string(), "could not be written; is the disk full or the folder read-only?");
+  return {};
+}
+
+std::vector<ReportFile> report_files(const fs::path& folder) {
+  constexpr std::array known{"segmentation/labels.nii.gz",
+                             "segmentation/labels.tsv",
+                             "segmentation/parts.nii.gz",
+                             "segmentation/landmarks.json",
+                             "inertia/table.csv",
+                             "inertia/table.json",
+                             "model/scene.toml",
+                             "model/smallest.toml",
+                             "model/economy.html",
+                             "motion/trajectory.h5",
+                             "motion/trajectory.csv",
+                             "body.glb",
+                             "body.png",
+                             "run.json"};
+  std::vector<ReportFile> files;
+  std::error_code absent;
+  const auto add = [&](const std::string& path) {
+    const auto bytes = fs::file_size(folder / path, absent);
+    if (!absent) files.push_back({path, bytes});
+  };
+  for (const auto* path : known) add(path);
+  std::vector<std::string> meshes;
+  for (const auto& entry : fs::directory_iterator(folder / "mesh", absent))
+    meshes.push_back("mesh/" + entry.path().filename().string());
+  std::ranges::sort(meshes);
+  for (const auto& mesh : meshes) add(mesh);
+  return files;
+}
+
+}  // namespace borelli

@@ -1,0 +1,177 @@
+#include "pipeline/stages/run.hpp"
+
+#include <span>
+
+#include "inertia/density.hpp"
+#include "pipeline/charts/motion_quantity.hpp"
+#include "pipeline/files/folder_lock.hpp"
+#include "pipeline/files/whole_file.hpp"
+#include "pipeline/stages/run_body.hpp"
+#include "pipeline/stages/run_data.hpp"
+#include "pipeline/stages/run_inputs.hpp"
+#include "pipeline/stages/run_scan.hpp"
+#include "segmentation/labelling/segments.hpp"
+
+namespace borelli {
+namespace {
+
+using nlohmann::json;
+
+json settings_of(const RunSettings& s) {
+  const InputNames names = input_names(s);
+  return {{"subject", s.subject},
+          {"volume", names.name_of(s.volume)},
+          {"labels", names.name_of(s.labels)},
+          {"label_names", names.name_of(s.label_names)},
+          {"label_mapping", names.name_of(s.label_mapping)},
+          {"landmarks", names.name_of(s.landmarks)},
+          {"absent", s.absent},
+          {"keep_paths", s.keep_paths},
+          {"quantity", s.quantity ? json(quantity_name(*s.quantity)) : json()},
+          {"sex", s.sex},
+          {"pose", s.pose},
+          {"stature_m", s.stature_m},
+          {"density_curve", s.density_curve},
+          {"convention", s.convention},
+          {"frames", s.frames},
+          {"segments", s.segments},
+          {"method", s.method},
+          {"equations", s.equations},
+          {"work_grid_mm", s.work_grid_mm},
+          {"table_tolerance", s.table_tolerance},
+          {"model_tolerance", s.model_tolerance},
+          {"motion_quantities", s.motion_quantities},
+          {"integrator_tolerance", s.integrator_tolerance},
+          {"step", s.step ? json(*s.step) : json()},
+          {"mesh_tolerance_mm", s.mesh_tolerance_mm},
+          {"deface", s.deface},
+          {"allow_untrusted", s.untrusted_is_fine},
+          {"leap",
+           {{"flight_time", s.leap.flight_time},
+            {"somersault_rate_deg", s.leap.somersault_rate_deg},
+            {"tuck", s.leap.tuck},
+            {"muscle_frequency", s.leap.muscle_frequency},
+            {"damping_ratio", s.leap.damping_ratio}}}};
+}
+
+// The settings of one stage, by name, so that a change of one reruns no more than what depends on it.
+json pick(const json& all, std::initializer_list<const char*> names) {
+  json some = json::object();
+  for (const char* name : names) some[name] = all.at(name);
+  return some;
+}
+
+std::vector<Stage> stages_of(RunData& data) {
+  const RunSettings& settings = data.settings;
+  const json all = settings_of(settings);
+  const auto named = [&data](Result<json> answer) {
+    if (answer) *answer = data.names.without_folders(std::move(*answer));
+    return answer;
+  };
+  const auto mute = [&data, named](auto work) {
+    return [work, &data, named](const StageProgress&, const json&) { return named(work(data)); };
+  };
+  const auto shown = [&data, named](auto work) {
+    return [work, &data, named](const StageProgress& progress, const json&) {
+      return named(work(data, progress));
+    };
+  };
+  std::vector<std::string> labelled{"segmentation/labels.nii.gz", "segmentation/labels.tsv",
+                                    "segmentation/labels.ctbl", "segmentation/landmarks.json",
+                                    "segmentation/segmentation.json"};
+  if (!settings.segments.empty())
+    labelled.insert(labelled.end(), {"segmentation/parts.nii.gz", "segmentation/parts.tsv"});
+  std::vector<Stage> stages;
+  stages.push_back(
+      {"segmentation",
+       {},
+       pick(all, {"quantity", "work_grid_mm", "table_tolerance", "label_mapping", "convention", "segments",
+                  "keep_paths", "absent"}),
+       std::move(labelled),
+       shown(settings.labels.empty() || !settings.label_mapping.empty() ? segment_scan : use_given_labels),
+       {{"segmentation/landmarks.json"}}});
+  stages.push_back({"inertia",
+                    {"segmentation"},
+                    pick(all, {"sex", "pose", "stature_m", "density_curve", "convention", "frames"}),
+                    {"inertia/table.csv", "inertia/table.json"},
+                    mute(integrate_parts),
+                    {{"inertia/table.csv", "inertia/table.json"}, {"inertia/table.json"}}});
+  stages.push_back({"skeleton",
+                    {"inertia"},
+                    pick(all, {"subject", "leap", "method", "equations", "integrator_tolerance", "step"}),
+                    {"model/scene.toml"},
+                    mute(build_scene),
+                    {{"model/scene.toml"}}});
+  const bool smaller = settings.model_tolerance > 0;
+  if (smaller)
+    stages.push_back({"economy",
+                      {"skeleton"},
+                      pick(all, {"model_tolerance", "motion_quantities"}),
+                      {"model/smallest.toml", "model/economy.html"},
+                      shown(find_smallest)});
+  stages.push_back({"motion",
+                    {smaller ? "economy" : "skeleton"},
+                    pick(all, {"allow_untrusted"}),
+                    {"motion/trajectory.h5", "motion/trajectory.csv"},
+                    shown(simulate_scene)});
+  stages.push_back(
+      {"mesh", {"segmentation"}, pick(all, {"mesh_tolerance_mm", "deface"}), {}, shown(make_meshes)});
+  stages.push_back({"glb", {"mesh", "motion"}, json::object(), {"body.glb"}, mute(make_glb)});
+  stages.push_back({"picture", {"mesh"}, json::object(), {"body.png"}, mute(draw_picture)});
+  // the picture, which one core draws, waits for meshes, which all make
+  stages.push_back({"slices", {"segmentation"}, pick(all, {"deface"}), {}, mute(pack_scan), {}, {"mesh"}});
+  stages.push_back({"report",
+                    {"glb", "picture", "slices"},
+                    json::object(),
+                    {"report.html"},
+                    [&data](const StageProgress&, const json& record) { return write_page(data, record); }});
+  return stages;
+}
+
+/// Whether quantities can be of the scene that comes of the run. One that lies there already is a user's to
+/// change: it is asked when its turn comes.
+Result<void> check_quantities(const RunSettings& s) {
+  std::error_code ignored;
+  if (std::filesystem::exists(s.folder / "model/scene.toml", ignored)) return {};
+  std::vector<std::string> segments;
+  if (const auto choice = choose_segments(s.segments))
+    for (const Segment& segment : *choice) segments.push_back(segment.name);
+  if (segments.empty()) {
+    for (const Part& part : std::span(parts).subspan(1)) segments.emplace_back(part.name);
+    if (!s.labels.empty())  // which may hold groups
+      for (const SegmentGroup& group : segment_groups) segments.emplace_back(group.name);
+  }
+  const SkeletonNames names = skeleton_names(segments);
+  for (const std::string& quantity : s.motion_quantities)
+    if (auto fine = check_motion_quantity(quantity, names.solids, names.coordinates); !fine) return fine;
+  return {};
+}
+
+}  // namespace
+
+Result<json> run(const RunSettings& settings, bool force, const StageObserver& observer) {
+  if (!settings.density_curve.empty())
+    if (const auto curve = density_curve(settings.density_curve); !curve)
+      return tl::unexpected(curve.error());
+  if (auto fine = check_quantities(settings); !fine) return tl::unexpected(fine.error());
+  const auto inputs = inputs_of(settings);
+  if (!inputs) return tl::unexpected(inputs.error());
+  const auto lock = FolderLock::take(settings.folder);
+  if (!lock) return tl::unexpected(lock.error());
+  if (auto fine = check_folder_writable(settings.folder / "mesh"); !fine) return tl::unexpected(fine.error());
+  if (!settings.settings_text.empty())
+    if (auto written = write_whole(settings.folder / "settings.toml", settings.settings_text); !written)
+      return tl::unexpected(written.error());
+  const auto digests = digests_of(*inputs, input_names(settings));
+  if (!digests) return tl::unexpected(digests.error());
+  json head{
+      {"program", "borelli " BORELLI_VERSION}, {"inputs", *digests}, {"settings", settings_of(settings)}};
+  RunData data(settings);
+  const std::vector<Stage> stages = stages_of(data);
+  auto record = run_stages(*lock, head, stages, force, settings.threads, observer);
+  if (!record)
+    for (const std::string& warning : data.reader_warnings()) observer.warns(stages.front(), warning);
+  return record;
+}
+
+}  // namespace borelli

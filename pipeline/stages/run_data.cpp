@@ -1,0 +1,154 @@
+#include "pipeline/stages/run_data.hpp"
+
+#include "dynamics/formats/scene_file.hpp"
+#include "inertia/table_file.hpp"
+#include "pipeline/body/given_labels.hpp"
+#include "pipeline/body/segmentation_files.hpp"
+#include "pipeline/export/mesh_file.hpp"
+#include "pipeline/export/trajectory_file.hpp"
+#include "segmentation/files/landmarks_file.hpp"
+
+namespace borelli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A segmentation from the files that it was written to.
+Result<Segmentation> read_back(const fs::path& folder, const std::string& segments) {
+  Segmentation found;
+  auto labels = read_labels((folder / (segments.empty() ? "labels.nii.gz" : "parts.nii.gz")).string());
+  if (!labels) return tl::unexpected(labels.error());
+  auto asked = choose_segments(segments, labels->names);
+  if (!asked) return tl::unexpected(asked.error());
+  auto landmarks = read_landmarks((folder / "landmarks.json").string());
+  if (!landmarks) return tl::unexpected(landmarks.error());
+  auto findings = read_findings(folder / "segmentation.json");
+  if (!findings) return tl::unexpected(findings.error());
+  found.labels = std::move(*labels);
+  found.landmarks = std::move(*landmarks);
+  found.part = *findings;
+  auto warnings = read_warnings(folder / "segmentation.json");
+  if (!warnings) return tl::unexpected(warnings.error());
+  found.warnings = std::move(*warnings);
+  found.asked = std::move(*asked);
+  const auto absent = read_absent(folder / "segmentation.json");
+  if (!absent) return tl::unexpected(absent.error());
+  found.absent = *absent;
+  return found;
+}
+
+}  // namespace
+
+template <class T, class Make>
+Result<const T*> RunData::once(std::optional<T>& held, Make make) {
+  const std::lock_guard lock(mutex_);
+  if (!held) {
+    auto made = make();
+    if (!made) return tl::unexpected(made.error());
+    held = std::move(*made);
+  }
+  return &*held;
+}
+
+void RunData::add_reader_warnings(const std::vector<std::string>& warnings) {
+  const std::lock_guard lock(mutex_);
+  reader_warnings_.insert(reader_warnings_.end(), warnings.begin(), warnings.end());
+}
+
+std::vector<std::string> RunData::reader_warnings() {
+  const std::lock_guard lock(mutex_);
+  return reader_warnings_;
+}
+
+Result<const ScannedVolume*> RunData::scan(const Progress& progress) {
+  return once(scan_, [&]() -> Result<ScannedVolume> {
+    auto read = read_volume(settings.volume, {settings.quantity, progress});
+    if (read) add_reader_warnings(read->warnings);
+    if (read && !settings.density_curve.empty() && read->volume.quantity != Quantity::hu)
+      return bad_use("--density-curve",
+                     "is from CT numbers, and " + settings.volume + " holds none: leave it out");
+    return read;
+  });
+}
+
+Result<const ClassLabels*> RunData::classes() {
+  if (settings.label_mapping.empty()) return nullptr;
+  return once(classes_, [&] {
+    const auto scanned = scan();
+    if (!scanned) return Result<ClassLabels>(tl::unexpected(scanned.error()));
+    auto read =
+        read_classes(settings.labels, settings.label_names, settings.label_mapping, &(*scanned)->volume);
+    if (read) add_reader_warnings(read->warnings);
+    return read;
+  });
+}
+
+Result<const MrReading*> RunData::mr() {
+  return once(mr_, [&]() -> Result<MrReading> {
+    const auto scanned = scan();
+    if (!scanned) return tl::unexpected(scanned.error());
+    const auto told = classes();
+    if (!told) return tl::unexpected(told.error());
+    return read_mr((*scanned)->volume, *told, settings.threads);
+  });
+}
+
+Result<const GreyVolume*> RunData::weighed() {
+  const auto scanned = scan();
+  if (!scanned) return tl::unexpected(scanned.error());
+  if ((*scanned)->volume.quantity != Quantity::mr) return &(*scanned)->volume;
+  const auto reading = mr();
+  if (!reading) return tl::unexpected(reading.error());
+  return &(*reading)->density;
+}
+
+Result<const Segmentation*> RunData::segmentation() {
+  return once(segmentation_, [&] { return read_back(file("segmentation"), settings.segments); });
+}
+
+Result<const LabelMap*> RunData::labels() {
+  const auto found = segmentation();
+  if (!found) return tl::unexpected(found.error());
+  if ((*found)->asked.empty()) return &(*found)->labels;
+  return once(labels_,
+              [&]() -> Result<LabelMap> { return labels_of_segments((*found)->labels, (*found)->asked); });
+}
+
+Result<const InertiaTable*> RunData::table() {
+  return once(table_, [&] { return read_table(file("inertia/table.json")); });
+}
+
+Result<const Scene*> RunData::scene() {
+  return once(scene_, [&] { return read_scene(file("model/scene.toml")); });
+}
+
+Result<const Scene*> RunData::moving() {
+  if (settings.model_tolerance == 0) return scene();
+  return once(smallest_, [&] { return read_scene(file("model/smallest.toml")); });
+}
+
+Result<const Trajectory*> RunData::trajectory() {
+  return once(trajectory_, [&]() -> Result<Trajectory> {
+    auto stored = read_trajectory(file("motion/trajectory.h5"));
+    if (!stored) return tl::unexpected(stored.error());
+    return std::move(stored->trajectory);
+  });
+}
+
+Result<const std::vector<Mesh>*> RunData::meshes() {
+  return once(meshes_, [&]() -> Result<std::vector<Mesh>> {
+    std::vector<Mesh> stored;
+    const auto asked = labels();
+    if (!asked) return tl::unexpected(asked.error());
+    for (const std::string& name : (*asked)->names) {
+      const fs::path path = file("mesh/" + name + ".vtp");
+      if (std::error_code problem; !fs::exists(path, problem)) continue;  // a part without voxels
+      auto mesh = read_vtp(path.string());
+      if (!mesh) return tl::unexpected(mesh.error());
+      stored.push_back(std::move(*mesh));
+    }
+    return stored;
+  });
+}
+
+}  // namespace borelli

@@ -1,0 +1,29 @@
+// The files that a run reads, and their digests.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "error/error.hpp"
+#include "pipeline/files/input_names.hpp"
+#include "pipeline/stages/run.hpp"
+
+namespace borelli {
+
+struct RunInput {
+  std::string role;                ///< "volume", "labels", "label_names", "label_mapping" or "landmarks"
+  std::vector<std::string> files;  ///< the user's file, then files of voxels that its header names
+};
+
+/// The names of a run's inputs in its outputs.
+InputNames input_names(const RunSettings& settings);
+
+/// The files that a run reads. Reads the headers of volumes, which may name other files for the voxels (.mhd,
+/// .nhdr, .hdr). Errors: those of read_image_header and check_input_file.
+Result<std::vector<RunInput>> inputs_of(const RunSettings& settings);
+
+/// {"volume": [{"file": name, "sha256": hex}, ...], ...}; digest_of digests a folder. Errors: not readable.
+Result<nlohmann::json> digests_of(const std::vector<RunInput>& inputs, const InputNames& names);
+
+}  // namespace borelli

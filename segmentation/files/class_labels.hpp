@@ -1,0 +1,47 @@
+// Somebody else's label map with the rule of each class: what a segmentation is made from instead of bare CT
+// numbers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "segmentation/files/class_mapping.hpp"
+#include "segmentation/files/read.hpp"
+#include "segmentation/vocabulary/landmarks.hpp"
+#include "segmentation/volume/volume.hpp"
+
+namespace borelli {
+
+struct ClassLabels {
+  LabelMap labels;                    ///< classes; 0: the map says nothing of the place
+  std::vector<ClassRule> rules;       ///< by label; [0] is not used
+  std::vector<std::string> warnings;  ///< from reading the labels; classes that the mapping lacks
+
+  const ClassRule& rule(std::uint8_t label) const { return rules[label]; }
+};
+
+/// Joins a label map and a mapping. Classes that the mapping does not tell of are divided like what has no
+/// label, with a warning. Errors: a mapping that knows none of the map's classes.
+Result<ClassLabels> class_labels(const std::string& where, NumberedLabels labels,
+                                 const ClassMapping& mapping);
+
+/// Reads both. `names` as for read_labels, `mapping` as for class_mapping. Where no class has a name, a ready
+/// mapping must fit the classes' places (mapping_fit.hpp); `scan`, the volume that they belong to, bears on
+/// that. Errors: theirs.
+Result<ClassLabels> read_classes(const std::string& path, const std::string& names,
+                                 const std::string& mapping, const GreyVolume* scan = nullptr,
+                                 const Progress& progress = {});
+
+/// The label map on another grid: each voxel takes the label that the map has at its centre, 0 beyond the
+/// map. So a map that was cropped to its segments, as 3D Slicer saves it, or one of another resolution, fits
+/// its scan.
+LabelMap labels_on(const LabelMap& labels, const Grid& grid, int threads = 0);
+
+/// True if the voxels of `a` lie on voxels of `b`. `b` may be larger, and its axes may have another order or
+/// direction: `a` is a map cropped to its segments, or saved in another orientation.
+bool same_lattice(const Grid& a, const Grid& b);
+
+/// True if both grids have the same voxels, to a hundredth of a voxel.
+bool same_grid(const Grid& a, const Grid& b);
+
+}  // namespace borelli

@@ -1,0 +1,348 @@
+#include "segmentation/files/dicom.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "process/memory.hpp"
+#include "segmentation/files/dicom_files.hpp"
+#include "segmentation/files/dicom_volumes.hpp"
+#include "segmentation/files/header_text.hpp"
+#include "segmentation/files/slice_stack.hpp"
+#include "threads/slabs.hpp"
+
+namespace borelli {
+namespace {
+
+using Slices = std::vector<DicomSlice>;
+
+struct Found {
+  std::vector<Slices> groups;     // one series, size and orientation each
+  std::size_t frames = 0;         // multi-frame files that do not say where their frames are
+  std::size_t segmentations = 0;  // DICOM-SEG, which is no scan
+  std::size_t colours = 0;
+  std::size_t unplaced = 0;  // images without position
+  Placeholders placeholders;
+};
+
+void add_to_groups(std::vector<Slices>& groups, const DicomSlice& slice) {
+  const auto group =
+      std::ranges::find_if(groups, [&](const Slices& g) { return belong_together(g.front(), slice); });
+  if (group == groups.end()) {
+    groups.push_back({slice});
+  } else {
+    group->push_back(slice);
+  }
+}
+
+Result<Found> find_groups(const std::string& folder, const Progress& progress) {
+  const auto below = files_below(folder);
+  if (!below) return tl::unexpected(below.error());
+  const auto& files = below->files;
+  std::vector<Result<Slices>> headers(files.size());
+  in_slabs(std::ssize(headers), 0, [&](std::int64_t from, std::int64_t to) {
+    for (std::int64_t k = from; k < to; ++k) {
+      const auto n = static_cast<std::size_t>(k);
+      headers[n] = read_dicom_slices(files[n]);
+      // headers take a tenth of the progress bar; only the calling thread reports
+      if (from == 0 && progress) progress(0.1 * static_cast<double>(k + 1) / static_cast<double>(to));
+    }
+  });
+  Found found;
+  found.placeholders = below->placeholders;
+  for (std::size_t n = 0; n < files.size(); ++n) {
+    const Result<Slices>& slices = headers[n];
+    if ((!slices || slices->empty()) && found.placeholders.add_if_placeholder(files[n])) continue;
+    if (!slices) return tl::unexpected(slices.error());
+    for (const DicomSlice& slice : *slices) {
+      if (slice.modality == "SEG") {
+        ++found.segmentations;
+        break;
+      } else if (slice.frames > 1) {
+        ++found.frames;
+      } else if (slice.samples_per_pixel != 1) {
+        ++found.colours;
+      } else if (!slice.position) {
+        ++found.unplaced;
+      } else {
+        add_to_groups(found.groups, slice);
+      }
+    }
+  }
+  return found;
+}
+
+std::string described(const DicomVolume& volume) {
+  const DicomSlice& s = volume.slices.front();
+  return fmt::format("{} '{}'{} ({} slices of {} x {})", s.modality, s.series_description,
+                     volume.part.empty() ? "" : ", " + volume.part, volume.slices.size(), s.columns, s.rows);
+}
+
+double voxels(const Slices& slices) {
+  return static_cast<double>(slices.size()) * slices.front().columns * slices.front().rows;
+}
+
+Error nothing_to_read(const std::string& folder, const Found& found) {
+  const auto refusal = [&]() -> Result<void> {
+    if (found.frames)
+      return failure(folder,
+                     "holds multi-frame DICOM (all slices in one file) that does not say where each frame "
+                     "lies; export it as one "
+                     "file per slice, or as .nii.gz");
+    if (found.segmentations)
+      return bad_use(
+          folder,
+          "holds a DICOM segmentation and no scan; give it with --labels, and its scan as the volume");
+    if (found.colours) return failure(folder, "holds only colour pictures; a CT or MR series is needed");
+    if (found.unplaced)
+      return failure(folder,
+                     "holds DICOM pictures without position, orientation or pixel spacing that makes sense; "
+                     "a CT or MR series is needed");
+    return bad_use(folder, "holds no DICOM images");
+  };
+  Error error = refusal().error();
+  for (const auto& sentence : found.placeholders.sentences()) error.what += "; " + sentence;
+  return error;
+}
+
+Result<DicomVolume> choose(const std::string& folder, Found found) {
+  if (found.groups.empty()) return tl::unexpected(nothing_to_read(folder, found));
+  auto read = volumes_of(std::move(found.groups));
+  if (!read) return tl::unexpected(read.error());
+  auto& volumes = *read;
+  const auto rank = [](const DicomVolume& v) {
+    return std::pair(v.slices.front().modality == "CT", voxels(v.slices));
+  };
+  std::ranges::stable_sort(volumes,
+                           [&](const DicomVolume& a, const DicomVolume& b) { return rank(a) > rank(b); });
+  DicomVolume chosen = std::move(volumes.front());
+  if (volumes.size() > 1) {
+    std::string others;
+    bool one_series = true;
+    for (std::size_t n = 1; n < volumes.size(); ++n) {
+      if (n < 4) others += (n > 1 ? ", " : "") + described(volumes[n]);
+      one_series = one_series && volumes[n].slices.front().series_uid == chosen.slices.front().series_uid;
+    }
+    if (volumes.size() > 4) others += fmt::format(" and {} more", volumes.size() - 4);
+    chosen.notes.insert(
+        chosen.notes.begin(),
+        fmt::format("of {} {} the largest{} was taken, {}; left aside: {}", volumes.size(),
+                    one_series ? "volumes of one series" : "series",
+                    chosen.slices.front().modality == "CT" ? " CT" : "", described(chosen), others));
+  }
+  for (auto& sentence : found.placeholders.sentences()) chosen.notes.push_back(sentence + "; left aside");
+  return chosen;
+}
+
+Result<FileQuantity> quantity_of(const std::string& folder, const std::string& modality,
+                                 std::optional<FileQuantity> asked) {
+  const bool ct = modality == "CT", mr = modality == "MR";
+  if (!ct && !mr) {
+    if (asked) return *asked;
+    return bad_use(
+        folder,
+        fmt::format(
+            "holds a series of modality '{}', which does not say what its values mean; say --quantity",
+            modality));
+  }
+  const FileQuantity own = ct ? FileQuantity::hu : FileQuantity::mr;
+  if (asked && *asked != own)
+    return bad_use(folder, fmt::format("is a DICOM {} series, so its values are '{}', not '{}'", modality,
+                                       quantity_name(own), quantity_name(*asked)));
+  return own;
+}
+
+// Padding is what lies outside the round picture: from the ends of each row inwards. (A value inside may be
+// padding's by chance: where it is 0, it is also water's.)
+void blank_padding(std::span<float> row, float padding, float blank) {
+  std::size_t first = 0, last = row.size();
+  while (first < last && row[first] == padding) row[first++] = blank;
+  while (last > first && row[last - 1] == padding) row[--last] = blank;
+}
+
+// One scaling and 16 bits for all slices: voxels stay as stored. Else they are scaled one by one, as float32.
+bool uniform(const Slices& slices) {
+  return std::ranges::all_of(slices, [&](const DicomSlice& s) {
+    const DicomSlice& f = slices.front();
+    const bool odd_padding = s.padding && s.slope * *s.padding + s.intercept > -1000;
+    return s.slope == f.slope && s.intercept == f.intercept && s.pixels.is_signed == f.pixels.is_signed &&
+           s.pixels.bits_allocated <= 16 && !(odd_padding && s.modality == "CT");
+  });
+}
+
+// Loads slices [from, to) into `all`, rescaled unless all slices stay as stored. `done` gets the number
+// loaded so far.
+Result<void> load_slices(std::span<const DicomSlice> slices, std::size_t from, std::size_t to,
+                         StoredVoxels& all, const std::function<void(std::size_t)>& done) {
+  const auto width = static_cast<std::size_t>(slices.front().columns);
+  const std::size_t area = width * static_cast<std::size_t>(slices.front().rows);
+  const auto own = slices.subspan(from, to - from);
+  if (all.scalar != Scalar::f32)  // two's complement: the low 16 bits are the value in either type
+    return read_dicom_pixels(own, std::span(all.storage).subspan(from * area, own.size() * area), done);
+  constexpr std::size_t at_once = 8;
+  std::vector<std::int32_t> pixels(std::min(at_once, own.size()) * area);
+  std::vector<float> values(area);
+  for (std::size_t first = 0; first < own.size(); first += at_once) {
+    const auto some = own.subspan(first, std::min(at_once, own.size() - first));
+    if (const auto read = read_dicom_pixels(some, std::span(pixels).first(some.size() * area)); !read)
+      return read;
+    for (std::size_t k = 0; k < some.size(); ++k) {
+      const DicomSlice& slice = some[k];
+      for (std::size_t n = 0; n < area; ++n)
+        values[n] = static_cast<float>(slice.slope * pixels[k * area + n] + slice.intercept);
+      if (slice.padding && slice.modality == "CT")
+        for (std::size_t row = 0; row < area; row += width)
+          blank_padding(std::span(values).subspan(row, width),
+                        static_cast<float>(slice.slope * *slice.padding + slice.intercept), padding_hu);
+      std::memcpy(all.storage.data() + 2 * (from + first + k) * area, values.data(), area * sizeof(float));
+    }
+    if (done) done(first + some.size());
+  }
+  return {};
+}
+
+// Each thread reads and unpacks its own slices, so that one reads while another unpacks.
+Result<StoredVoxels> load(const std::string& folder, const Slices& slices, const Progress& progress) {
+  const DicomSlice& first = slices.front();
+  for (const DicomSlice& slice : slices)
+    if (const auto whole = check_pixels(slice); !whole) return tl::unexpected(whole.error());
+  StoredVoxels all{!uniform(slices)         ? Scalar::f32
+                   : first.pixels.is_signed ? Scalar::i16
+                                            : Scalar::u16,
+                   static_cast<std::size_t>(voxels(slices)),
+                   {}};
+  if (const auto fits = admit_memory(
+          folder, fmt::format("the series ({} slices of {} x {})", slices.size(), first.columns, first.rows),
+          voxels(slices) * static_cast<double>(scalar_bytes(all.scalar)));
+      !fits)
+    return tl::unexpected(fits.error());
+  all.storage.resize(all.count * scalar_bytes(all.scalar) / 2);
+  std::vector<Result<void>> read(slices.size());  // each share's result, at its first slice
+  in_slabs(std::ssize(slices), 0, [&](std::int64_t from, std::int64_t to) {
+    // only the calling thread reports, for its own share
+    const auto done = [&](std::size_t count) {
+      if (from == 0 && progress) progress(0.1 + 0.9 * static_cast<double>(count) / static_cast<double>(to));
+    };
+    const auto n = static_cast<std::size_t>(from);
+    if (from == to) return;
+    try {
+      read[n] = load_slices(slices, n, static_cast<std::size_t>(to), all, done);
+    } catch (const std::bad_alloc&) {  // name the file
+      read[n] = failure(slices[n].path, "does not fit into memory");
+    }
+  });
+  for (const auto& share : read)
+    if (!share) return tl::unexpected(share.error());
+  return all;
+}
+
+// slices between slices, linear along the stack's own step (so a tilt is followed)
+std::vector<std::int16_t> interpolate(const std::vector<std::int16_t>& from, const SliceStack& stack) {
+  const std::size_t area = static_cast<std::size_t>(stack.grid.size[0] * stack.grid.size[1]);
+  std::vector<std::int16_t> to(stack.grid.count());
+  for (std::size_t k = 0; k < stack.sources.size(); ++k) {
+    const std::size_t below = std::min(static_cast<std::size_t>(stack.sources[k]), stack.slices.size() - 2);
+    const double weight = std::clamp(stack.sources[k] - static_cast<double>(below), 0.0, 1.0);
+    const auto *a = from.data() + below * area, *b = a + area;
+    for (std::size_t n = 0; n < area; ++n)
+      to[k * area + n] = static_cast<std::int16_t>(std::lrint((1 - weight) * a[n] + weight * b[n]));
+  }
+  return to;
+}
+
+// how the patient lay: the code's last letters, after head or feet first
+std::string pose_of(std::string_view patient_position) {
+  if (patient_position.size() < 3) return "";
+  const auto way = patient_position.substr(2);
+  if (way == "S") return "supine";
+  if (way == "P") return "prone";
+  if (way == "DL") return "on the left side";
+  if (way == "DR") return "on the right side";
+  return "";
+}
+
+std::string sex_of(std::string_view code) {
+  const std::string word = lower_case(trimmed(code));
+  if (word == "m" || word == "male") return "male";
+  if (word == "f" || word == "female") return "female";
+  return "";
+}
+
+// An age string (PS3.5, 6.2): three digits and its unit, of days, weeks, months or years. Some writers leave
+// zeros or the unit out.
+std::optional<double> age_of(std::string_view code) {
+  const std::string word = lower_case(trimmed(code));
+  const auto digits = std::min(word.find_first_not_of("0123456789"), word.size());
+  if (digits == 0 || digits > 3 || word.size() > digits + 1) return std::nullopt;
+  const double number = std::stod(word.substr(0, digits));
+  const char unit = word.size() > digits ? word[digits] : 'y';
+  const double in_a_year = unit == 'y'   ? 1
+                           : unit == 'm' ? 12
+                           : unit == 'w' ? 52.18
+                           : unit == 'd' ? 365.25
+                                         : 0;
+  if (in_a_year == 0 || number / in_a_year > 120) return std::nullopt;
+  return number / in_a_year;
+}
+
+ScannedVolume describe(const SliceStack& stack, const QuantityReading& reading) {
+  const DicomSlice& first = stack.slices.front();
+  ScannedVolume scanned;
+  scanned.format = fmt::format("DICOM, {} slices{}", stack.slices.size(),
+                               first.packing.empty() ? "" : ", packed as " + first.packing);
+  scanned.series_description = first.series_description;
+  scanned.modality = first.modality;
+  scanned.pose = pose_of(first.patient_position);
+  scanned.sex = sex_of(first.patient_sex);
+  scanned.age_years = age_of(first.patient_age);
+  scanned.reading = reading.statement;
+  scanned.volume.grid = stack.grid;
+  scanned.volume.quantity = held_as(reading.quantity);
+  if (first.modality == "CT" && !first.rescale_type.empty() && first.rescale_type != "HU")
+    scanned.warnings.push_back("the series calls its values '" + first.rescale_type +
+                               "', not 'HU'; they were taken as Hounsfield units");
+  return scanned;
+}
+
+}  // namespace
+
+Result<ScannedVolume> read_dicom_folder(const std::string& folder, const ReadOptions& options) try {
+  auto found = find_groups(folder, options.progress);
+  if (!found) return tl::unexpected(found.error());
+  auto chosen = choose(folder, std::move(*found));
+  if (!chosen) return tl::unexpected(chosen.error());
+  const auto notes = std::move(chosen->notes);
+  const auto stack = stack_slices(folder, std::move(chosen->slices));
+  if (!stack) return tl::unexpected(stack.error());
+  const DicomSlice& first = stack->slices.front();
+  const auto quantity = quantity_of(folder, first.modality, options.quantity);
+  if (!quantity) return tl::unexpected(quantity.error());
+
+  auto voxels = load(folder, stack->slices, options.progress);
+  if (!voxels) return tl::unexpected(voxels.error());
+  const bool scaled = voxels->scalar == Scalar::f32;
+  const double slope = scaled ? 1 : first.slope, intercept = scaled ? 0 : first.intercept;
+  const ValueRange range = value_range(*voxels, slope, intercept);
+  auto reading = decide_quantity(folder, *voxels, slope, intercept, range, *quantity, "");
+  if (!reading) return tl::unexpected(reading.error());
+  if (!options.quantity)
+    reading->statement = fmt::format("{}: the series is DICOM {}", quantity_words(*quantity), first.modality);
+
+  ScannedVolume scanned = describe(*stack, *reading);
+  scanned.warnings.insert(scanned.warnings.end(), notes.begin(), notes.end());
+  scanned.warnings.insert(scanned.warnings.end(), stack->notes.begin(), stack->notes.end());
+  scanned.volume.voxels =
+      to_int16(std::move(*voxels), slope, intercept, range, *quantity, scanned.warnings, &scanned.clamped);
+  if (!stack->sources.empty()) {
+    const auto fits = admit_memory(folder, fmt::format("its {} slices evenly spaced", stack->sources.size()),
+                                   2 * static_cast<double>(stack->grid.count()));
+    if (!fits) return tl::unexpected(fits.error());
+    scanned.volume.voxels = interpolate(scanned.volume.voxels, *stack);
+  }
+  return scanned;
+} catch (const std::bad_alloc&) {
+  return failure(folder, "holds a series that does not fit into memory");
+}
+
+}  // namespace borelli

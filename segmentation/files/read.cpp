@@ -1,0 +1,125 @@
+#include "segmentation/files/read.hpp"
+
+#include <fmt/core.h>
+
+#include <filesystem>
+#include <mutex>
+
+#include "process/input_file.hpp"
+#include "segmentation/files/dicom.hpp"
+#include "segmentation/files/dicom_elements.hpp"
+#include "segmentation/files/header_text.hpp"
+#include "segmentation/files/plausibility.hpp"
+
+namespace borelli {
+namespace {
+
+bool is_folder(const std::string& path) {
+  std::error_code ignored;
+  return std::filesystem::is_directory(path, ignored);
+}
+
+bool is_multi_frame(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return false;
+  const auto elements = read_dicom_elements(path);
+  return elements && *elements && ((*elements)->item(0x52009230) || (*elements)->text(0x00080060) == "SEG");
+}
+
+bool is_dicom_slice(const std::string& path) {
+  const auto elements = read_dicom_elements(path);
+  return elements && *elements;
+}
+
+// mm: no unit makes that of a voxel of a body
+constexpr double largest_voxel = 1e5;
+
+Result<ScannedVolume> read_file(const std::string& path, const ReadOptions& options) {
+  auto header = read_image_header(path);
+  if (!header) return tl::unexpected(header.error());
+  if (header->layers > 1)
+    return bad_use(path, "is a segmentation of " + std::to_string(header->layers) +
+                             " layers; give it with --labels, and the scan that it belongs to as the volume");
+  ValueRange range;
+  std::mutex mutex;
+  auto voxels = load_voxels(
+      *header, options.progress, [&](const StoredVoxels& some, std::size_t first, std::size_t last) {
+        const ValueRange own = value_range(some, header->slope, header->intercept, first, last);
+        const std::lock_guard lock(mutex);
+        range += own;
+      });
+  if (!voxels) return tl::unexpected(voxels.error());
+  const auto reading = decide_quantity(path, *voxels, header->slope, header->intercept, range,
+                                       options.quantity, header->recorded_quantity);
+  if (!reading) return tl::unexpected(reading.error());
+
+  ScannedVolume scanned;
+  scanned.format = header->format + ", " + std::string(scalar_name(header->scalar));
+  scanned.series_description = header->description;
+  scanned.reading = reading->statement;
+  scanned.warnings = std::move(header->warnings);
+  scanned.volume.grid = header->grid;
+  scanned.volume.quantity = held_as(reading->quantity);
+  scanned.volume.voxels = to_int16(std::move(*voxels), header->slope, header->intercept, range,
+                                   reading->quantity, scanned.warnings, &scanned.clamped);
+  return scanned;
+}
+
+}  // namespace
+
+namespace {
+
+Result<ImageHeader> header_by_ending(const std::string& path) {
+  const std::string name = lower_case(path);
+  const auto is_nifti = [&](const std::string& ending) {
+    return name.ends_with(ending) || name.ends_with(ending + ".gz");
+  };
+  if (auto fine = check_input_file(path); !fine) return tl::unexpected(fine.error());
+  if (is_nifti(".nii") || is_nifti(".hdr")) return read_nifti_header(path);
+  if (is_nifti(".img")) {
+    const std::string header = half_of_nifti_pair(path, ".hdr");
+    if (header.empty())
+      return bad_use(path, "is half of a NIfTI pair, and its header (.hdr) is not beside it");
+    return read_nifti_header(header);
+  }
+  if (name.ends_with(".nrrd") || name.ends_with(".nhdr")) return read_nrrd_header(path);
+  if (name.ends_with(".mha") || name.ends_with(".mhd")) return read_metaimage_header(path);
+  if (is_dicom_slice(path)) return bad_use(path, "is one slice of a DICOM series; give its folder");
+  return bad_use(path,
+                 "is no volume that is read here; give a DICOM folder, .nii, .nii.gz, .hdr with .img, .nrrd, "
+                 ".nhdr, .mha or .mhd");
+}
+
+}  // namespace
+
+Result<ImageHeader> read_image_header(const std::string& path) {
+  auto header = header_by_ending(path);
+  if (!header) return header;
+  if (header->header_file.empty()) header->header_file = path;
+  // a voxel has a volume: its axes span it, if only by a thousandth of the box of their lengths
+  const double box = header->grid.spacing().prod();
+  if (!header->grid.axes.allFinite() || !header->grid.origin.allFinite() ||
+      !(header->grid.voxel_volume() > 1e-3 * box))
+    return failure(path, "has a damaged header: its axes do not span a voxel");
+  if (!std::isfinite(header->slope) || header->slope == 0 || !std::isfinite(header->intercept))
+    return failure(path, "has a damaged header: its scaling is not a number, or has a slope of zero");
+  if (const double largest = header->grid.spacing().maxCoeff(); !(largest <= largest_voxel))
+    return failure(
+        path, fmt::format("has voxels of {:.3g} mm: no body is that large; is the unit right?", largest));
+  return header;
+}
+
+Result<ScannedVolume> read_volume(const std::string& path, const ReadOptions& options) {
+  const bool dicom = is_folder(path) || is_multi_frame(path);
+  auto scanned = dicom ? read_dicom_folder(path, options) : read_file(path, options);
+  if (!scanned) return scanned;
+  const ValueCounts counts = count_values(scanned->volume);
+  scanned->least = counts.least, scanned->greatest = counts.greatest;
+  if (auto doubt = doubt_of_size(scanned->volume.grid); !doubt.empty())
+    scanned->warnings.push_back(std::move(doubt));
+  if (auto fine = check_values(path, scanned->volume, counts, scanned->clamped, scanned->warnings); !fine)
+    return tl::unexpected(fine.error());
+  return scanned;
+}
+
+}  // namespace borelli

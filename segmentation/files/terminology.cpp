@@ -1,0 +1,95 @@
+#include "segmentation/files/terminology.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <sstream>
+
+#include "segmentation/files/class_mapping.hpp"
+
+namespace borelli {
+
+namespace data {
+extern const char* const terminology;
+}
+
+namespace {
+
+std::vector<std::string> split_at(std::string_view text, char by) {
+  std::vector<std::string> words(1);
+  for (const char c : text)
+    if (c == by)
+      words.emplace_back();
+    else
+      words.back() += c;
+  return words;
+}
+
+// "left", "right" or nothing; by meaning, since SNOMED CT, SRT and FMA have codes of their own for it
+std::string side_of(const CodedTerm& term) {
+  if (term.value == "7771000" || term.value == "G-A101") return "left";
+  if (term.value == "24028007" || term.value == "G-A100") return "right";
+  const std::string meaning = plain_name(term.meaning);
+  return meaning == "left" || meaning == "right" ? meaning : "";
+}
+
+// classes by "<code or meaning>/<region's code>/<side>"
+const std::map<std::string, std::string>& classes() {
+  static const auto all = [] {
+    std::map<std::string, std::string> out;
+    std::istringstream text(data::terminology);
+    for (std::string line; std::getline(text, line);) {
+      if (line.empty() || line.starts_with('#') || line.starts_with("name\t")) continue;
+      const auto cell = split_at(line, '\t');  // name, code, meaning, region, side
+      for (const auto& what : {cell[1], plain_name(cell[2])})
+        out.try_emplace(what + "/" + cell[3] + "/" + cell[4], cell[0]);
+    }
+    return out;
+  }();
+  return all;
+}
+
+CodedTerm term_in(std::string_view text) {
+  auto words = split_at(text, '^');
+  words.resize(3);
+  return {words[0], words[1], words[2]};
+}
+
+}  // namespace
+
+std::string class_of_terms(const SegmentTerms& terms) {
+  const std::string own = side_of(terms.modifier), of_region = side_of(terms.region_modifier),
+                    side = own.empty() ? of_region : own;
+  std::vector<std::string> whats;
+  if (terms.type.scheme == "SCT" || terms.type.scheme == "SRT") whats.push_back(terms.type.value);
+  whats.push_back(plain_name(terms.type.meaning));
+  // a region beside the type is where it lies (a cyst of the kidney); most classes need none
+  for (const std::string& region : {terms.region.value, std::string()})
+    for (const std::string& what : whats) {
+      if (what.empty()) continue;
+      const auto it = classes().find(what + "/" + region + "/" + side);
+      if (it != classes().end()) return it->second;
+    }
+  return "";
+}
+
+SegmentTerms terms_in_tags(std::string_view tags) {
+  constexpr std::string_view key = "TerminologyEntry:";
+  const auto at = tags.find(key);
+  if (at == std::string_view::npos) return {};
+  auto text = tags.substr(at + key.size());
+  text = text.substr(0, text.find('|'));
+  // context, category, type, its modifier, anatomic context, region, its modifier
+  auto cells = split_at(text, '~');
+  cells.resize(7);
+  return {term_in(cells[2]), term_in(cells[3]), term_in(cells[5]), term_in(cells[6])};
+}
+
+std::vector<std::string> other_forms(std::string_view name) {
+  const std::string plain = plain_name(name);
+  for (const std::string side : {"left", "right"})
+    if (plain.starts_with(side + "_")) return {plain.substr(side.size() + 1) + "_" + side};
+  return {};
+}
+
+}  // namespace borelli

@@ -1,0 +1,250 @@
+#include "segmentation/grid/geodesic.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstring>
+
+namespace borelli {
+
+namespace {
+
+// The 27 steps to a voxel's neighbours and to itself, in memory's order: step 9 c + 3 b + a is to
+// (a, b, c) - (1, 1, 1).
+constexpr int steps_to_all = 27;
+
+std::ptrdiff_t offset_of(int step, const Grid& g) {
+  return ((step / 9 - 1) * g.size[1] + step / 3 % 3 - 1) * g.size[0] + step % 3 - 1;
+}
+
+// Three neighbours beside each other in memory, looked at together; the fourth of each is left out.
+typedef float Four __attribute__((vector_size(16)));
+typedef std::int32_t FourWords __attribute__((vector_size(16)));
+
+struct Row {
+  std::ptrdiff_t offset;  // of its first one
+  Four half;              // half of each step's length, mm
+  FourWords bit;          // one for each, but none for the place itself
+};
+
+std::array<Row, 9> rows_about(const Grid& g) {
+  const auto h = static_cast<float>(g.axes.col(0).norm());
+  std::array<Row, 9> rows{};
+  for (int step = 0; step < steps_to_all; ++step) {
+    Row& row = rows[static_cast<std::size_t>(step) / 3];
+    const int a = step % 3 - 1, b = step / 3 % 3 - 1, c = step / 9 - 1;
+    row.half[step % 3] = 0.5F * h * std::sqrt(static_cast<float>(a * a + b * b + c * c));
+    if (a || b || c) row.bit[step % 3] = 1 << step;
+    if (a < 0) row.offset = offset_of(step, g);
+  }
+  return rows;
+}
+
+// Follows ways among the voxels of some of the grid's columns (i from `first` to before `last`), given where
+// some begin; a place whose way becomes shorter is gone on from again, so that it may be called anew with
+// ways that come from other columns.
+class Ways {
+ public:
+  /// Owners, and by which step each place is reached (null: not asked for), are kept up beside the lengths.
+  Ways(Places& places, float longest, std::uint8_t* owner, std::uint8_t* by_step, std::int64_t first,
+       std::int64_t last)
+      : places_(places),
+        grid_(places.grid),
+        place_(places.place.get()),
+        owner_(owner),
+        by_step_(by_step),
+        longest_(longest),
+        // buckets as wide as the cheapest step: what is taken from the lowest one is final, save for rounding
+        width_(std::max(1e-6F, places.cheapest * static_cast<float>(places.grid.axes.col(0).norm()))),
+        first_(first),
+        last_(last),
+        count_(static_cast<std::ptrdiff_t>(places.grid.count())),
+        rows_(rows_about(places.grid)) {
+    for (int step = 0; step < steps_to_all; ++step)
+      offset_[static_cast<std::size_t>(step)] = offset_of(step, grid_);
+  }
+
+  /// Says that a way to a voxel in reach is as long, by whichever step.
+  void begin(std::size_t to, float length, std::uint8_t label, std::uint8_t step) {
+    place_[to].length = length;
+    push({static_cast<std::uint32_t>(to), length, label, step});
+  }
+
+  void follow() {
+    for (std::size_t b = 0; b < buckets_.size(); ++b) {
+      for (std::size_t n = 0; n < buckets_[b].size(); ++n) {
+        constexpr std::size_t ahead = 4;  // whose neighbours are fetched in the meantime
+        if (n + ahead < buckets_[b].size())
+          for (const Row& row : rows_) __builtin_prefetch(place_ + buckets_[b][n + ahead].to + row.offset);
+        const Way way = buckets_[b][n];
+        if (place_[way.to].length != way.length) continue;
+        owner_[way.to] = way.label;
+        if (by_step_) by_step_[way.to] = way.step;
+        go_on(way);
+      }
+      std::vector<Way>().swap(buckets_[b]);
+    }
+    buckets_.clear();
+  }
+
+ private:
+  // a way to a voxel; passed over if a shorter one was found after it
+  struct Way {
+    std::uint32_t to;
+    float length;
+    std::uint8_t label, step;
+  };
+
+  void push(const Way& way) {
+    constexpr float most_buckets = 1 << 20;
+    const auto n = static_cast<std::size_t>(std::min(most_buckets - 1, way.length / width_));
+    if (n >= buckets_.size()) buckets_.resize(n + 1);
+    buckets_[n].push_back(way);
+  }
+
+  void go_on(const Way& way) {
+    const auto at = static_cast<std::ptrdiff_t>(way.to);
+    const std::int64_t i = at % grid_.size[0];
+    const bool all_there =
+        i > first_ && i + 2 < last_ && at + offset_.front() >= 0 && at + offset_.back() + 1 < count_;
+    std::array<Four, 9> length;
+    std::uint32_t steps =
+        all_there
+            ? nearer(way, length, [&](std::ptrdiff_t from) { return place_ + from; })
+            : nearer(way, length, [&, some = std::array<Places::Place, 4>()](std::ptrdiff_t from) mutable {
+                some = {};  // closed, where there are none in reach
+                for (std::ptrdiff_t a = 0; a < 3; ++a)
+                  if (i - 1 + a >= first_ && i - 1 + a < last_ && from + a >= 0 && from + a < count_)
+                    some[static_cast<std::size_t>(a)] = place_[from + a];
+                return some.data();
+              });
+    if (!steps) return;
+    const std::int64_t j = at / grid_.size[0] % grid_.size[1];  // beyond a side lies another slice's row
+    if (j == 0) steps &= ~steps_with([](int step) { return step / 3 % 3 == 0; });
+    if (j + 1 == grid_.size[1]) steps &= ~steps_with([](int step) { return step / 3 % 3 == 2; });
+    for (; steps; steps &= steps - 1) {
+      const auto step = static_cast<std::size_t>(std::countr_zero(steps));
+      const auto to = static_cast<std::size_t>(at + offset_[step]);
+      if (!places_.lets_in(to, way.label)) continue;
+      begin(to, length[step / 3][step % 3], way.label, static_cast<std::uint8_t>(step));
+    }
+  }
+
+  template <class Which>
+  static constexpr std::uint32_t steps_with(const Which& which) {
+    std::uint32_t steps = 0;
+    for (int step = 0; step < steps_to_all; ++step)
+      if (which(step)) steps |= 1U << step;
+    return steps;
+  }
+
+  /// The steps by which a neighbour is nearer than it was, as bits, and how near by each. `places_from`:
+  /// where four places beside each other can be read, given the first one's offset.
+  template <class PlacesFrom>
+  std::uint32_t nearer(const Way& way, std::array<Four, 9>& length, PlacesFrom&& places_from) const {
+    const float cost_here = place_[way.to].cost;
+    FourWords bits{};
+#pragma GCC unroll 9
+    for (std::size_t r = 0; r < rows_.size(); ++r) {
+      const Places::Place* const four = places_from(static_cast<std::ptrdiff_t>(way.to) + rows_[r].offset);
+      Four first, second;
+      std::memcpy(&first, four, sizeof first);
+      std::memcpy(&second, four + 2, sizeof second);
+      const Four cost = __builtin_shufflevector(first, second, 0, 2, 4, 6),
+                 so_far = __builtin_shufflevector(first, second, 1, 3, 5, 7);
+      length[r] = way.length + rows_[r].half * (cost_here + cost);
+      bits |= (length[r] < so_far) & (length[r] <= longest_) & (cost != 0) & rows_[r].bit;
+    }
+    return static_cast<std::uint32_t>(bits[0] | bits[1] | bits[2]);
+  }
+
+  const Places& places_;
+  const Grid& grid_;
+  Places::Place* place_;
+  std::uint8_t *owner_, *by_step_;
+  float longest_, width_;
+  std::int64_t first_, last_;  // columns
+  std::ptrdiff_t count_;
+  std::array<Row, 9> rows_;
+  std::array<std::ptrdiff_t, steps_to_all> offset_;
+  std::vector<std::vector<Way>> buckets_;  // by length
+};
+
+/// Owners, and by which step each is reached (of as many voxels; null: not asked for), at seeds `at_seed`;
+/// lengths where there is an owner stay in `places`.
+Volume<std::uint8_t> follow_ways(Places& places, const Volume<std::uint8_t>& seeds, float longest,
+                                 std::uint8_t* by_step, std::uint8_t at_seed) {
+  const auto& g = places.grid;
+  Volume<std::uint8_t> owner{g, std::vector<std::uint8_t>(g.count(), 0)};
+  // Of a large volume both halves at once, and then from either what is nearer by way of it in the other: of
+  // a body that lies along the grid few ways cross its middle.
+  constexpr std::size_t large = 1 << 20;
+  const std::int64_t nx = g.size[0], rows = g.size[1] * g.size[2],
+                     middle = nx < 2 || g.count() < large ? nx : nx / 2;
+  const auto each = [&](std::int64_t first, std::int64_t last, const auto& visit) {
+    for (std::int64_t r = 0; r < rows; ++r)
+      for (std::int64_t i = first; i < last; ++i) visit(static_cast<std::size_t>(r * nx + i));
+  };
+  const auto ways_in = [&](std::int64_t first, std::int64_t last) {
+    return Ways(places, longest, owner.voxels.data(), by_step, first, last);
+  };
+  in_slabs(middle < nx ? 2 : 1, places.threads, [&](std::int64_t from, std::int64_t to) {
+    for (std::int64_t half = from; half < to; ++half) {
+      const std::int64_t first = half == 0 ? 0 : middle, last = half == 0 ? middle : nx;
+      Ways ways = ways_in(first, last);
+      each(first, last, [&](std::size_t o) {
+        if (seeds.voxels[o] && places.place[o].cost != 0 && places.lets_in(o, seeds.voxels[o]))
+          ways.begin(o, 0, seeds.voxels[o], at_seed);
+      });
+      ways.follow();
+    }
+  });
+  if (middle < nx) {
+    Ways ways = ways_in(0, nx);
+    each(middle - 1, middle + 1, [&](std::size_t o) {
+      if (owner.voxels[o])
+        ways.begin(o, places.place[o].length, owner.voxels[o], by_step ? by_step[o] : at_seed);
+    });
+    ways.follow();
+  }
+  return owner;
+}
+
+}  // namespace
+
+Geodesic geodesic(Places places, const Volume<std::uint8_t>& seeds, bool keep_ways, float longest) {
+  const Grid& g = places.grid;
+  Geodesic out;
+  if (keep_ways) out.step_.resize(g.count());
+  out.owner = follow_ways(places, seeds, longest, keep_ways ? out.step_.data() : nullptr, Geodesic::at_seed);
+  // lengths move to the front of where costs lay beside them, and the rest is given back
+  auto* const memory = reinterpret_cast<unsigned char*>(places.place.release());
+  for (std::size_t o = 0; o < g.count(); ++o)
+    if (out.owner.voxels[o])
+      std::memcpy(memory + o * sizeof(float),
+                  memory + o * sizeof(Places::Place) + offsetof(Places::Place, length), sizeof(float));
+  void* const less = std::realloc(memory, (g.count() + 1) * sizeof(float));
+  out.length_.reset(static_cast<float*>(less ? less : memory));
+  return out;
+}
+
+Volume<std::uint8_t> nearest_seeds(Places places, const Volume<std::uint8_t>& seeds, float longest) {
+  return follow_ways(places, seeds, longest, nullptr, 0);
+}
+
+void Geodesic::take_nearer(const Geodesic& other) {
+  for (std::size_t o = 0; o < owner.voxels.size(); ++o)
+    if (other.length(o) < length(o)) owner.voxels[o] = other.owner.voxels[o], length_[o] = other.length_[o];
+}
+
+std::vector<std::uint32_t> Geodesic::way_to(std::uint32_t to) const {
+  std::vector<std::uint32_t> way{to};
+  while (step_[way.back()] != at_seed)
+    way.push_back(static_cast<std::uint32_t>(way.back() - offset_of(step_[way.back()], owner.grid)));
+  std::reverse(way.begin(), way.end());
+  return way;
+}
+
+}  // namespace borelli

@@ -1,0 +1,104 @@
+#include "segmentation/joints/half_turns.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "threads/slabs.hpp"
+
+namespace borelli {
+namespace {
+
+// Which skin the bone in the body's middle lies nearer to, over how many mm of its height.
+struct Nearer {
+  double back = 0, front = 0;
+};
+
+// mm from the skin inwards to the first bone along row i of slice k, from the front (+1) or the back (-1);
+// nothing where there is no bone, or no skin in view
+std::optional<double> below_skin(const Anatomy& a, std::int64_t i, std::int64_t k, int inwards) {
+  const auto ny = a.grid().size[1];
+  std::int64_t j = inwards > 0 ? 0 : ny - 1;
+  const auto in_grid = [&] { return j >= 0 && j < ny; };
+  while (in_grid() && !a.body.at(i, j, k)) j += inwards;
+  if (!in_grid() || j - inwards < 0 || j - inwards >= ny || !a.scan.seen.at(i, j - inwards, k))
+    return std::nullopt;
+  for (const auto skin = j; in_grid(); j += inwards)
+    if (a.bone.at(i, j, k)) return a.step() * static_cast<double>(std::abs(j - skin));
+  return std::nullopt;
+}
+
+Nearer nearer_skin(const Anatomy& a) {
+  constexpr double half_width = 15, much = 40;  // mm
+  const auto& g = a.grid();
+  const auto half = std::lround(half_width / a.step());
+  std::vector<Nearer> by_slice(static_cast<std::size_t>(g.size[2]));
+  const auto look = [&](std::int64_t k) {
+    // the middle of what is deepest: the trunk's rather than the arms'
+    double sum = 0, weight = 0;
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const float depth = a.depth.at(i, j, k);
+        if (depth == 0) continue;
+        const double w = std::pow(depth, 2);
+        sum += w * static_cast<double>(i), weight += w;
+      }
+    if (weight == 0) return;
+    const auto middle = std::lround(sum / weight);
+    double front = 1e9, back = 1e9;
+    for (auto i = std::max<std::int64_t>(0, middle - half); i <= std::min(g.size[0] - 1, middle + half);
+         ++i) {
+      front = std::min(front, below_skin(a, i, k, 1).value_or(1e9));
+      back = std::min(back, below_skin(a, i, k, -1).value_or(1e9));
+    }
+    if (front > 1e8 || back > 1e8) return;
+    if (front > back + much) by_slice[static_cast<std::size_t>(k)].back = a.step();
+    if (back > front + much) by_slice[static_cast<std::size_t>(k)].front = a.step();
+  };
+  in_turns(g.size[2], a.threads, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t k = first; k < last; ++k) look(k);
+  });
+  Nearer out;
+  for (const Nearer& slice : by_slice) out.back += slice.back, out.front += slice.front;
+  return out;
+}
+
+bool is_upside_down(const Anatomy& a, const Trunk& trunk) {
+  if (trunk.lungs[1] <= trunk.lungs[0]) return false;
+  const auto& g = a.grid();
+  const auto slice = static_cast<std::size_t>(g.size[0] * g.size[1]);
+  double above = 0, beside = 0, below = 0;
+  for (std::size_t o = 0; o < a.body.voxels.size(); ++o) {
+    if (!a.body.voxels[o]) continue;
+    const double z = g.origin[2] + a.step() * static_cast<double>(o / slice);
+    (z > trunk.lungs[1] ? above : z < trunk.lungs[0] ? below : beside) += 1;
+  }
+  return above > beside && above > 2 * below;
+}
+
+}  // namespace
+
+std::optional<Eigen::Matrix3d> half_turn(const Anatomy& a, const Trunk& trunk) {
+  constexpr double enough = 120;  // mm
+  const Nearer nearer = nearer_skin(a);
+  const bool backwards = nearer.front > enough && nearer.front > 3 * nearer.back,
+             down = is_upside_down(a, trunk);
+  if (!backwards && !down) return std::nullopt;
+  const double back = backwards ? -1 : 1, up = down ? -1 : 1;
+  return Eigen::Vector3d(back * up, back, up).asDiagonal().toDenseMatrix();
+}
+
+std::string words_of_half_turn(const Eigen::Matrix3d& axes) {
+  std::string what;
+  if (axes(1, 1) < 0) what = "its spine lies where the header says front";
+  if (axes(2, 2) < 0) what += std::string(what.empty() ? "" : ", and ") + "its feet point where it says head";
+  return "the header contradicts the body: " + what +
+         " (a wrong patient position, or none). Parts were found as the body itself lies, turned by half a "
+         "turn; " +
+         (axes(0, 0) < 0 ? "left and right are its own, the other way round than the header has them: if the "
+                           "file is mirrored instead, they are exchanged"
+                         : "left and right are as the header has them: if the file is mirrored instead, they "
+                           "are exchanged");
+}
+
+}  // namespace borelli

@@ -1,0 +1,499 @@
+#include "segmentation/joints/joint_centres.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "segmentation/joints/bent_joints.hpp"
+#include "segmentation/joints/hinges.hpp"
+#include "segmentation/joints/joints_along_way.hpp"
+#include "segmentation/joints/limb_lengths.hpp"
+#include "segmentation/joints/lone_heads.hpp"
+#include "threads/slabs.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+// a slice of bone square to a direction
+struct Section {
+  Vector3d centre = Vector3d::Zero();  // its bone's mean, moved into the section's plane
+  Vector3d middle = Vector3d::Zero();  // half way between its ends where it is widest
+  Vector3d wide = Vector3d::UnitX();   // unit, along which it is widest
+  double ratio = 1;                    // of its standard deviations, widest to narrowest
+  double area = 0;
+};
+
+template <class Visit>
+void near_bone(const Anatomy& a, const Limbs& limbs, Limb limb, const Vector3d& point, double reach,
+               const Visit& visit) {
+  const auto& g = a.grid();
+  const Vector3d low = g.index(point - Vector3d::Constant(reach)),
+                 high = g.index(point + Vector3d::Constant(reach));
+  for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
+    for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
+      for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
+        if (!g.holds(i, j, k) || !a.bone.at(i, j, k)) continue;
+        if (limbs.territory.owner.at(i, j, k) != static_cast<std::uint8_t>(limb)) continue;
+        const Vector3d p = g.point(i, j, k);
+        if ((p - point).norm() < reach) visit(p);
+      }
+}
+
+Section section_of(const Anatomy& a, const Limbs& limbs, Limb limb, const Vector3d& point,
+                   const Vector3d& along, double half, double reach) {
+  Section out;
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+  Vector3d sum = Vector3d::Zero();
+  double count = 0;
+  near_bone(a, limbs, limb, point, reach, [&](const Vector3d& p) {
+    if (std::abs((p - point).dot(along)) > half) return;
+    sum += p;
+    second += p * p.transpose();
+    ++count;
+  });
+  out.centre = out.middle = point;
+  if (count < 4) return out;
+  out.centre = sum / count;
+  const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - along * along.transpose();
+  const Eigen::Matrix3d spread = across * (second / count - out.centre * out.centre.transpose()) * across;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
+  out.wide = solver.eigenvectors().col(2);
+  out.ratio = std::sqrt(solver.eigenvalues()[2] / std::max(1e-9, solver.eigenvalues()[1]));
+  out.area = count * std::pow(a.step(), 3) / (2 * half);
+  double low = 0, high = 0;
+  near_bone(a, limbs, limb, point, reach, [&](const Vector3d& p) {
+    if (std::abs((p - point).dot(along)) > half) return;
+    low = std::min(low, (p - out.centre).dot(out.wide));
+    high = std::max(high, (p - out.centre).dot(out.wide));
+  });
+  out.centre -= (out.centre - point).dot(along) * along;
+  out.middle = out.centre + 0.5 * (low + high) * out.wide;
+  return out;
+}
+
+// The middle of a bone's broad end, on the joint's axis, and the axis' ends at the bone's sides.
+struct JointEnd {
+  Vector3d centre, medial, lateral;
+  double radius = 0;
+  double deviation = 0;
+  bool measured = false;  // on a cylinder that the bone's edges agree on
+};
+
+constexpr double child_size = 0.8;  // at most, in parts of an adult's
+
+// of an elbow or knee by outlines alone, mm: in phantoms on slices of 5 and 8 mm they come out 8 to 20 mm too
+// far up the limb (`landmark_trials`, tests/suite), on the ICRP male's bones, which are broadest farther
+// down, less
+constexpr double by_outline = 9.5;
+
+struct Cylinder {
+  double reach, least, most, search;  // see fit_hinge; mm
+  double inner, outer;                // where the bone's sides are looked for along the axis
+  double agree;                       // share of the rays that must agree on the cylinder
+  double faces;  // 1: the joint's surface looks down the limb; 0: bone goes on to all sides of it
+  double above;  // the bone's section this far up the limb stands over the joint and is widest along its axis
+  bool farthest = false;  // on large voxels the farthest cylinder down the limb is the joint's (fit_hinge)
+};
+
+// farthest place along a direction where bone ends
+std::optional<double> side_of_bone(const CloseUp& view, const Vector3d& from, const Vector3d& direction,
+                                   double inner, double outer) {
+  const auto falls = falls_along(view, from, direction, inner, outer);
+  return falls.empty() ? std::nullopt : std::optional(falls.back());
+}
+
+// `bent`: tells place and axis where outlines of the next bone lie beside this one's.
+JointEnd joint_end(const Anatomy& a, const Limbs& limbs, Limb limb, int side, const Vector3d& point,
+                   const Vector3d& along, const Vector3d& left, const Cylinder& shape,
+                   const std::optional<BentJoint>& bent = std::nullopt) {
+  const Section s = section_of(a, limbs, limb, point - shape.above * along, along, 6, shape.outer);
+  Vector3d axis = (left - left.dot(along) * along).normalized();
+  if (s.ratio > 1.15) axis = s.wide;
+  if (bent) axis = bent->axis;
+  if (axis.dot(left) < 0) axis = -axis;
+  const Vector3d near = bent ? bent->centre : s.centre + shape.above * along;
+  JointEnd end{near, near, near, 0, by_outline, false};
+  const CloseUp view = close_up(*a.source, near, shape.outer + shape.search + 8);
+  const bool farthest = shape.farthest && !bent;
+  const auto hinge = fit_hinge(view, near, axis, shape.faces * along, shape.reach, shape.least, shape.most,
+                               shape.search, farthest);
+  if (hinge && hinge->score >= shape.agree) {
+    axis = hinge->axis;
+    // The farthest was the joint's in all 60 elbows on voxels of 5 mm that were looked at, and lay 10 to 20
+    // mm below the outlines' place; another that the edges agree on as well is given one chance in sixteen
+    constexpr double by_chance = 0.25, below_outlines = 5;
+    const bool of_shaft = farthest && (hinge->point - near).dot(along) < below_outlines;
+    const double deviation = std::hypot(std::max(1.5, 2 * hinge->deviation), by_chance * hinge->other);
+    end = {hinge->point,
+           hinge->point,
+           hinge->point,
+           of_shaft ? 0 : hinge->radius,
+           of_shaft ? by_outline : deviation,
+           !of_shaft};
+  }
+  const auto to_left = side_of_bone(view, end.centre, axis, shape.inner, shape.outer);
+  const auto to_right = side_of_bone(view, end.centre, -axis, shape.inner, shape.outer);
+  const double l = to_left.value_or(0.5 * (shape.inner + shape.outer)),
+               r = to_right.value_or(0.5 * (shape.inner + shape.outer));
+  const Vector3d at_left = end.centre + l * axis, at_right = end.centre - r * axis;
+  if (to_left && to_right) end.centre = 0.5 * (at_left + at_right);
+  end.lateral = side == left_side ? at_left : at_right;
+  end.medial = side == left_side ? at_right : at_left;
+  return end;
+}
+
+Landmark found(const Vector3d& point, double deviation, const char* source, double radius = 0) {
+  return {point, deviation, radius, source};
+}
+
+// A side that the scan leaves out may be as far off as the bone is wide.
+void put_sides(const Anatomy& a, Landmarks& marks, const std::string& joint, const std::string& at,
+               const JointEnd& end, double deviation, const char* source) {
+  const double wide = (end.lateral - end.medial).norm();
+  for (const auto& [name, point] : {std::pair{"_medial", end.medial}, {"_lateral", end.lateral}})
+    marks[joint + name + at] =
+        found(point, a.near_edge(point, 2 * a.step()) ? std::max(deviation, wide) : deviation, source);
+}
+
+// A malleolus' tip: from its side at the joint's level on down the limb, on lines within the bone's thickness
+// of that side, to where bone ends last.
+std::optional<Vector3d> malleolus_tip(const CloseUp& view, const Vector3d& side, const Vector3d& inwards,
+                                      const Vector3d& along) {
+  constexpr double bone = 150;  // CT number
+  const Vector3d across = along.cross(inwards);
+  std::vector<std::pair<double, Vector3d>> ends;
+  double last = 0;
+  for (double in = 2; in <= 7; in += 1)
+    for (double q = -8; q <= 8; q += 2) {
+      const Vector3d from = side + in * inwards + q * across;
+      if (view.at(from) < bone) continue;
+      const auto falls = falls_along(view, from, along, 0.5, 32);
+      if (falls.empty()) continue;
+      ends.emplace_back(falls.front(), from);
+      last = std::max(last, falls.front());
+    }
+  if (ends.size() < 3) return std::nullopt;
+  Vector3d sum = Vector3d::Zero();
+  int count = 0;
+  for (const auto& [t, from] : ends)
+    if (t > last - 2.5) sum += from, ++count;
+  return Vector3d(sum / count + last * along);
+}
+
+// How far down a limb from `line` the middle of the gap lies between the bone that ends there and the next:
+// the middling one of lines that begin in the bone, `up` above. Nothing where the scan does not resolve a
+// gap.
+std::optional<double> gap_below(const CloseUp& view, const Section& section, const Vector3d& line,
+                                const Vector3d& along, double up) {
+  constexpr double bone = 165, most = 16;               // CT number; the gap, mm
+  const double least = std::max(1.5, 0.9 * view.blur);  // less may be noise at a bone's side
+  const Vector3d deep = along.cross(section.wide);
+  const Vector3d middle = section.middle + (line - section.middle).dot(along) * along - up * along;
+  std::vector<double> ends, starts;  // of the bone, and of the next one below it
+  for (double x = -24; x <= 24; x += 3)
+    for (double y = -12; y <= 12; y += 3) {
+      const Vector3d from = middle + x * section.wide + y * deep;
+      if (view.at(from) < bone) continue;
+      double end = 0;  // of the bone, while the line is in the gap
+      for (double r = 0; r < up + 35; r += 0.5) {
+        const bool in_bone = view.at(from + r * along) >= bone;
+        if (end == 0 && !in_bone) end = r;
+        if (end > 0 && in_bone && r < end + least) end = 0;
+        if (end == 0 || (!in_bone && r < end + most)) continue;
+        if (in_bone) ends.push_back(end), starts.push_back(r);
+        break;
+      }
+    }
+  if (ends.size() < 6) return std::nullopt;
+  std::sort(ends.begin(), ends.end());
+  std::sort(starts.begin(), starts.end());
+  const std::size_t quarter = ends.size() / 4, half = ends.size() / 2;
+  // a shaft's lines that leave it sideways see no gap, or one anywhere
+  if (ends[3 * quarter] - ends[quarter] > 8) return std::nullopt;
+  // some lines pass between the next bones to those after them
+  return 0.5 * (ends[half] + starts[quarter]) - up;
+}
+
+Vector3d body_left(const Trunk& trunk) {
+  const auto& pair = trunk.hip[0] && trunk.hip[1] ? trunk.hip : trunk.shoulder;
+  if (!pair[0] || !pair[1]) return Vector3d::UnitX();
+  return (pair[0]->centre - pair[1]->centre).normalized();
+}
+
+void find_leg(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
+  const auto n = static_cast<std::size_t>(side);
+  const LimbWay& way = limbs.leg(side);
+  if (!(trunk.hip[n] || trunk.femur[n]) || !way.present) return;
+  const Limb limb = side == left_side ? Limb::leg_left : Limb::leg_right;
+  const std::string at = side_suffix(side);
+  const double scale = trunk.scale;
+  const Vector3d left = body_left(trunk);
+  if (const auto& head = trunk.hip[n])
+    marks["hip" + at] = found(head->centre, std::max(head->cut ? head->radius : 1.5, 2 * head->deviation),
+                              head->cut ? "bone: sphere on a femoral head that the scan's end may cut"
+                                        : "bone: sphere on the femoral head",
+                              head->radius);
+
+  const JointsAlongWay joints = leg_joints(way, scale);
+  if (joints.middle == 0 || is_absent(trunk.absent, "shank", at)) return;
+  // the condyles' middle stands one condyle's radius above the joint's gap
+  constexpr double condyle = 22;
+  const Vector3d knee_line = way.points[way.index(joints.middle)];
+  const Vector3d root = trunk.hip[n] ? trunk.hip[n]->centre : *trunk.femur[n];
+  const Vector3d down = (knee_line - root).normalized();
+  const Section end = section_of(a, limbs, limb, knee_line, down, 9, 65);
+  const auto bent_knee = bent_joint(a, limbs, limb, joints.middle, 70 * scale, 220 * scale);
+  const auto condyles_at = [&](const Vector3d& centre) {
+    return joint_end(a, limbs, limb, side, centre, down, left,
+                     {33 * scale, 15 * scale, 30 * scale, 22, 25 * scale, 58 * scale, 0.35, 1, 0}, bent_knee);
+  };
+  JointEnd k = condyles_at(end.centre - condyle * scale * down);
+  // where neither gap nor waist shows, the line is but the widest place: with a patella the condyles' own. On
+  // voxels that would not show a gap either, other round things pass for condyles; below a line that shows
+  // the tibia does
+  constexpr double below_line = 5;
+  if (!k.measured && !bent_knee && a.gaps_unseen(scale) == 0)
+    if (const JointEnd lower = condyles_at(end.centre);
+        lower.measured && !(joints.middle_seen && (lower.centre - end.centre).dot(down) > below_line * scale))
+      k = lower;
+  // near a right angle and beyond outlines of both bones lie in each other's way, unless their shafts tell
+  const double beyond = joints.middle + 150 * scale;
+  const Vector3d shank = way.points[way.index(beyond)] - way.points[way.index(joints.middle + 50 * scale)];
+  constexpr double bent = 0.26;  // cosine of 75 degrees
+  const bool folded = way.length() > beyond && shank.normalized().dot(down) < bent;
+  // where the scan ends above a knee, the shaft that broadens towards it passes for its end
+  constexpr double knee_in_view = 45;
+  if (!k.measured && way.cut && a.near_edge(k.centre + knee_in_view * scale * down, a.step())) return;
+  double deviation = !k.measured && folded && !bent_knee ? 45 * scale : k.deviation;
+  // of condyles that the scan's end or side cuts a cylinder fits what is in view, and the upper end of legs
+  // alone may pass for them
+  constexpr double condyles_in_view = 30, thigh_in_view = 30, unlike_condyles = 60, half_wide = 40, cut = 12;
+  if (a.near_edge(k.centre, half_wide * scale)) deviation = std::max(deviation, cut * scale);
+  const bool child = a.size < child_size;  // whose knees came out 17 mm too high 13 mm over the end
+  if (way.cut && a.near_edge(k.centre + (child ? 2 : 1) * condyles_in_view * scale * down, a.step()))
+    deviation = std::max(deviation, condyles_in_view * scale);
+  if (way.headless && a.near_edge(k.centre - thigh_in_view * scale * down, a.step()))
+    deviation = std::max(deviation, unlike_condyles * scale);
+  marks["knee" + at] =
+      found(k.centre, deviation,
+            k.measured ? "bone: cylinder on the femoral condyles" : "bone: middle of the femoral condyles",
+            k.radius);
+  put_sides(a, marks, "knee", at, k, deviation + 2, "bone: femoral epicondyle");
+
+  if (joints.end == 0 || is_absent(trunk.absent, "foot", at)) return;
+  // straight on along the shank: the way itself turns into the foot before the joint
+  const Vector3d flare = way.points[way.index(joints.end - flare_to_ankle * scale)];
+  const Vector3d along = (flare - k.centre).normalized();
+  const JointEnd m =
+      joint_end(a, limbs, limb, side, flare + flare_to_ankle * scale * along, along, left,
+                {13 * scale, 9 * scale, 24 * scale, 15, 20 * scale, 48 * scale, 0.5, 0, 18 * scale});
+  // on voxels that show no talar dome, malleoli may be taken for each other's bones
+  const double unseen = m.measured ? 0 : 2 * a.gaps_unseen(scale);
+  const double blunt = std::hypot(unseen, 2 * a.over_fine());  // of their tips large voxels show less
+  marks["ankle" + at] =
+      found(m.centre, m.measured ? m.deviation : std::hypot(8, 0.5 * unseen),
+            m.measured ? "bone: cylinder on the talar dome" : "bone: middle of the malleoli", m.radius);
+  const CloseUp view = close_up(*a.source, m.centre, 90 * scale);
+  for (const auto& [name, place] :
+       {std::pair{"lateral_malleolus", m.lateral}, {"medial_malleolus", m.medial}}) {
+    const auto end_of_bone = malleolus_tip(view, place, (m.centre - place).normalized(), along);
+    marks[name + at] = end_of_bone ? found(*end_of_bone, std::hypot(4, blunt), "bone: tip of the malleolus")
+                                   : found(place, std::hypot(15, blunt), "bone: side of the malleolus");
+  }
+}
+
+struct LikelyWrist {
+  Vector3d point = Vector3d::Zero();
+  bool by_sections = false;  // it is where the bones' sections have it
+  double deviation = 0;      // by the other places that it may be at, mm
+};
+
+// Where the bones' sections have the wrist, or where it is likelier.
+LikelyWrist likely_wrist(std::vector<WristPlace> places, const Vector3d& by_sections, double scale) {
+  if (places.empty()) return {by_sections, true, 0};
+  constexpr double same = 15, agreement_tells = 1.5;  // mm; log odds
+  const auto off = [&](const WristPlace& place) { return (place.point - by_sections).norm(); };
+  const auto nearest = std::min_element(places.begin(), places.end(),
+                                        [&](const auto& p, const auto& q) { return off(p) < off(q); });
+  const bool agrees = off(*nearest) < same * scale;
+  if (agrees) nearest->log_odds += agreement_tells;
+  const auto best = std::max_element(places.begin(), places.end(),
+                                     [](const auto& p, const auto& q) { return p.log_odds < q.log_odds; });
+  double sum = 0, squares = 0;
+  for (const WristPlace& place : places) {
+    const double odds = std::exp(place.log_odds - best->log_odds);
+    sum += odds;
+    squares += odds * (place.point - best->point).squaredNorm();
+  }
+  const bool kept = agrees && best == nearest;
+  return {kept ? by_sections : best->point, kept, std::sqrt(squares / sum)};
+}
+
+// Which of the elbow's sides is which is told by the way it bends, where it does (`down` and `along`: the
+// upper arm's direction and the forearm's): an arm over the head or turned inwards has them the other way
+// round.
+void turn_elbow(int side, const Vector3d& down, const Vector3d& along, Landmarks& marks) {
+  const std::string at = side_suffix(side);
+  const Vector3d bent = along - along.dot(down) * down;
+  constexpr double straight = 0.35;  // sine of 20 degrees
+  Landmark &medial = marks["elbow_medial" + at], &lateral = marks["elbow_lateral" + at];
+  const Vector3d outwards = side_sign(side) * bent.cross(down);
+  if (bent.norm() > straight) {
+    if (outwards.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
+    return;
+  }
+  // a straight one: as though the arm had swung there by the shortest way. How it turned about itself on the
+  // way up, nothing tells
+  const Vector3d swung = Eigen::Quaterniond::FromTwoVectors(-Vector3d::UnitZ(), down) *
+                         Vector3d(side_sign(side) * Vector3d::UnitX());
+  if (swung.dot(lateral.point - medial.point) < 0) std::swap(medial, lateral);
+  constexpr double raised = 0.5;  // 120 degrees
+  if (down[2] > raised)
+    for (Landmark* place : {&medial, &lateral})
+      place->deviation = std::max(place->deviation, 0.5 * (lateral.point - medial.point).norm());
+}
+
+// A place on the way beyond a joint that tells the limb's direction there, where the next joint is not found:
+// the cut end, or as far as the shaft surely goes. Nothing where the way ends near the joint.
+constexpr double forearm_shaft = 200, shank_shaft = 300;  // mm
+std::optional<Vector3d> far_end_of(const LimbWay& way, const Vector3d& joint, double shaft) {
+  constexpr double enough = 60;  // mm
+  const auto off = [&](const Vector3d& p) { return (p - joint).norm(); };
+  auto end = std::prev(way.points.end());
+  if (!way.cut) {
+    end = std::min_element(way.points.begin(), way.points.end(),
+                           [&](const auto& p, const auto& q) { return off(p) < off(q); });
+    while (std::next(end) != way.points.end() && off(*end) < shaft) ++end;
+  }
+  return off(*end) > enough ? std::optional(*end) : std::nullopt;
+}
+
+void find_arm(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, int side, Landmarks& marks) {
+  const auto n = static_cast<std::size_t>(side);
+  const LimbWay& way = limbs.arm(side);
+  if (!trunk.shoulder[n] || !way.present) return;
+  const Limb limb = side == left_side ? Limb::arm_left : Limb::arm_right;
+  const std::string at = side_suffix(side);
+  const double scale = trunk.scale;
+  const Vector3d left = body_left(trunk);
+  const FoundSphere& head = *trunk.shoulder[n];
+  marks["shoulder" + at] = found(head.centre, std::max(head.cut ? head.radius : 2.0, 2 * head.deviation),
+                                 head.cut ? "bone: sphere on a humeral head that the scan's end may cut"
+                                          : "bone: sphere on the humeral head",
+                                 head.radius);
+
+  const JointsAlongWay joints = arm_joints(way, scale);
+  if (joints.middle == 0 || is_absent(trunk.absent, "forearm", at)) return;
+  constexpr double trochlea = 10;
+  const Vector3d elbow_line = way.points[way.index(joints.middle)];
+  const Vector3d down = (elbow_line - trunk.shoulder[n]->centre).normalized();
+  const Section end = section_of(a, limbs, limb, elbow_line, down, 6, 45);
+  const JointEnd e = joint_end(a, limbs, limb, side, end.centre - trochlea * scale * down, down, left,
+                               {22 * scale, 6 * scale, 16 * scale, 24, 15 * scale, 45 * scale, 0.5, 1,
+                                22 * scale, a.over_fine() > 0.5},
+                               bent_joint(a, limbs, limb, joints.middle, 50 * scale, 160 * scale));
+  // where the scan ends above an elbow, the shaft that broadens towards it passes for its end
+  constexpr double joint_in_view = 30;
+  if (way.cut && a.near_edge(e.centre + joint_in_view * scale * down, a.step())) return;
+  // a child's outlines of epicondyles on voxels as large beside it as ones of 6 mm beside an adult, and its
+  // cylinders on ones of 4 (9 mm off in 2 of 6 children at 3 mm)
+  const double edge = std::max(std::cbrt(a.source->grid.voxel_volume()), a.step());
+  const double coarse = a.size > child_size ? 0
+                        : e.measured        ? (edge > 4 ? 8 : 0)
+                                            : 24 * std::max(0.0, edge - 5 * scale);
+  const double deviation = std::hypot(e.deviation, coarse);
+  marks["elbow" + at] = found(
+      e.centre, deviation,
+      e.measured ? "bone: cylinder on the trochlea and capitulum" : "bone: middle of the humeral epicondyles",
+      e.radius);
+  put_sides(a, marks, "elbow", at, e, deviation + 2, "bone: humeral epicondyle");
+
+  const auto turn_sides = [&](const Vector3d& along) { turn_elbow(side, down, along, marks); };
+  if (joints.end == 0 || is_absent(trunk.absent, "hand", at)) {
+    if (const auto beyond = far_end_of(way, e.centre, forearm_shaft * scale))
+      turn_sides((*beyond - e.centre).normalized());
+    return;
+  }
+  // the joint's line stands square to the forearm, between the styloids' sides just above it
+  const Vector3d by_sections = way.points[way.index(joints.end)];
+  const LikelyWrist likely = a.gap_may_fuse(scale)
+                                 ? likely_wrist(wrist_places(way, e.centre, scale), by_sections, scale)
+                                 : LikelyWrist{by_sections, true, 0};
+  const Vector3d& line = likely.point;
+  const Vector3d along = (line - e.centre).normalized();
+  const double reach = (likely.by_sections ? 25 : 12) * scale;  // of the gap from there
+  constexpr double up = 10;
+  Section w = section_of(a, limbs, limb, line - up * along, along, 5, 40);
+  Vector3d wrist = w.middle + up * along;
+  // the way tells the gap to some voxels; the scan itself tells it to less
+  const CloseUp view = close_up(*a.source, wrist, 90);
+  for (int round = 0; round < 2; ++round)
+    for (const double start : {10.0, 22.0}) {
+      const auto gap = gap_below(view, w, wrist, along, start * scale);
+      if (!gap || std::abs(*gap) > reach) continue;
+      w = section_of(a, limbs, limb, wrist + (*gap - up) * along, along, 5, 40);
+      wrist = w.middle + up * along;
+      break;
+    }
+  // where the scan cuts an arm and its voxels show no gap, a dip of a forearm's bones passes for one
+  constexpr double hand_tells = 90;
+  const double in_view = (way.points.back() - wrist).norm();
+  const bool may_be_beyond = way.cut && a.gap_may_fuse(scale) && in_view < hand_tells * scale;
+  marks["wrist" + at] = found(
+      wrist,
+      std::hypot(5, a.gaps_unseen(scale), std::max(likely.deviation, may_be_beyond ? 0.5 * in_view : 0.0)),
+      "bone: between radius and carpals");
+
+  turn_sides(along);
+}
+
+// Where the scan cuts forearms and shanks whose far joint is not in view, or how far they go on where none is
+// found: that tells their direction.
+void place_far_ends(const Limbs& limbs, double scale, Landmarks& marks) {
+  constexpr double beside = 12;  // mm: the way goes along one of two bones
+  struct LowerLimb {
+    const LimbWay* way;
+    const char *joint, *beyond, *name;
+    double shaft;
+  };
+  for (const int side : {left_side, right_side})
+    for (const LowerLimb& limb : {LowerLimb{&limbs.arm(side), "elbow", "wrist", "forearm_end", forearm_shaft},
+                                  LowerLimb{&limbs.leg(side), "knee", "ankle", "shank_end", shank_shaft}}) {
+      const std::string at = side_suffix(side);
+      const auto from = marks.find(limb.joint + at);
+      if (!limb.way->present || from == marks.end() || marks.contains(limb.beyond + at)) continue;
+      if (const auto end = far_end_of(*limb.way, from->second.point, limb.shaft * scale))
+        marks[limb.name + at] = found(
+            *end, beside, limb.way->cut ? "bone: where the scan cuts it" : "bone: as far as it surely goes");
+    }
+}
+
+}  // namespace
+
+void find_limb_landmarks(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, Landmarks& marks) {
+  // each limb's are its own
+  std::array<Landmarks, 4> found_on;
+  in_turns(std::ssize(found_on), a.threads, [&](std::int64_t first, std::int64_t last) {
+    for (auto n = static_cast<std::size_t>(first); n < static_cast<std::size_t>(last); ++n)
+      (n % 2 ? find_arm : find_leg)(a, trunk, limbs, n < 2 ? left_side : right_side, found_on[n]);
+  });
+  for (Landmarks& limb : found_on) marks.merge(limb);
+  place_cut_ankles(trunk, limbs, marks);
+  place_far_ends(limbs, trunk.scale, marks);
+  doubt_unlike_lengths(trunk, limbs, marks, a.gap_may_fuse(trunk.scale));
+  if (marks.contains("hip_left") && marks.contains("hip_right"))
+    marks["mid_hip"] = found(0.5 * (marks["hip_left"].point + marks["hip_right"].point),
+                             std::max(marks["hip_left"].deviation, marks["hip_right"].deviation),
+                             "middle of the hip centres");
+  put_middle_of_hips(trunk, marks);
+}
+
+}  // namespace borelli

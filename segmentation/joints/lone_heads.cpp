@@ -1,0 +1,205 @@
+#include "segmentation/joints/lone_heads.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <optional>
+#include <string>
+
+#include "segmentation/joints/likeliest_head.hpp"
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+double middle_x(const std::array<std::optional<FoundSphere>, 2>& pair) {
+  return 0.5 * (pair[0]->centre[0] + pair[1]->centre[0]);
+}
+
+struct Cuboid {
+  Vector3d low, high;  // mm
+  Cuboid mirrored(double middle) const {
+    Cuboid box = *this;
+    box.low[0] = 2 * middle - high[0], box.high[0] = 2 * middle - low[0];
+    return box;
+  }
+};
+
+struct Content {
+  double bone = 0, shown = 0;  // mm^3; share of the box
+};
+
+Content content_of(const Anatomy& a, const Cuboid& box) {
+  const Grid &g = a.grid(), &scan = a.source->grid;
+  const Vector3d low = g.index(box.low), high = g.index(box.high);
+  double all = 0, shown = 0, bone = 0;
+  for (auto k = std::lround(low[2]); k <= std::lround(high[2]); ++k)
+    for (auto j = std::lround(low[1]); j <= std::lround(high[1]); ++j)
+      for (auto i = std::lround(low[0]); i <= std::lround(high[0]); ++i) {
+        ++all;
+        if (g.holds(i, j, k)) {
+          shown += a.scan.seen.at(i, j, k);
+          bone += a.bone.at(i, j, k);
+        } else {  // outside the work grid, the scan shows air
+          const Vector3d at = scan.index(
+              g.point(Vector3d(static_cast<double>(i), static_cast<double>(j), static_cast<double>(k))));
+          shown += scan.holds(std::lround(at[0]), std::lround(at[1]), std::lround(at[2]));
+        }
+      }
+  return {bone * g.voxel_volume(), all > 0 ? shown / all : 0};
+}
+
+// Whether `own` holds a limb's bone, while the mirror image of `own` is in view and holds less than `hardly`
+// times as much.
+bool limb_is_gone(const Anatomy& a, const Cuboid& own, double middle, double hardly) {
+  constexpr double least = 15e3, in_view = 0.6;  // mm^3
+  const Content here = content_of(a, own), there = content_of(a, own.mirrored(middle));
+  return here.bone > least && there.bone < hardly * here.bone && there.shown > in_view;
+}
+
+Cuboid cuboid_of(const Vector3d& a, const Vector3d& b) { return {a.cwiseMin(b), a.cwiseMax(b)}; }
+
+// Compares the two thighs' places below the hips.
+bool leg_is_gone(const Anatomy& a, const FoundSphere& hip, double middle, int side) {
+  constexpr double near_middle = 15, outside = 120, deep = 100, below = 90, far_below = 300;
+  const Vector3d c = hip.centre;
+  return limb_is_gone(
+      a,
+      cuboid_of(Vector3d(middle + side_sign(side) * near_middle, c[1] - deep, c[2] - far_below),
+                Vector3d(c[0] + side_sign(side) * outside, c[1] + deep, c[2] - below)),
+      middle, 0.1);
+}
+
+// Compares the two arms' places below the humeral heads and outside the ribs.
+bool arm_is_gone(const Anatomy& a, const Vector3d& head, double middle, int side, double hardly) {
+  constexpr double inside = 5, outside = 100, deep = 100, below = 60, far_below = 330;
+  // a raised arm is none beside the chest
+  constexpr double inwards = 60, above = 60, far_above = 200, most = 5e3, in_view = 0.6;  // mm, mm^3
+  const Content raised = content_of(
+      a, cuboid_of(Vector3d(head[0] - side_sign(side) * inwards, head[1] - deep, head[2] + above),
+                   Vector3d(head[0] + side_sign(side) * outside, head[1] + deep, head[2] + far_above))
+             .mirrored(middle));
+  if (raised.bone > most || raised.shown < in_view) return false;
+  return limb_is_gone(
+      a,
+      cuboid_of(Vector3d(head[0] - side_sign(side) * inside, head[1] - deep, head[2] - far_below),
+                Vector3d(head[0] + side_sign(side) * outside, head[1] + deep, head[2] - below)),
+      middle, hardly);
+}
+
+std::optional<FoundSphere> hip_of(int side, const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates,
+                                  const Trunk& trunk) {
+  constexpr double lowest = 330, highest = 650, nearest = 50, farthest = 130, deep = 150;  // mm
+  const bool shoulders = trunk.shoulder[0] && trunk.shoulder[1];
+  const double out = side_sign(side);
+  return likeliest_head(a, body, candidates, [&](const FoundSphere& ball) {
+    if (!body.below_lungs(ball.centre[2])) return false;
+    if (shoulders) {
+      const Vector3d d = 0.5 * (trunk.shoulder[0]->centre + trunk.shoulder[1]->centre) - ball.centre;
+      const double aside = -out * d[0];
+      if (d[2] < lowest || d[2] > highest || aside < nearest || aside > farthest || std::abs(d[1]) > deep)
+        return false;
+    } else if (const Vector3d other = ball.centre - out * 2 * hips_half * Vector3d::UnitX();
+               !body.near_hips(out > 0 ? ball.centre : other, out > 0 ? other : ball.centre)) {
+      return false;
+    }
+    return body.below_flank(ball.centre) && body.on_femur(ball, side);
+  });
+}
+
+}  // namespace
+
+void find_lone_hip(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
+  for (const int side : {left_side, right_side}) {
+    const auto n = static_cast<std::size_t>(side), other = 1 - n;
+    const bool told = is_absent(trunk.absent, "thigh", side_suffix(1 - side));
+    if (is_absent(trunk.absent, "thigh", side_suffix(side)) || (trunk.hip[0] && !told)) continue;
+    const bool shoulders = trunk.shoulder[0] && trunk.shoulder[1];
+    if (!told && !shoulders) continue;  // little tells a hip alone from what else is round
+    const auto hip = hip_of(side, a, body, candidates, trunk);
+    if (!hip) continue;
+    const double middle = shoulders ? middle_x(trunk.shoulder) : hip->centre[0] - side_sign(side) * hips_half;
+    if (!told && !leg_is_gone(a, *hip, middle, side)) continue;
+    trunk.hip[n] = *hip, trunk.hip[other] = mirror_image(*hip, middle);
+    trunk.no_leg[other] = true;
+    return;
+  }
+}
+
+void find_lone_shoulder(const Anatomy& a, const HeadsInBody& body, RoundHeads& candidates, Trunk& trunk) {
+  if (!trunk.hip[0] || !trunk.hip[1]) return;
+  const double middle = middle_x(trunk.hip);
+  for (const int side : {left_side, right_side}) {
+    const auto n = static_cast<std::size_t>(side), other = 1 - n;
+    const bool told = is_absent(trunk.absent, "upper_arm", side_suffix(1 - side));
+    if (is_absent(trunk.absent, "upper_arm", side_suffix(side))) continue;
+    if (!told && trunk.shoulder[n]) {
+      // what passes for a pair of heads then lies farther inwards, among the ribs
+      Vector3d outer = trunk.shoulder[n]->centre;
+      const double aside = std::max(std::abs(trunk.shoulder[0]->centre[0] - middle),
+                                    std::abs(trunk.shoulder[1]->centre[0] - middle));
+      outer[0] = middle + side_sign(side) * aside;
+      if (!arm_is_gone(a, outer, middle, side, 0.5)) continue;
+    }
+    const auto shoulder = find_shoulder_over(*trunk.hip[n], side, a, body, candidates);
+    // of a pair that is one both are heads, however short the other arm's stump
+    constexpr double same = 10;  // mm
+    if (shoulder && !told && trunk.shoulder[n] &&
+        (trunk.shoulder[n]->centre - shoulder->centre).norm() < same)
+      return;
+    if (!shoulder || (!told && !arm_is_gone(a, shoulder->centre, middle, side, 0.1))) continue;
+    trunk.shoulder[n] = *shoulder, trunk.shoulder[other] = mirror_image(*shoulder, middle);
+    trunk.no_arm[other] = true;
+    return;
+  }
+}
+
+std::array<bool, 2> sides_without_leg(const Trunk& trunk) {
+  return {trunk.no_leg[0] || is_absent(trunk.absent, "thigh", "_left"),
+          trunk.no_leg[1] || is_absent(trunk.absent, "thigh", "_right")};
+}
+
+AbsentParts gone_parts(const Trunk& trunk) {
+  AbsentParts gone = trunk.absent;
+  for (const int side : {left_side, right_side}) {
+    const std::string at = side_suffix(side);
+    const auto lacks = [&](std::initializer_list<const char*> limb) {
+      for (const char* part : limb) gone[static_cast<std::size_t>(part_label(part + at))] = true;
+    };
+    if (trunk.no_leg[static_cast<std::size_t>(side)]) lacks({"thigh", "shank", "foot"});
+    if (trunk.no_arm[static_cast<std::size_t>(side)]) lacks({"upper_arm", "forearm", "hand"});
+  }
+  return gone;
+}
+
+void put_middle_of_hips(const Trunk& trunk, Landmarks& marks) {
+  constexpr double alike = 5;  // mm, sides of one body
+  for (const int side : {left_side, right_side})
+    if (const auto hip = marks.find(std::string("hip") + side_suffix(1 - side));
+        trunk.no_leg[static_cast<std::size_t>(side)] && hip != marks.end())
+      marks["mid_hip"] = {0.5 * (trunk.hip[0]->centre + trunk.hip[1]->centre),
+                          std::hypot(hip->second.deviation, alike), 0,
+                          "mirror image: middle of the hip centres"};
+}
+
+void settle_lone_heads(Trunk& trunk) {
+  if (trunk.spine.empty()) return;
+  for (const std::size_t gone : {0, 1}) {
+    const std::size_t there = 1 - gone;
+    if (trunk.no_leg[gone] && trunk.hip[there]) {
+      // by its lumbar levels: beside the sacrum an ilium holds as much bone
+      constexpr double lowest = 120, highest = 240;  // mm over the hips
+      const double hip = trunk.hip[there]->centre[2];
+      double sum = 0, levels = 0;
+      for (const Vector3d& p : trunk.spine)
+        if (p[2] > hip + lowest && p[2] < hip + highest) sum += p[0], ++levels;
+      if (levels > 0) trunk.hip[gone] = mirror_image(*trunk.hip[there], sum / levels);
+    }
+    if (trunk.no_arm[gone] && trunk.shoulder[there])
+      trunk.shoulder[gone] =
+          mirror_image(*trunk.shoulder[there], trunk.spine_at(trunk.shoulder[there]->centre[2])[0]);
+  }
+}
+
+}  // namespace borelli

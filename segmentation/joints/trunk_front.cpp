@@ -1,0 +1,141 @@
+#include "segmentation/joints/trunk_front.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace borelli {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double hidden = 1e9;  // where no skin of the trunk's shows, mm
+
+}  // namespace
+
+TrunkFront::TrunkFront(const Anatomy& a, const Trunk& trunk, const Limbs& limbs, double low, double high)
+    : a_(a), trunk_(trunk) {
+  constexpr double aside = 130;  // mm from the middle: a navel's surroundings, and what touches them
+  // an arm's flesh: as far from its bones' as a stout forearm is thick, through flesh alone; where the arm
+  // lies on the trunk, some of the trunk's too
+  constexpr double thick = 30;  // mm
+  const auto& g = a.grid();
+  const auto index = [&](double at, int axis) {
+    return std::clamp<std::int64_t>(std::lround((at - g.origin[axis]) / a.step()), 0,
+                                    g.size[static_cast<std::size_t>(axis)] - 1);
+  };
+  const double middle = trunk.middle(0.5 * (low + high));
+  first_ = {index(middle - aside, 0), 0, index(low, 2)};
+  const std::array<std::int64_t, 3> last{index(middle + aside, 0), g.size[1] - 1, index(high, 2)};
+  Grid box = g;
+  for (std::size_t c = 0; c < 3; ++c) box.size[c] = last[c] - first_[c] + 1;
+  Volume<float> cost{box, std::vector<float>(box.count(), no_way)};
+  Volume<std::uint8_t> seeds{box, std::vector<std::uint8_t>(box.count(), 0)};
+  for (std::int64_t k = 0; k < box.size[2]; ++k)
+    for (std::int64_t j = 0; j < box.size[1]; ++j)
+      for (std::int64_t i = 0; i < box.size[0]; ++i) {
+        if (!a.body.at(i + first_[0], j, k + first_[2])) continue;
+        cost.at(i, j, k) = 1;
+        seeds.at(i, j, k) = limbs.arm_at(i + first_[0], j, k + first_[2]);
+      }
+  arm_ = nearest_seeds({cost, a.threads}, seeds, static_cast<float>(thick * trunk.scale));
+}
+
+// The j of the foremost voxel of the trunk's on a line from the front; nothing where an arm lies on it.
+std::optional<std::int64_t> TrunkFront::front(std::int64_t i, std::int64_t k) const {
+  const auto& g = a_.grid();
+  const std::int64_t x = i - first_[0], z = k - first_[2];
+  if (!arm_.grid.holds(x, 0, z)) return std::nullopt;
+  bool in_arm = false;
+  std::optional<std::int64_t> begin;  // of the piece of body that the line is in
+  for (std::int64_t j = 0; j < g.size[1]; ++j) {
+    if (!a_.body.at(i, j, k)) {
+      if (begin && !in_arm) return begin;
+      begin.reset(), in_arm = false;
+      continue;
+    }
+    if (!begin) begin = j;
+    in_arm = in_arm || arm_.at(x, j, z);
+    // this deep it is the trunk
+    constexpr double deep = 80;  // mm
+    if (a_.step() * static_cast<double>(j - *begin) > deep) return in_arm ? std::nullopt : begin;
+  }
+  return begin && !in_arm ? begin : std::nullopt;
+}
+
+// y of the skin, between air and body at half the step of the CT number
+double TrunkFront::skin(std::int64_t i, std::int64_t k) const {
+  const auto j = front(i, k);
+  if (!j) return hidden;
+  if (*j == 0) return a_.grid().origin[1];
+  const double v0 = a_.scan.hu.at(i, *j - 1, k), v1 = a_.scan.hu.at(i, *j, k);
+  const double t = v1 > v0 ? std::clamp((-400 - v0) / (v1 - v0), 0.0, 1.0) : 0.5;
+  return a_.grid().origin[1] + a_.step() * (static_cast<double>(*j) - 1 + t);
+}
+
+std::optional<Vector3d> TrunkFront::skin_at(double z) const {
+  constexpr double reach = 100;  // mm
+  const auto& g = a_.grid();
+  const double x = trunk_.middle(z);
+  const auto middle = std::lround((x - g.origin[0]) / a_.step()),
+             k = std::lround((z - g.origin[2]) / a_.step());
+  for (std::int64_t n = 0; a_.step() * static_cast<double>(n) < reach; ++n)
+    for (const auto i : {middle - n, middle + n})
+      if (const auto j = front(i, k))
+        return Vector3d(x, g.origin[1] + a_.step() * (static_cast<double>(*j) - 0.5), z);
+  return std::nullopt;
+}
+
+// How deep the skin lies behind the mean of opposite neighbours, so that slopes and roundness along one line
+// cancel; nothing where fewer than `least` of the four pairs show.
+std::optional<double> TrunkFront::dent(std::int64_t i, std::int64_t k, int least) const {
+  const auto ring = std::lround(24 / a_.step());
+  const double here = skin(i, k);
+  if (here == hidden) return std::nullopt;
+  double depth = hidden;
+  int pairs = 0;
+  for (const auto& [di, dk] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+    const double s1 = skin(i + di * ring, k + dk * ring), s2 = skin(i - di * ring, k - dk * ring);
+    if (s1 == hidden || s2 == hidden) continue;
+    depth = std::min(depth, here - 0.5 * (s1 + s2));
+    ++pairs;
+  }
+  return pairs < least ? std::nullopt : std::optional(depth);
+}
+
+std::optional<Landmark> TrunkFront::navel(double from, double to) const {
+  const auto& g = a_.grid();
+  const auto k0 = std::lround((from - g.origin[2]) / a_.step()),
+             k1 = std::lround((to - g.origin[2]) / a_.step());
+  const auto aside = std::lround(24 / a_.step());
+  double best = 2.5;
+  std::int64_t at_i = -1, at_k = -1;
+  for (auto k = k0; k <= k1; ++k) {
+    const double z = g.origin[2] + a_.step() * static_cast<double>(k);
+    const auto mid = std::lround((trunk_.middle(z) - g.origin[0]) / a_.step());
+    for (auto i = mid - aside; i <= mid + aside; ++i)
+      if (const auto here = dent(i, k, 4); here && *here > best) best = *here, at_i = i, at_k = k;
+  }
+  if (at_i < 0) return std::nullopt;
+  // the dent's middle, by depth
+  const auto half = std::lround(15 / a_.step());
+  Vector3d sum = Vector3d::Zero();
+  double weight = 0;
+  bool all_shows = true;
+  for (auto k = at_k - half; k <= at_k + half; ++k)
+    for (auto i = at_i - half; i <= at_i + half; ++i) {
+      const auto here = dent(i, k, 2);
+      all_shows = all_shows && here;
+      const double w = here.value_or(0) - 0.25 * best;
+      if (w <= 0) continue;
+      sum += w * g.point(Vector3d(static_cast<double>(i), 0, static_cast<double>(k)));
+      weight += w;
+    }
+  Vector3d navel = sum / weight;
+  navel[1] = skin(at_i, at_k) - best;
+  constexpr double usual = 3, half_hidden = 8;  // mm
+  return Landmark{navel, all_shows ? usual : half_hidden, 0, "skin: the navel's dent"};
+}
+
+}  // namespace borelli

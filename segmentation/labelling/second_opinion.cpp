@@ -1,0 +1,129 @@
+#include "segmentation/labelling/second_opinion.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+#include "segmentation/proposal/limb_roots.hpp"
+#include "segmentation/volume/nearest_whole.hpp"
+
+namespace borelli {
+namespace {
+
+constexpr double least_share = 0.08;   // of a part's own volume
+constexpr double least_volume = 60e3;  // mm^3
+constexpr double contradicted = 0.3;   // confidence
+
+using Counts = std::array<std::array<double, body_limbs.size()>, parts.size()>;
+
+// mm^3 of each part by what the proposal is sure of there
+Counts volumes_of(const Proposal& proposal, const LabelMap& labels) {
+  Counts out{};
+  const Grid& g = proposal.grid;
+  const double each = labelling_step * labelling_step * labelling_step;
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i) {
+        const std::uint8_t limb = proposal.limb[g.offset(i, j, k)];
+        if (!limb) continue;
+        const Eigen::Vector3d index = labels.grid.index(g.point(i, j, k));
+        const auto x = nearest_whole(index[0]), y = nearest_whole(index[1]), z = nearest_whole(index[2]);
+        if (labels.grid.holds(x, y, z)) out[labels.at(x, y, z)][limb] += each;
+      }
+  return out;
+}
+
+// "arm_left" as "left arm"
+std::string limb_in_words(std::size_t limb) {
+  const std::string_view name = body_limbs[limb];
+  const auto side = name.find('_');
+  return side == std::string_view::npos ? std::string(name)
+                                        : fmt::format("{} {}", name.substr(side + 1), name.substr(0, side));
+}
+
+// of the distance between a true joint and a proposed one whose coordinates have a deviation of 1, 99 % are
+// less (chi distribution, 3 degrees of freedom)
+constexpr double by_chance = 3.37;
+
+void doubt_joint(const std::string& name, const Eigen::Vector3d& proposed, double deviation,
+                 Landmarks& landmarks) {
+  const auto found = landmarks.find(name);
+  if (found == landmarks.end() || deviation <= 0) return;
+  const double off = (found->second.point - proposed).norm();
+  if (off > by_chance * std::hypot(deviation, found->second.deviation))
+    found->second.deviation = std::max(found->second.deviation, off / 2);
+}
+
+// index into body_limbs of what is sure at a point; 0: nothing
+std::size_t limb_at(const Proposal& proposal, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d index = proposal.grid.index(point);
+  const auto i = nearest_whole(index[0]), j = nearest_whole(index[1]), k = nearest_whole(index[2]);
+  return proposal.grid.holds(i, j, k) ? proposal.limb[proposal.grid.offset(i, j, k)] : 0;
+}
+
+}  // namespace
+
+bool heads_agree(const Proposal& proposal, const Trunk& trunk) {
+  const auto agrees = [&](const std::optional<FoundSphere>& head, bool gone, BodyRegion region, int side) {
+    const std::size_t limb = head && !gone ? limb_at(proposal, head->centre) : 0;
+    return limb == 0 || limb == limb_of(region, side);
+  };
+  for (const int side : {left_side, right_side}) {
+    const auto n = static_cast<std::size_t>(side);
+    if (!agrees(trunk.hip[n], trunk.no_leg[n], BodyRegion::leg, side) ||
+        !agrees(trunk.shoulder[n], trunk.no_arm[n], BodyRegion::arm, side))
+      return false;
+  }
+  return true;
+}
+
+void doubt_joints_by_proposal(const Anatomy& a, const AbsentParts& absent, Landmarks& landmarks) {
+  std::array<bool, body_limbs.size()> lacks{};
+  for (std::size_t part = 1; part < parts.size(); ++part)
+    if (absent[part]) lacks[limb_of_part(static_cast<int>(part))] = true;
+  for (const ProposedJoint& joint : a.proposal->joints)
+    if (!lacks[limb_of(joint.region, joint.side)])
+      doubt_joint(joint.name, joint.point, joint.deviation, landmarks);
+  // (no shoulders: the root of an arm that lies on the trunk may be there)
+  const LimbRoots legs(a, BodyRegion::leg);
+  for (const int side : {left_side, right_side})
+    if (legs.sure())
+      doubt_joint(std::string("hip") + side_suffix(side), *legs.joint[static_cast<std::size_t>(side)],
+                  root_deviation, landmarks);
+}
+
+void doubt_by_proposal(const Proposal& proposal, Segmentation& out) {
+  const Counts volumes = volumes_of(proposal, out.labels);
+  for (std::size_t part = 1; part < parts.size(); ++part) {
+    PartFinding& finding = out.part[part];
+    if (finding.coverage == Coverage::absent || finding.volume == 0) continue;
+    const std::size_t own = limb_of_part(static_cast<int>(part));
+    std::size_t most = 0;
+    for (std::size_t limb = 1; limb < body_limbs.size(); ++limb)
+      if (limb != own && volumes[part][limb] > volumes[part][most]) most = limb;
+    const double foreign = volumes[part][most];
+    if (most == 0 || foreign < least_volume || foreign < least_share * finding.volume) continue;
+    finding.confidence = std::min(finding.confidence, contradicted);
+    finding.note += (finding.note.empty() ? "" : "; ") +
+                    fmt::format("{:.2g} l of it look like {}", foreign / 1e6, limb_in_words(most));
+  }
+  for (std::size_t limb = 1; limb < body_limbs.size(); ++limb) {
+    double sure = 0, found = 0;
+    for (std::size_t part = 0; part < parts.size(); ++part) {
+      sure += volumes[part][limb];
+      if (part && limb_of_part(static_cast<int>(part)) == limb) found += volumes[part][limb];
+    }
+    const double lost = sure - found;
+    if (lost < least_volume || lost < least_share * sure) continue;
+    out.warnings.push_back(joined_warning(
+        WarningKind::part, Severity::doubt, "these limbs are labelled as other parts, in all or in part",
+        limb_in_words(limb), fmt::format("{:.2g} of {:.2g} l", lost / 1e6, sure / 1e6)));
+  }
+}
+
+}  // namespace borelli

@@ -1,0 +1,63 @@
+#include "segmentation/labelling/seen_border.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "segmentation/grid/work_grid.hpp"
+
+namespace borelli {
+
+using Eigen::Vector3d;
+
+void ScanProfile::add(const Vector3d& from, const Vector3d& to, std::vector<double>& way) const {
+  constexpr double aside = 3;
+  const double length = (to - from).norm();
+  if (length < 1e-6) return;
+  const Vector3d along = (to - from) / length, u = along.unitOrthogonal(), v = along.cross(u);
+  for (double s = 0; s < length; s += step) {
+    const Vector3d p = from + s * along;
+    double sum = 0, count = 0;
+    for (const Vector3d& q : {p, Vector3d(p + aside * u), Vector3d(p - aside * u), Vector3d(p + aside * v),
+                              Vector3d(p - aside * v)})
+      if (double value = 0; sample(scan_, to_index_ * (q - scan_.grid.origin), value))
+        sum += hu_of(value, scan_.quantity), ++count;
+    way.push_back(count > 0 ? sum / count : 0);
+  }
+}
+
+std::optional<double> seen_border(const ScanProfile& profile, const Vector3d& from, const Vector3d& over,
+                                  const Vector3d& to, double expected) {
+  // where skin lies close to muscle, both count as lean with what fat there is between, mm: how far that is
+  // looked through, and how far within a sheet's middle may be
+  constexpr double into = 8, within = 3.5;
+  constexpr double beside_skin = 3;         // mm: the place itself may be at free skin
+  constexpr double air = -250, skins = 60;  // CT number; above the fat beside
+  const double first = (over - from).norm();
+  std::vector<double> way;
+  if (first < 1e-6 || (to - over).norm() < 1e-6) return std::nullopt;
+  profile.add(from - into * (over - from).normalized(), over, way);
+  const std::size_t middle = way.size();
+  profile.add(over, to + into * (to - over).normalized(), way);
+  const auto at = [&](std::size_t n) { return ScanProfile::step * static_cast<double>(n) - into; };
+  std::optional<double> best;
+  double emptiest = air;
+  for (std::size_t n = 0; n < way.size(); ++n)
+    if (way[n] < emptiest && (way[middle] > air || std::abs(at(n) - first) > beside_skin))
+      emptiest = way[n], best = at(n);
+  if (best) return best;
+  std::vector<double> beyond(way.size());  // least from here on
+  for (std::size_t n = way.size(); n-- > 0;)
+    beyond[n] = n + 1 < way.size() ? std::min(way[n], beyond[n + 1]) : way[n];
+  double before = way.front();
+  const double last = first + (to - over).norm() + within;
+  for (std::size_t n = 1; n + 1 < way.size(); ++n) {
+    before = std::min(before, way[n]);
+    if (at(n) < -within || at(n) > last) continue;
+    if (way[n] < way[n - 1] || way[n] < way[n + 1] || way[n] - std::max(before, beyond[n]) < skins) continue;
+    if (!best || std::abs(at(n) - expected) < std::abs(*best - expected)) best = at(n);
+  }
+  return best;
+}
+
+}  // namespace borelli

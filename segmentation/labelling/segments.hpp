@@ -1,0 +1,73 @@
+// Which segments are asked for: parts by name, and groups of parts that count as one.
+//
+//   trunk                  lower, middle and upper trunk, as de Leva (1996) gives the whole trunk
+//   arm_left, arm_right    upper arm, forearm and hand
+//   leg_left, leg_right    thigh, shank and foot
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "error/error.hpp"
+#include "segmentation/vocabulary/parts.hpp"
+#include "segmentation/volume/volume.hpp"
+
+namespace borelli {
+
+struct SegmentGroup {
+  std::string_view name;
+  std::array<std::string_view, 3> parts;  ///< the first hangs on the rest of the body
+};
+
+inline constexpr std::array<SegmentGroup, 5> segment_groups{{
+    {"trunk", {"lower_trunk", "middle_trunk", "upper_trunk"}},
+    {"arm_left", {"upper_arm_left", "forearm_left", "hand_left"}},
+    {"arm_right", {"upper_arm_right", "forearm_right", "hand_right"}},
+    {"leg_left", {"thigh_left", "shank_left", "foot_left"}},
+    {"leg_right", {"thigh_right", "shank_right", "foot_right"}},
+}};
+
+/// A group by its name; null where there is none.
+constexpr const SegmentGroup* segment_group(std::string_view name) {
+  for (const SegmentGroup& group : segment_groups)
+    if (group.name == name) return &group;
+  return nullptr;
+}
+
+/// Whether a name is a part's or a group's.
+constexpr bool is_segment(std::string_view name) { return part_label(name) > 0 || segment_group(name); }
+
+/// A segment that is asked for.
+struct Segment {
+  std::string name;
+  std::vector<std::string> of;  ///< the labels it is made of, by name: itself, or a group's parts
+};
+/// In the order of asking; empty: every label as it is.
+using SegmentChoice = std::vector<Segment>;
+
+/// What `--segments` says of itself.
+inline constexpr const char* segments_help =
+    "Which segments, with commas between: parts by name, and trunk, arm_left, arm_right, leg_left, "
+    "leg_right, "
+    "which count their parts as one (default: every part)";
+
+/// From a list as a user writes it ("trunk,thigh_left"). `names`: of the labels that there are (a label map's
+/// names; by default the sixteen parts); groups whose parts are all among them count too. An empty list is an
+/// empty choice. Errors: a name that is none (the sentence lists those there are), one asked for twice, a
+/// part asked for beside its group.
+Result<SegmentChoice> choose_segments(std::string_view list, std::span<const std::string> names);
+Result<SegmentChoice> choose_segments(std::string_view list);
+
+/// The labels of the asked segments alone. Parts and other labels keep their number; groups have those after
+/// the last name's, in the order of asking. Without a choice the map as it is.
+LabelMap labels_of_segments(const LabelMap& all, const SegmentChoice& choice);
+
+/// The segments that are there as a tree, in the order of `parts`, groups where their first part stands: each
+/// hangs on the segment that holds its part's parent. `present`: names of parts and groups; others are left
+/// out.
+std::vector<Part> segment_tree(std::span<const std::string> present);
+
+}  // namespace borelli

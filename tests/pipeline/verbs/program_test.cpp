@@ -1,0 +1,26 @@
+#include <gtest/gtest.h>
+
+#include "tests/pipeline/program_run.hpp"
+
+namespace borelli::program_test {
+namespace {
+
+TEST(Program, AlonePrintsItsHelp) {
+  const ProgramRun alone = run_program(""), asked = run_program("--help");
+  EXPECT_EQ(alone.code, 0);
+  EXPECT_EQ(alone.out, asked.out);
+  EXPECT_NE(alone.out.find("simulate"), std::string::npos) << alone.out;
+  EXPECT_EQ(alone.err, "");
+}
+
+TEST(Program, NamesTheVerbThatAMistypedOneStandsFor) {
+  const ProgramRun near = run_program("simulat scene.toml");
+  EXPECT_EQ(near.code, 2);
+  EXPECT_EQ(near.err, "borelli: simulat: no such verb; did you mean simulate?\n");
+  const ProgramRun far = run_program("banana");
+  EXPECT_EQ(far.code, 2);
+  EXPECT_EQ(far.err, "borelli: banana: no such verb (see borelli --help)\n");
+}
+
+}  // namespace
+}  // namespace borelli::program_test
